@@ -60,7 +60,7 @@ class Played:
 def ring(n: int) -> list[HandScript]:
     """Scripts of n hands evenly round the equator."""
     return [
-        HandScript(math.pi + 2.0 * math.pi * i / n, depth=DEPTH, approach_at=APPROACH)
+        HandScript(2.0 * math.pi * i / n - math.pi, depth=DEPTH, approach_at=APPROACH)
         for i in range(n)
     ]
 

@@ -81,7 +81,7 @@ class Scene:
             return (math.pi, math.pi + BESIDE)
         opposite = self.users // 2
         order = [0, opposite, *(i for i in range(1, self.users) if i != opposite)]
-        return tuple(math.pi + 2.0 * math.pi * i / self.users for i in order)
+        return tuple(2.0 * math.pi * i / self.users - math.pi for i in order)
 
     @property
     def rhythm(self) -> Rhythm:

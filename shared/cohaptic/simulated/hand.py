@@ -186,8 +186,8 @@ class HandScript:
             raise SettingError("drag of a hand", f"{1e3 * self.drag:g} mm", "given with a rhythm")
         if not 0.0 <= self.depth <= 0.2:
             raise SettingError("depth of a hand", f"{1e3 * self.depth:g} mm", "from 0 to 200 mm")
-        if not math.isfinite(self.angle):
-            raise SettingError("angle of a hand", self.angle, "a finite number")
+        if not abs(self.angle) <= 2.0 * math.pi:  # also where it was meant in degrees
+            raise SettingError("angle of a hand", f"{self.angle:g} rad", "from -2 pi to 2 pi rad")
 
     def intention(self, center: Vec3, radius: float) -> Intention:
         """The hand's intention at a body inside the sphere of `radius` [m] round `center` [m]."""
