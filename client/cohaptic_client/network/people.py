@@ -39,4 +39,4 @@ class People:
         before = self._known.pop(event.user, event.name)
         for name in {before, event.name} & set(self._before):
             self._before.remove(name)
-        return f"{event.name} left: {event.reason}"
+        return f"{event.name} left" + ("" if event.reason == "bye" else f": {event.reason}")

@@ -15,6 +15,7 @@ from cohaptic_server.demo.rest import Rest
 from cohaptic_server.demo.result import DemoResult, UserResult
 
 GOOD_ERROR = 0.05  # relative; half of the least difference of forces that a hand perceives
+_WRONG = 0.05  # error of a force from which on a hand tells it from the right one
 _PUNCTUAL = 0.8  # least share of patches received for the result to concern the method
 
 
@@ -102,7 +103,10 @@ def verdict(result: DemoResult) -> str:
         )
     if result.presses == 0:
         action = "drag" if result.friction else "press"
-        return f"Too short to tell: no whole {action} was seen ({how}). Let it run for longer."
+        return (
+            f"Too short to tell: no whole {action} was seen ({how}). Let it run for 15 s:"
+            " --duration 15."
+        )
     left, right = result.users[:2]
     felt = _number(right.felt_from_others_n, ".2f", " N")
     after = _number(right.felt_delay_ms, ".0f", " ms")
@@ -123,6 +127,8 @@ def _outcome(result: DemoResult) -> str:
     softer = _names(u for u in result.users if u.soft)
     if softer:
         return f"Soft: every force came to rest, and the device of {softer} is the softer, {off}"
+    if max(errors, default=0.0) > _WRONG:
+        return f"The forces came to rest, and not where they should: up to {max(errors):.1%} off"
     return f"Every force came to rest, {off}"
 
 

@@ -156,7 +156,7 @@ def _rooms(rooms: Sequence[RoomStatus], since: dict[str, RoomMetrics | None], wi
 
 def _users(rooms: Sequence[RoomStatus], width: int) -> Table:
     wide = width >= _WIDE
-    heads = ["delay ms", "loss", "force N", "silent s"]
+    heads = ["delay ms", "unused", "force N", "silent s"]
     table = _table("user", ["room"], ["seat", *heads, *(["skipped"] if wide else [])])
     for room in rooms:
         for user in () if room.metrics is None or not room.ticking else room.metrics.users:

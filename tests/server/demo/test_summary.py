@@ -62,7 +62,7 @@ def test_a_good_result_is_told_with_its_force_and_its_delay() -> None:
 
 def test_an_error_is_told() -> None:
     assert 0.5 > GOOD_ERROR
-    assert "at most 50.0% from the truth" in verdict(result(force_error=0.5))
+    assert "not where they should: up to 50.0% off" in verdict(result(force_error=0.5))
 
 
 def test_unstable_slow_and_soft_are_three_sentences() -> None:
@@ -117,7 +117,7 @@ def test_what_is_not_known_is_a_question() -> None:
                "stable": None, "rest": None}  # fmt: skip
     told = result(nothing, **nothing).model_copy(update={"presses": 0})
     assert verdict(told) == (
-        f"Too short to tell: no whole press was seen {HOW}. Let it run for longer."
+        f"Too short to tell: no whole press was seen {HOW}. Let it run for 15 s: --duration 15."
     )
     # The first hand has nothing to wait for.
     assert shown(told).count("?") == 4 + 3
