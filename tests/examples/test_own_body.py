@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -60,7 +61,7 @@ def test_a_push_on_every_vertex_moves_it_by_the_springs_alone(body: Body) -> Non
 
 def test_two_people_feel_each_other_in_it(body: Body) -> None:
     session = VirtualSession(body)
-    session.join("left", HandScript(180.0, depth=0.02, rhythm=Rhythm(4.0)), delay=0.05)
+    session.join("left", HandScript(math.pi, depth=0.02, rhythm=Rhythm(4.0)), delay=0.05)
     right = session.join("right", HandScript(0.0, depth=0.01), delay=0.05)
     session.run(8.0)
     felt = np.array(right.felt[4000:])

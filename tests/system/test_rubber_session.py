@@ -124,7 +124,7 @@ def test_three_deep_hands_settle_at_the_reference(damping: float, sway: float) -
     """
     coarse = BalloonSettings(subdivisions=2, contact_radius=0.03)
     body = RubberBalloon(coarse, damping=damping)
-    hands = [HandScript(math.pi + 2.0 * math.pi * i / 3.0, depth=0.03) for i in range(3)]
+    hands = [HandScript(2.0 * math.pi * i / 3.0 - math.pi, depth=0.03) for i in range(3)]
     session = VirtualSession(body)
     for i, script in enumerate(hands):
         session.join(f"user{i}", script, delay=0.05, seed=i)

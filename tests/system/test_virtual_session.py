@@ -24,7 +24,7 @@ def body() -> Balloon:
 
 def scripts(n: int, depth: float = 0.015, approach_at: float = 1.0) -> list[HandScript]:
     return [
-        HandScript(math.pi + 2 * math.pi * i / n, depth=depth, approach_at=approach_at)
+        HandScript(2.0 * math.pi * i / n - math.pi, depth=depth, approach_at=approach_at)
         for i in range(n)
     ]
 
