@@ -13,7 +13,9 @@ from cohaptic_client.admin_action import TO_SOMEBODY, Action
 
 
 def admin(
-    url: Annotated[str, typer.Argument(help="Of the server, or the link of an invitation.")],
+    url: Annotated[
+        str, typer.Argument(help="Address of the server, or the link of an invitation.")
+    ],
     action: Annotated[Action, typer.Argument(help="What to do.")] = Action.LIST,
     who: Annotated[str, typer.Argument(help="Name or number of a user; a name for unban.")] = "",
     room: Annotated[
@@ -25,12 +27,12 @@ def admin(
     ] = None,
     token: Annotated[
         str,
-        typer.Option(envvar="COHAPTIC_TOKEN", show_default=False, help="With roomAdmin."),
+        typer.Option(
+            envvar="COHAPTIC_TOKEN", show_default=False, help="Made by `cohaptic token --admin`."
+        ),
     ] = "",
     ca_file: Annotated[Path | None, typer.Option(help="Certificates that vouch for it.")] = None,
-    insecure: Annotated[
-        bool, typer.Option("--insecure", help="Send a token also without TLS.")
-    ] = False,
+    insecure: Annotated[bool, typer.Option("--insecure", help="Send a token without TLS.")] = False,
 ) -> None:
     """See who is in a room; kick, mute, ban, freeze, reset.
 

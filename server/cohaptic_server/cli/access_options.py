@@ -23,7 +23,7 @@ InsecureKeyFile = Annotated[
     bool,
     typer.Option(
         "--insecure-key-file",
-        help="Others may read the file of keys: for file systems without modes.",
+        help="Accept a file of keys that others can read: for file systems without modes.",
     ),
 ]
 
@@ -49,8 +49,8 @@ class AccessOptions:
     session_valid: Annotated[
         str | None,
         typer.Option(
-            help="How long after the end of its invitation a guest stays and comes back: 0s, 1h. "
-            "Else it stays, and comes back for 12h after it came."
+            help="Close a guest's session this long after its invitation ends: 0s, 1h. Without it a"
+            " guest stays, and may come back for 12 h."
         ),
     ] = None
     tls_cert: Annotated[

@@ -43,7 +43,8 @@ class ObjectOptions:
         ),
     ] = None
     scale: Annotated[
-        float | None, typer.Option(help="Length of one unit of the file [m]; 1 if not given.")
+        float | None,
+        typer.Option(help="Length of one unit of the file [m]: 0.001 for millimetres; else 1."),
     ] = None
     edge: Annotated[
         float, typer.Option(help="Edge of a tetrahedron, as a share of the object's diagonal.")
@@ -154,6 +155,6 @@ Users = Annotated[
     int | None,
     typer.Option(
         help="Prepare the object for so many users at once, or refuse where that cannot be.",
-        show_default="2 with --nonlinear",
+        show_default="2 with --nonlinear, else none",
     ),
 ]

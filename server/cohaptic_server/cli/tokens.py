@@ -23,33 +23,41 @@ class GrantOptions:
     """What a token is for; each field is one option of the command line."""
 
     keys: Annotated[
-        Path, typer.Option(envvar="COHAPTIC_KEYS", help="File of `cohaptic key`; the first signs.")
+        Path,
+        typer.Option(
+            envvar="COHAPTIC_KEYS", help="File that `cohaptic key` made; its first key signs."
+        ),
     ]
     insecure_key_file: InsecureKeyFile = False
     room: Annotated[
         str,
         typer.Option(
-            help="Its name, or lab-* for all that begin so.",
+            help="Room, or lab-* for all whose names begin so.",
             show_default="that of the address, or main",
         ),
     ] = ""
     sub: Annotated[
-        str, typer.Option(help="Who it is for, without spaces.", show_default="a new one")
+        str,
+        typer.Option(
+            help="Name of the guest in the log, without spaces.", show_default="a new one"
+        ),
     ] = ""
-    watch_only: Annotated[
-        bool, typer.Option("--watch-only", help="To watch, and not to touch.")
-    ] = False
+    watch_only: Annotated[bool, typer.Option("--watch-only", help="May watch, and not touch.")] = (
+        False
+    )
     max_force: Annotated[
-        float | None, typer.Option(help="Most of the force that the object gets [N].")
+        float | None, typer.Option(help="Largest force of this guest on the object [N].")
     ] = None
     latency: Annotated[
-        bool, typer.Option("--latency", help="Inject latency, if the server allows it.")
+        bool, typer.Option("--latency", help="May inject latency, if the server allows it.")
     ] = False
     admin: Annotated[
-        bool, typer.Option("--admin", help="Mute, remove and ban, freeze and reset.")
+        bool, typer.Option("--admin", help="May mute, kick and ban, freeze and reset.")
     ] = False
-    record: Annotated[bool, typer.Option("--record", help="Record what others do.")] = False
-    create: Annotated[bool, typer.Option("--create", help="Make rooms.")] = False
+    record: Annotated[bool, typer.Option("--record", help="May record the others.")] = False
+    create: Annotated[bool, typer.Option("--create", help="May make rooms (of no effect yet).")] = (
+        False
+    )
 
     def token(self, valid: str, room: str = MAIN) -> str:
         """The token.

@@ -71,14 +71,12 @@ class Known:
         return []
 
     def why_not_ticking(self, now: float) -> dict[str, str]:
-        """Rooms that do not tick though they should, and what is known of why."""
+        """Rooms that do not tick, and what is known of why."""
         if self.health is None:
             return {}
         found: dict[str, str] = {}
         for room in self.health.rooms:
             known = self.rooms.get(room.name)
-            if room.state == "idle":  # it will, for whoever comes
-                continue
             if room.state != "open":
                 found[room.name] = room.state + (f": {room.problem}" if room.problem else "")
             elif known is None:
@@ -105,11 +103,13 @@ class Known:
         assert self.health is not None
         if self.health.draining:
             return ["the server is draining"]
-        idle = self.why_not_ticking(now)
+        waits = {one.name for one in self.health.rooms if one.state == "idle"}
+        # One that starts on demand ticks for whoever comes.
+        silent = {n: why for n, why in self.why_not_ticking(now).items() if n not in waits}
         if room is not None:
             names = {one.name for one in self.health.rooms}
-            return [idle[room]] if room in idle else [] if room in names else [NO_ROOM]
+            return [silent[room]] if room in silent else [] if room in names else [NO_ROOM]
         starts = any(one.state == "starting" and not one.restarts for one in self.health.rooms)
-        if starts or len(idle) == len(self.health.rooms):
-            return [f"room {name}: {why}" for name, why in idle.items()]
+        if starts or len(silent) == len(self.health.rooms):
+            return [f"room {name}: {why}" for name, why in silent.items()]
         return []

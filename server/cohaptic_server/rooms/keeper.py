@@ -39,6 +39,8 @@ log = logging.getLogger("cohaptic.server")
 # s since its start, for which newcomers may wait for a room: as long as they wait for an answer.
 _WAIT_FOR_START = 3.0
 _LOOKS = 8  # at a lease, while it lasts; the shortest is of 2 s
+_LONGEST_LOOK = 2.0  # s; a room on demand ends so long after its time at the latest
+_NO_FILES = 1.0  # s, after which a process that has no more files tries again
 # s by which a look at a lease may be late before it says more about this process than about others.
 _HELD_UP = 1.0
 
@@ -101,7 +103,7 @@ class Keeper:
         lease: Of its process; None without one.
         restarts: Ends of its process so far.
         process: The newest; None before the first.
-        first: Set once it is open, or broken, for the first time.
+        first: Set once it is open, broken or idle for the first time.
     """
 
     def __init__(
@@ -126,9 +128,20 @@ class Keeper:
         self._heard = 0.0
         self._emptied: float | None = None  # since when nobody is there
 
+    @property
+    def told_state(self) -> str:
+        """The state for who looks after the server: it is none the less ready for a room that
+        somebody has just asked for.
+        """
+        starts = self.state == "starting" and self._idle is not None
+        return "idle" if starts else self.state
+
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
         """Hand a connection to the room; returns whether it takes it."""
         now = self._house.clock.now()
+        self._emptied = None
+        if self.state == "broken":
+            self._asked.set()  # of no meaning to one that is tried again anyway
         waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
         if self._entrance is None or not (waits or self.state in ("idle", "open")):
             return False
@@ -153,8 +166,10 @@ class Keeper:
         """Run the room until it is stopped."""
         while not self._stopping.is_set():
             if self.state == "idle":
-                self._entrance = self._entrance or _Entrance(*handing_pair())
                 self.first.set()
+                if not self._has_entrance():
+                    await self._pause(_NO_FILES)
+                    continue
                 await self._asked.wait()
                 if self._stopping.is_set():
                     break
@@ -173,8 +188,12 @@ class Keeper:
                 self.name, told, f" in {pause:g} s" if pause else "",
                 extra=self._told("room_ended"),
             )  # fmt: skip
-            with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._stopping.wait(), pause or 1e-3)
+            await self._pause(pause or 1e-3)
+            if self._idle is not None and self.problem:
+                # Nobody waits in it: the next who comes has it tried again.
+                self._asked.clear()
+                if not self._stopping.is_set():
+                    await self._asked.wait()
         self._shut(self._entrance)
         self.state = "stopped"
         self.first.set()
@@ -191,6 +210,17 @@ class Keeper:
         if self._hold is not None:
             self._hold.kill()
 
+    def _has_entrance(self) -> bool:
+        """Whether there is one now; not where this process has no more files."""
+        if self._entrance is None:
+            with contextlib.suppress(OSError):
+                self._entrance = _Entrance(*handing_pair())
+        return self._entrance is not None
+
+    async def _pause(self, seconds: float) -> None:
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._stopping.wait(), seconds)
+
     def _end_keeping(self) -> None:
         self._stopping.set()
         self._asked.set()
@@ -203,9 +233,14 @@ class Keeper:
         self._started = self._heard = house.clock.now()
         holder = f"{self.name}.{secrets.token_hex(8)}"
         self.lease = await house.directory.claim(self.name, holder, self._started)
-        control, their_control = socket.socketpair()
-        entrance = self._entrance = self._entrance or _Entrance(*handing_pair())
         self._asked.clear()
+        try:
+            entrance = self._entrance = self._entrance or _Entrance(*handing_pair())
+            control, their_control = socket.socketpair()
+        except OSError as error:
+            self.problem = f"its process cannot be started: {error.strerror}"
+            await self._end(self._entrance)
+            return
         gone = asyncio.Event()
         try:
             self.process = house.make_process(
@@ -245,7 +280,7 @@ class Keeper:
         """Return when the process has gone, or has said nothing for as long as its lease."""
         house = self._house
         assert self.lease is not None
-        look_every = house.directory.duration / _LOOKS
+        look_every = min(_LONGEST_LOOK, house.directory.duration / _LOOKS)
         while not gone.is_set():
             before = house.clock.now()
             with contextlib.suppress(TimeoutError):
@@ -270,8 +305,9 @@ class Keeper:
             if self._is_to_rest(now) and self._channel is not None:
                 log.info("room %s is idle; it starts when somebody comes", self.name,
                          extra=self._told("room_idle"))  # fmt: skip
-                # Who comes from now on waits for the next process.
-                self._entrance, self.state = _Entrance(*handing_pair()), "idle"
+                # Who comes from now on waits for the next process; `_end` closes this entrance.
+                self._entrance, self.state = None, "idle"
+                self._has_entrance()
                 self._channel.tell(Stop())
 
     def _is_to_rest(self, now: float) -> bool:
@@ -288,7 +324,7 @@ class Keeper:
         self._emptied = now if self._emptied is None else self._emptied
         return now - self._emptied >= self._idle
 
-    async def _end(self, entrance: _Entrance) -> None:
+    async def _end(self, entrance: _Entrance | None) -> None:
         """Whatever is left of the process goes, before another one may own the room."""
         house, hold = self._house, self._hold
         self._hold = None

@@ -205,7 +205,9 @@ class Supervisor:
         if self.admin is None:
             return
         rooms = tuple(
-            RoomHealth(name=k.name, state=k.state, problem=k.problem, restarts=k.restarts.count)
+            RoomHealth(
+                name=k.name, state=k.told_state, problem=k.problem, restarts=k.restarts.count
+            )
             for k in self.keepers.values()
         )
         sources = self.gate.sources

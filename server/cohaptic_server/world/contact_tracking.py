@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cohaptic.control.delay import LoopDelay
+from cohaptic.control.delay import TOO_LONG, LoopDelay
 from cohaptic.control.friction import tangential
 from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import ZERO, scale
@@ -177,7 +177,9 @@ def _loop_delay(
     if not touch.fresh:
         return delay
     if 0 < touch.tick <= state.tick:
-        return delay.measured((time.number - touch.tick) * time.period, time.now)
+        late = (time.number - touch.tick) * time.period
+        # The first sample after an outage names a patch of before, which says nothing of the loop.
+        return delay.measured(late, time.now) if faded_in or late <= TOO_LONG else delay
     # It names none, as before its first patch, or one that there has not been.
     return delay.waited(time.period) if faded_in else delay
 

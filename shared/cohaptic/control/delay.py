@@ -27,7 +27,7 @@ class LoopDelay:
         recent: Largest in the present window [s]; negative before the first measurement.
         before: Largest in the previous window [s]; negative without one.
         until: End of the present window [s].
-        unanswered: How long the client has pressed and answered no patch [s].
+        unanswered: How long the client has been there and answered no patch [s].
     """
 
     recent: float = -1.0

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import os
 import signal
+import socket
 import sys
 from collections.abc import AsyncGenerator, Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,7 +19,9 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode
+from cohaptic_server.rooms import keeper as keeping
 from cohaptic_server.rooms.config import RoomsConfig, RoomTable
+from cohaptic_server.rooms.process.handing_over import handing_pair
 from cohaptic_server.rooms.process.room_process import Build
 from cohaptic_server.rooms.supervisor import Supervisor
 from tests.patience import PATIENCE
@@ -310,6 +314,42 @@ def test_whoever_comes_while_a_room_ends_is_in_the_next_one() -> None:
                     # In the very moment in which it is told to end.
                     await h.until(lambda: keeper.state == "idle")
             assert len(ends) > 3
+
+    asyncio.run(main())
+
+
+def has_ended(keeper: keeping.Keeper, times: int) -> bool:
+    return keeper.restarts.count == times
+
+
+def test_a_room_on_demand_that_cannot_be_opened_is_tried_again_by_the_next_who_comes() -> None:
+    async def main() -> None:
+        async with served({"main": small, "torn": torn}, {"torn": ON_DEMAND}) as house:
+            torn_one = house.supervisor.keepers["torn"]
+            for tries in (1, 2):
+                with contextlib.suppress(OSError, InvalidHandshake):
+                    await refused(house.at("torn"))
+                await house.until(partial(has_ended, torn_one, tries))
+                await asyncio.sleep(1.0)  # twice as long as the pause
+                assert (torn_one.restarts.count, torn_one.state) == (tries, "broken")
+
+    asyncio.run(main())
+
+
+def test_a_server_without_files_for_a_room_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    pairs, pair = iter([True, True]), handing_pair
+
+    def sometimes() -> tuple[socket.socket, socket.socket]:
+        if next(pairs, False):
+            raise OSError(errno.EMFILE, "Too many open files")
+        return pair()
+
+    async def main() -> None:
+        async with served({"rare": small, "main": small}, {"rare": ON_DEMAND}) as house:
+            monkeypatch.setattr(keeping, "handing_pair", sometimes)
+            house.signal("main", signal.SIGKILL)
+            async with visitors(house, "rare", "main"):
+                assert next(pairs, None) is None
 
     asyncio.run(main())
 

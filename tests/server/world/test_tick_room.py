@@ -131,6 +131,18 @@ def test_a_force_that_is_held_grows_older_tick_by_tick(small_balloon: Balloon) -
         assert state.users[1].delay.counted == pytest.approx(k * DT)
 
 
+def test_a_hand_that_was_away_counts_again_at_once(small_balloon: Balloon) -> None:
+    """Its first samples after an outage name a patch of before it."""
+    state, _ = play(small_balloon, [touch(tick=1)])
+    before = state.tick
+    state, _ = play(small_balloon, [touch(tick=before, fresh=False)], round(5.0 / DT), state)
+    state, _ = play(small_balloon, [touch(tick=before)], RISE // 4, state)
+    for _ in range(2 * RISE):
+        state, patches = play(small_balloon, [touch(tick=state.tick)], 1, state)
+    assert state.users[1].delay.counted < 1.0
+    assert norm(patches[1].own_force) > 0.1
+
+
 @pytest.mark.parametrize("tick", [0, 1_000_000])
 def test_who_answers_no_patch_holds_nobody_up_and_fades(small_balloon: Balloon, tick: int) -> None:
     deaf = [touch(1 + i, at=side(0.1 * i), tick=tick) for i in range(5)]
