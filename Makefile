@@ -32,12 +32,15 @@ $(VENV)/.made:
 	  echo "the venv module is missing; on Debian: apt-get install python3-venv"; exit 1; }
 	@touch $@
 
+# As SOURCES of hatch_build.py, which builds the page while the package is installed.
+PAGE   := $(shell find $(addprefix web/,src index.html package.json package-lock.json vite.config.ts) -type f)
+
 # What the package needs is fetched, unpacked and imported once, for its bytecode, while the package
 # is built, which takes as long.
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 export IMPORTED = import cohaptic_server.cli.work.demonstration, cohaptic_server.cli.work.serving, cohaptic_client.touching
-$(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt $(wildcard web/*.json web/src/* web/src/*/*)
+$(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt $(PAGE)
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
 	@{ $(PIP) $(PINNED) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
 	  others=$$!; $(PIP) --no-deps -e . && wait $$others

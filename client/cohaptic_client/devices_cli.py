@@ -74,7 +74,7 @@ def doctor() -> None:
         raise typer.Exit(1)
 
 
-@devices.command("pulse")
+@devices.command("pulse", cls=ChapterCommand)
 def knock(device: str) -> None:
     """Knock gently on the hand at a device, to see which it is."""
     choice = read_device(device)

@@ -15,7 +15,6 @@ from cohaptic_server.demo.rest import Rest
 from cohaptic_server.demo.result import DemoResult, UserResult
 
 GOOD_ERROR = 0.05  # relative; half of the least difference of forces that a hand perceives
-_WRONG = 0.05  # error of a force from which on a hand tells it from the right one
 _PUNCTUAL = 0.8  # least share of patches received for the result to concern the method
 
 
@@ -127,7 +126,7 @@ def _outcome(result: DemoResult) -> str:
     softer = _names(u for u in result.users if u.soft)
     if softer:
         return f"Soft: every force came to rest, and the device of {softer} is the softer, {off}"
-    if max(errors, default=0.0) > _WRONG:
+    if max(errors, default=0.0) > GOOD_ERROR:
         return f"The forces came to rest, and not where they should: up to {max(errors):.1%} off"
     return f"Every force came to rest, {off}"
 

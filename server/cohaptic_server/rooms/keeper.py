@@ -130,9 +130,7 @@ class Keeper:
 
     @property
     def told_state(self) -> str:
-        """The state for who looks after the server: it is none the less ready for a room that
-        somebody has just asked for.
-        """
+        """The state as the admin port has it: a server is ready though an idle room starts."""
         starts = self.state == "starting" and self._idle is not None
         return "idle" if starts else self.state
 
