@@ -97,11 +97,9 @@ export function follow(tip: Vec3, to: Vec3, center: Vec3, radius: number, dt: nu
   const height = norm(sub(tip, center));
   const apart = Math.acos(Math.min(1, Math.max(-1, dot(out, there))));
   if (apart > FAR) {
-    if (height < ORBIT * radius) {
-      return along(center, Math.min(ORBIT * radius, height + SPEED * radius * dt), out);
-    }
-    const round = turn(out, there, (FLIGHT * radius * dt) / height);
-    return along(center, height, round);
+    // Up to the way round, and then along it: rounding leaves a tip just below the height that it was put at.
+    const risen = Math.max(height, Math.min(ORBIT * radius, height + SPEED * radius * dt));
+    return along(center, risen, risen < ORBIT * radius ? out : turn(out, there, (FLIGHT * radius * dt) / risen));
   }
   const way = sub(to, tip);
   const length = norm(way);

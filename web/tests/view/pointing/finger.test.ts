@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { norm, sub, turn, type Vec3 } from "../../../src/model/vec";
+import { along, norm, sub, turn, unit, type Vec3 } from "../../../src/model/vec";
 import { deeper, DEPTH, follow, goal, hover, penDepth, type Place3, press, release, slide } from "../../../src/view/pointing/finger";
 
 const R = 0.1;
@@ -69,6 +69,18 @@ describe("the tip", () => {
       if (tip[0] > 0) heights.push(norm(tip));
     }
     expect(Math.min(...heights)).toBeGreaterThan(1.05 * R);
+  });
+
+  it("arrives from wherever it is", () => {
+    // At the height of the way round, rounding puts many a tip just below it.
+    for (let k = 0; k < 500; k++) {
+      const middle: Vec3 = [0.01 * Math.sin(k), 0, 0.02 * Math.cos(3 * k)];
+      const away: Vec3 = [Math.cos(k), Math.sin(k), Math.sin(7 * k)];
+      let tip = along(middle, (1 + 0.0007 * k) * R, unit(away));
+      const to = along(middle, -0.9 * R, unit(away));
+      for (let i = 0; i < 200; i++) tip = follow(tip, to, middle, R, DT);
+      expect(norm(sub(tip, to)), `start ${String(k)}`).toBeLessThan(1e-4);
+    }
   });
 
   it("is never faster than a hand", () => {
