@@ -86,12 +86,25 @@ class Scene:
     @property
     def rhythm(self) -> Rhythm:
         """Rhythm of the first hand: forces can settle, and the duration has a whole period."""
-        half = _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
+        half = self._half
         if self.duration is not None:
-            # A period has two parts, off and pressed, or three: off, pressed and dragged.
-            parts = 3.0 if self.drags else 2.0
-            half = min(half, max(1.0, self.duration - _JOIN) / parts)
+            half = min(half, max(1.0, self.duration - _JOIN) / self._parts)
         return Rhythm(2.0 * half)
+
+    @property
+    def enough(self) -> float:
+        """Least duration in which a press and a release come to rest [s]."""
+        return _JOIN + self._parts * self._half
+
+    @property
+    def _half(self) -> float:
+        """Time of a press, or of a release, in which forces can settle [s]."""
+        return _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
+
+    @property
+    def _parts(self) -> float:
+        """Of a period: two, off and pressed, or three: off, pressed and dragged."""
+        return 3.0 if self.drags else 2.0
 
     def script(self, user: int) -> HandScript:
         """The script of user number `user` (from 0)."""

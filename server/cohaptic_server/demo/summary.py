@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from rich.console import Group
@@ -100,12 +101,11 @@ def verdict(result: DemoResult) -> str:
             f" {rate:.0f} of {result.simulation_hz:g} Hz.\nTake fewer users or a lower"
             f" --simulation-hz ({how})."
         )
-    if result.presses == 0:
+    if result.presses == 0 or any(user.rest is None for user in result.users):
         action = "drag" if result.friction else "press"
-        return (
-            f"Too short to tell: no whole {action} was seen ({how}). Let it run for 15 s:"
-            " --duration 15."
-        )
+        seen = "no force had the time to rest" if result.presses else f"no whole {action} was seen"
+        enough = math.ceil(result.enough_s)
+        return f"Too short to tell: {seen} ({how}). Let it run for {enough} s: --duration {enough}."
     left, right = result.users[:2]
     felt = _number(right.felt_from_others_n, ".2f", " N")
     after = _number(right.felt_delay_ms, ".0f", " ms")

@@ -16,7 +16,7 @@ from cohaptic_server.demo.result import DemoResult, evaluate
 from cohaptic_server.demo.scene import Scene, reference
 from tests.server.demo.recordings import blank, dragged, played, save
 
-SCENE = Scene(delay=0.05, duration=7.0)
+SCENE = Scene(delay=0.05, duration=9.0)  # of which 8.2 are enough
 DRAG = Scene(delay=0.05, duration=9.0, friction=0.8)
 DELAY = 0.12  # s after which the recorded hands feel each other
 STATUSES = [
@@ -29,7 +29,7 @@ STATUSES = [
 @pytest.fixture(scope="module")
 def recordings(small_balloon: Balloon) -> list[Recording]:
     """A press and a release in which everybody feels the truth, `DELAY` late."""
-    return played(SCENE, small_balloon, seconds=6.4, delay=DELAY)
+    return played(SCENE, small_balloon, seconds=8.4, delay=DELAY)
 
 
 @pytest.fixture(scope="module")
@@ -155,6 +155,18 @@ def test_a_device_is_soft_by_more_than_a_hundredth_and_where_it_should_be_as_sti
     statuses = [s.model_copy(update={"k_o": k_o, "law": law}) for s in STATUSES]
     result = judged(small_balloon, recordings, tmp_path, statuses=statuses)
     assert [user.soft for user in result.users] == [soft, soft]
+
+
+def test_of_hands_in_a_hurry_none_is_called_unstable(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
+) -> None:
+    """What swings at the end of half a second has not had the time to stop."""
+    left, right = copy(recordings[0]), copy(recordings[1])
+    right.columns["fx"] += 0.1 * np.sin(2.0 * np.pi * 4.0 * right.columns["t"])
+    hurried = replace(SCENE, duration=8.0)
+    result = judged(small_balloon, [left, right], tmp_path, scene=hurried)
+    assert [user.rest for user in result.users] == [Rest.RESTS, None]
+    assert result.enough_s == pytest.approx(8.2)
 
 
 def test_too_short_a_demonstration_judges_nobody(

@@ -35,6 +35,7 @@ def result(left: dict[str, Any] | None = None, **right: Any) -> DemoResult:
         friction=0.0,
         lag_ms=0.0,
         presses=2,
+        enough_s=8.2,
         users=(user("left", **(left or {})), user("right", **right)),
     )
 
@@ -117,8 +118,10 @@ def test_what_is_not_known_is_a_question() -> None:
                "stable": None, "rest": None}  # fmt: skip
     told = result(nothing, **nothing).model_copy(update={"presses": 0})
     assert verdict(told) == (
-        f"Too short to tell: no whole press was seen {HOW}. Let it run for 15 s: --duration 15."
+        f"Too short to tell: no whole press was seen {HOW}. Let it run for 9 s: --duration 9."
     )
+    hurried = result(rest=None, stable=None)
+    assert verdict(hurried).startswith("Too short to tell: no force had the time to rest")
     # The first hand has nothing to wait for.
     assert shown(told).count("?") == 4 + 3
 

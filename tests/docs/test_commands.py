@@ -4,45 +4,27 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 import typer
 
 from cohaptic.cli.app import build_app
+from tests.docs.blocks import EVERY_PAGE, ROOT, blocks
 
-ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.S | re.M)
-_COMMAND = re.compile(r"(?:\w+=\S+ )*(?:\.venv/bin/)?cohaptic (?P<arguments>.+)")
-_NOT_SHELL = {"python", "toml", "nginx", "html", "json", "yaml"}
-
-
-def commands(text: str) -> Iterator[str]:
-    """Arguments of `cohaptic` in the blocks of a page."""
-    for kind, block in _BLOCK.findall(text):
-        if kind in _NOT_SHELL:
-            continue
-        for line in block.replace("\\\n", " ").splitlines():
-            for part in re.split(r"\s(?:&&|\||>)\s", line):
-                if (found := _COMMAND.match(part.strip())) is not None:
-                    yield found["arguments"]
-
-
+_COHAPTIC = re.compile(r"(?:sudo )?(?:\.venv/bin/)?cohaptic (?P<arguments>.+)")
 SHOWN = [
-    (str(page.relative_to(ROOT)), command)
-    for page in PAGES
-    if "decisions" not in page.parts and page.name != "architecture.md"
-    for command in commands(page.read_text(encoding="utf-8"))
+    (block.page, found["arguments"])
+    for block in blocks()
+    for command in block.commands
+    if (found := _COHAPTIC.match(command)) is not None
 ]
 
 
 def test_a_file_that_a_page_includes_is_there() -> None:
     """A formatter has written such a mark as a comparison before."""
     included = 0
-    for page in PAGES:
+    for page in EVERY_PAGE:
         for mark in re.findall(r"^-+8 ?<.*$", page.read_text(encoding="utf-8"), re.M):
             named = re.fullmatch(r'--8<-- "([^"]+)"', mark)
             assert named is not None, f"{page}: {mark}"

@@ -1,0 +1,75 @@
+"""The blocks of README, docs and examples: what they hold, and which of their lines are played."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+EVERY_PAGE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+# Decisions are about their day, and the page of the architecture is drawn.
+PAGES = [
+    page for page in EVERY_PAGE if "decisions" not in page.parts and page.name != "architecture.md"
+]
+_BLOCK = re.compile(r"^(?P<fence>```+)(?P<kind>[^\n]*)\n(?P<text>.*?)^(?P=fence)\s*$", re.S | re.M)
+_INCLUDED = re.compile(r'--8<-- "([^"]+)"')
+# Words that begin a command; a block without any is a drawing or a grammar.
+_PROGRAMS = (
+    "cohaptic|python|python3|pip|curl|make|ssh|docker|sudo|install|systemctl|journalctl|npm|"
+    r"\.venv/bin/\w+|\."
+)
+_COMMAND = re.compile(rf"(?:{_PROGRAMS})(?: .*)?")
+
+# Lines that no test plays here, and why.
+NOT_PLAYED = {
+    r"make\b": "make: the target is the check",
+    r"(?:\.venv/bin/)?pip |python3 -m venv|\. \.venv": "installs: as `make` does it",
+    r"(?:sudo|docker|systemctl|install|journalctl|ssh)\b": "of another machine or its owner",
+    r'cohaptic touch "https://lab\.example': "of another machine or its owner",
+    r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
+    r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
+}
+# Kinds of blocks that nothing here can play, and the tests that try what they show.
+OTHER_KINDS = {
+    "nginx": "tests/system/test_deploy.py",
+    "html": "tests/browser/test_frames.py",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """What stands between two fences.
+
+    Args:
+        page: Path below the root.
+        kind: The word after the fence, such as python; empty for none.
+        text: With what it includes.
+    """
+
+    page: str
+    kind: str
+    text: str
+
+    @property
+    def commands(self) -> list[str]:
+        """Lines for a shell, comments and all; empty where it is none."""
+        if self.kind not in ("", "sh"):
+            return []
+        lines = self.text.replace("\\\n", " ").splitlines()
+        parts = [part.strip() for line in lines for part in re.split(r"\s&&\s", line)]
+        return [part for part in parts if _COMMAND.fullmatch(part)]
+
+
+def blocks() -> Iterator[Block]:
+    """All of them, in the order of pages and lines."""
+    for page in PAGES:
+        for found in _BLOCK.finditer(page.read_text(encoding="utf-8")):
+            text = _INCLUDED.sub(lambda mark: (ROOT / mark[1]).read_text("utf-8"), found["text"])
+            yield Block(page.relative_to(ROOT).as_posix(), found["kind"].strip("{.} "), text)
+
+
+def why_not(command: str) -> str:
+    """Why a command is not played; empty for one that is."""
+    return next((why for rule, why in NOT_PLAYED.items() if re.match(rule, command)), "")
