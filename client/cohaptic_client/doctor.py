@@ -1,13 +1,16 @@
-"""`cohaptic doctor`: what this machine can do for a haptic loop, and what to do where it cannot."""
+"""`cohaptic doctor`: what keeps this machine or a device at it from good touch, and what to do."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import platform
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -15,14 +18,23 @@ import typer
 
 from cohaptic import __version__
 from cohaptic.clock import resolution
-from cohaptic.errors import SettingError
+from cohaptic.errors import DeviceError, SettingError
 from cohaptic.runtime.scheduling import memory_lock_limit
+from cohaptic_client.devices.catalogue import NAMES, search
+from cohaptic_client.devices.hid_devices import unknown_hid
+from cohaptic_client.devices.serial_ports import unknown_ports
 from cohaptic_client.news import is_real_time
 
 MOST_LATE: Final = 0.001  # share of periods that may be late by more than one: 0.1 %
 MEMORY: Final = 64 << 20  # bytes; a loop's process has about half of that
 _CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
 _NODES: Final = ("hidraw*", "ttyACM*", "ttyUSB*")
+# Of Python, that drivers use; what it is for.
+_LIBRARIES: Final = (
+    ("hidapi", "HID devices"),
+    ("pyserial", "serial boards"),
+    ("websockets", "the Haply service"),
+)
 _GRACE: Final = 30.0  # s for the measuring process to start and end
 
 
@@ -33,16 +45,27 @@ class Finding:
     Args:
         subject: What was looked at.
         found: What there is.
-        advice: What to do; empty where it is as it should be.
+        advice: What to do; empty where nothing need be done.
+        absent: Whether it is missing and nobody may want it, such as a driver without its device.
+        wrong: Whether something is, though nobody can say what to do.
     """
 
     subject: str
     found: str
     advice: str = ""
+    absent: bool = False
+    wrong: bool = False
+
+    @property
+    def mark(self) -> str:
+        """The first word of its line."""
+        if self.absent:
+            return "absent"
+        return "warning" if self.advice or self.wrong else "ok"
 
     def __str__(self) -> str:
-        mark = "warning" if self.advice else "ok"
-        return f"{mark:8} {self.subject}: {self.found}" + (self.advice and f"; {self.advice}")
+        line = f"{self.mark:8} {self.subject}: {self.found}"
+        return line + (self.advice and f"\n{'':9}to do: {self.advice}")
 
 
 def of_measurement(measured: dict[str, Any]) -> list[Finding]:
@@ -121,7 +144,7 @@ def nodes(folder: Path) -> list[tuple[str, bool]]:
     return [(str(path), os.access(path, os.R_OK | os.W_OK)) for path in paths]
 
 
-def look(seconds: float) -> list[Finding]:
+def of_machine(seconds: float) -> list[Finding]:
     """Everything that is to be said of this machine, measuring for some seconds."""
     found = [
         Finding("versions", f"cohaptic {__version__}, Python {platform.python_version()}, "
@@ -146,17 +169,46 @@ def _measured(seconds: float) -> dict[str, Any]:
     return measured
 
 
-def doctor(
-    seconds: Annotated[float, typer.Option(help="How long to measure lateness [s].")] = 5.0,
-) -> None:
-    """Say what this machine can do for a haptic loop.
+def of_devices() -> Iterator[Finding]:
+    """Everything that is to be said of devices and what drives them."""
+    for package, purpose in _LIBRARIES:
+        try:
+            yield Finding(package, f"{version(package)}, for {purpose}")
+        except PackageNotFoundError:
+            yield Finding(package, f"is not installed, for {purpose}", absent=True)
+    found, missing = search()
+    for each in found:
+        subject, found_so = f"{each.choice} at {each.where}", each.problem or "ready"
+        yield Finding(subject, found_so, each.advice, wrong=bool(each.problem))
+    for error in missing:
+        yield Finding(error.device, error.problem, error.advice, absent=True)
+    seen = {each.choice.split(":")[0] for each in found} | {error.device for error in missing}
+    unseen = [name for name in NAMES if name not in seen and name != "simulated"]
+    if unseen:
+        yield Finding(", ".join(unseen), "not plugged in, or not seen by the system", absent=True)
+    places = [each.where for each in found]
+    for unknown in (unknown_hid, unknown_ports):
+        with contextlib.suppress(DeviceError):  # without its library, which was told above
+            for other in unknown(places):
+                yield Finding(other, "known to no driver here", absent=True)
 
-    Ends with status 1 after a warning. `cohaptic devices doctor` says it of devices.
+
+def doctor(
+    seconds: Annotated[
+        float, typer.Option(help="How long to measure lateness [s]; 0 looks at devices alone.")
+    ] = 5.0,
+) -> None:
+    """Say what keeps this machine or a device from use.
+
+    Ends with status 1 after a warning.
     """
-    if not 0.1 <= seconds <= 3600.0:
-        raise SettingError("seconds", seconds, "from 0.1 to 3600")
-    typer.echo(f"measuring lateness for {seconds:g} s", err=True)
-    found = look(seconds)
+    if seconds != 0.0 and not 0.1 <= seconds <= 3600.0:
+        raise SettingError("seconds", seconds, "0, or from 0.1 to 3600")
+    found: list[Finding] = []
+    if seconds > 0.0:
+        typer.echo(f"measuring lateness for {seconds:g} s", err=True)
+        found += of_machine(seconds)
+    found += of_devices()
     for finding in found:
         typer.echo(str(finding))
-    raise typer.Exit(1 if any(finding.advice for finding in found) else 0)
+    raise typer.Exit(1 if any(finding.mark == "warning" for finding in found) else 0)

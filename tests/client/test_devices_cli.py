@@ -1,4 +1,4 @@
-"""`cohaptic devices` on an emulated service and a board on a pseudo-terminal."""
+"""`cohaptic devices` and `doctor` on an emulated service and a board on a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from cohaptic.errors import DeviceError, SettingError
@@ -20,6 +21,7 @@ from cohaptic_client.devices.oneaxis import link as oneaxis_link
 from cohaptic_client.devices.oneaxis import oneaxis_kind
 from cohaptic_client.devices.woodenhaptics import wooden_kind
 from cohaptic_client.devices_cli import devices
+from cohaptic_client.doctor import doctor
 from tests.client.devices.haply.emulator import EmulatedArm, HaplyEmulator
 from tests.client.devices.haply.haply_bench import be_patient
 from tests.client.devices.until import SteadyClock, until
@@ -41,7 +43,11 @@ def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[HaplyEmulator]:
 
 
 def said(*arguments: str, status: int = 0) -> str:
-    result = CliRunner().invoke(devices, list(arguments))
+    app = typer.Typer()
+    app.add_typer(devices, name="devices")
+    app.command("doctor")(doctor)
+    words = ["doctor", "--seconds", "0"] if arguments == ("doctor",) else ["devices", *arguments]
+    result = CliRunner().invoke(app, words)
     assert result.exit_code == status, result.output
     return result.output
 
@@ -58,15 +64,21 @@ def test_the_doctor_says_what_is_wrong_and_what_to_do(service: HaplyEmulator) ->
     service.arms["04A1"].status["calibrated"] = False
     text = said("doctor", status=1)
     assert "haply:id=049D" in text
-    assert "has no power: it senses, and gives no force\n  to do: plug its power supply in" in text
-    assert "device 04A1 is not calibrated\n  to do: put its arms into the resting position" in text
-    assert "hidapi " in text
+    assert (
+        "has no power: it senses, and gives no force\n         to do: plug its power supply in"
+        in text
+    )
+    assert (
+        "device 04A1 is not calibrated\n         to do: put its arms into the resting position"
+        in text
+    )
+    assert "ok       hidapi: " in text
 
 
 def test_all_well_is_said_and_a_device_in_use_is_named(service: HaplyEmulator) -> None:
     assert "the Haply service at its usual address: ready" in said("doctor")
     service.arms["04A1"].status["in_use"] = True
-    assert "another program uses it\n  to do: quit that program" in said("doctor", status=1)
+    assert "another program uses it\n         to do: quit that program" in said("doctor", status=1)
 
 
 def test_a_service_that_is_missing_is_told_and_no_fault(
@@ -85,12 +97,12 @@ def test_the_doctor_names_what_was_looked_for_in_vain(
     """And the makers' libraries, without which nothing can be looked for."""
     monkeypatch.setattr(oneaxis_kind, "find_ports", list)
     text = said("doctor")
-    assert "not plugged in, or not seen by the system: " in text
     last = text.splitlines()[-1]
+    assert last.endswith("not plugged in, or not seen by the system")
     assert "oneaxis" in last
     assert "haply" not in last
-    assert "touch: its maker's library libHD.so cannot be loaded\n  to do: install" in text
-    assert "forcedimension: its maker's library libdhd.so cannot be loaded\n  to do" in text
+    assert "touch: its maker's library libHD.so cannot be loaded\n         to do: install" in text
+    assert "forcedimension: its maker's library libdhd.so cannot be loaded\n         to do" in text
 
 
 @pytest.fixture
@@ -120,9 +132,9 @@ def test_a_serial_board_says_what_it_is(
 
     monkeypatch.setattr(serial_ports, "list_ports", list_ports)
     text = said("doctor", status=1)
-    unknown = [line for line in text.splitlines() if line.startswith("seen, and known to no")]
-    assert unknown == ["seen, and known to no driver here: 1209:abcd Arm at /dev/ttyACM9"]
-    assert f"woodenhaptics:kind=vintage,port={boards[0].path}, {boards[0].path}: ready" in text
+    unknown = [line for line in text.splitlines() if line.endswith("known to no driver here")]
+    assert unknown == ["absent   1209:abcd Arm at /dev/ttyACM9: known to no driver here"]
+    assert f"woodenhaptics:kind=vintage,port={boards[0].path} at {boards[0].path}: ready" in text
     assert f"what is at {boards[1].path} does not answer as its board does" in text
 
 
@@ -141,9 +153,12 @@ def test_a_one_axis_board_is_found_asked_knocked_with_and_calibrated(
     monkeypatch.setattr(oneaxis_link, "FIRST_ANSWER", 2.0)
     text = said("doctor", status=1)
     monkeypatch.setattr(oneaxis_link, "FIRST_ANSWER", 20.0)
-    assert f"oneaxis:port={boards[0].path}, {boards[0].path}: ready" in text
+    assert f"oneaxis:port={boards[0].path} at {boards[0].path}: ready" in text
     for board in boards[1:]:
-        assert f"what is at {board.path} does not answer as such a board does\n  to do: see" in text
+        assert (
+            f"what is at {board.path} does not answer as such a board does\n         to do: see"
+            in text
+        )
     unit = tmp_path / "mine.toml"
     unit.write_text("sensor_direction = 1\nmotor_direction = 1\ntorque_constant = 0.02\n")
     # It pushes along its axis only, whichever way that is turned.

@@ -6,11 +6,11 @@ from functools import lru_cache
 from importlib import import_module
 from typing import cast
 
-from cohaptic.errors import SettingError
+from cohaptic.errors import DeviceError, SettingError
 from cohaptic_client.devices.choice import DeviceChoice, split_choice
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_client.devices.kind import DeviceKind, Found
 
 # The module that has the `KIND` of each name. The next device is one line here.
 _HOMES = {
@@ -50,3 +50,15 @@ def device_info(choice: DeviceChoice) -> DeviceInfo:
 def open_device(config: DeviceConfig) -> Device:
     """Open the device of a configuration; raises DeviceError when it cannot be had."""
     return device_kind(config.choice.name).open(config)
+
+
+def search() -> tuple[list[Found], list[DeviceError]]:
+    """Devices of this machine, and what was missing to look for others."""
+    found: list[Found] = []
+    missing: list[DeviceError] = []
+    for name in NAMES:
+        try:
+            found += device_kind(name).find()
+        except DeviceError as error:
+            missing.append(error)
+    return found, missing
