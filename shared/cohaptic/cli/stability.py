@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -133,20 +133,9 @@ def _show(answer: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from cohaptic.cli.stability_words import in_words
+
     table = Table(show_header=False, box=None)
-    for name, value in answer.items():
-        if name == "area":
-            value = f"{len(value) - 1} corners; --json writes them"
-        table.add_row(name.replace("_", " "), _in_words(value))
+    for words, value in in_words(answer):
+        table.add_row(words, value)
     Console().print(table)
-
-
-def _in_words(value: object) -> str:
-    """One value of the answer."""
-    if isinstance(value, list):
-        return ", ".join(_in_words(part) for part in cast("list[object]", value))
-    if isinstance(value, bool):
-        return "yes" if value else "NO"
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -146,3 +146,26 @@ def test_for_a_person_it_is_a_table() -> None:
 def test_a_file_that_cannot_be_written_is_told_before_the_work() -> None:
     with pytest.raises(SettingError, match=r"--json is no/such/x.json; it must be a file in a"):
         stability(json_to="no/such/x.json")
+
+
+C = "[[0.005, 0.002], [0.002, 0.004]]"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--law", "pi", "--integral-gain", "300", "--area"], ["felt at rest", "200 N/m"]),
+        (["--law", "pi", "--compliance", C, "--delay", "0.1"], ["safe I", "558.4, 651.5 N/(m s)"]),
+        (["--compliance", "[[0.01, 0], [0, 0.01]]", "--delays", "0.1"], ["without bound"]),
+        (["--compliance", C, "--delays", "[0.1, 0.2]"], ["growth of the fastest motion", " 1/s"]),
+        (["--compliance", C, "--delays", "0.1", "--lag", "0.05"], ["lag of the room", "50 ms"]),
+    ],
+)
+def test_people_read_words_with_units(arguments: list[str], said: list[str]) -> None:
+    """And programs the keys."""
+    answer = ask(*arguments)
+    shown = CliRunner().invoke(APP, arguments, catch_exceptions=False).stdout
+    assert len(shown.splitlines()) == len(answer) - (answer.get("closed_condition", 0) is None)
+    assert all(len(line.rstrip()) <= 80 for line in shown.splitlines())
+    assert all(part in shown for part in said)
+    assert "_" not in shown.replace("K_h", "")
