@@ -17,7 +17,9 @@ from cohaptic_experiments.report import show, write
 
 def experiment(
     name: Annotated[str, typer.Argument(help=f"{', '.join(EXPERIMENTS)}, or all.")],
-    out: Annotated[Path, typer.Option(help="Folder for figures, data and summaries.")],
+    out: Annotated[Path, typer.Option(help="Folder for figures, data and summaries.")] = Path(
+        "results"
+    ),
     seed: Annotated[int, typer.Option(min=0, help="Of everything that is random.")] = 0,
     quick: Annotated[bool, typer.Option(help="Shorter and coarser, to see that it works.")] = False,
     trials: Annotated[
