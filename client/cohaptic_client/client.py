@@ -70,6 +70,7 @@ class Client:
         self._faults = FaultNews()
         self._silences = FaultNews()
         self._scheduling_told = settings.device.name == "simulated"  # nobody feels it late
+        self._leaving = False  # the end of the conversation is wanted, and no news
         self.hears: Callable[[], bool] = lambda: True
 
     async def run(self) -> None:
@@ -91,6 +92,7 @@ class Client:
                 task.result()
         finally:
             # The force fades while the link still carries it to the server.
+            self._leaving = True
             await self._let_go()
             for task in work:
                 task.cancel()
@@ -156,6 +158,8 @@ class Client:
         while True:
             try:
                 reason = await self._converse()
+                if self._leaving:
+                    return
                 told = ""
                 until = self.clock.now() + patience
                 error = lost = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))

@@ -10,6 +10,7 @@ from typing import IO, TextIO, cast
 from rich.console import Console
 
 from cohaptic.runtime.aside import Aside, aside
+from cohaptic.status.lines import EVERY, Summary, status_line
 from cohaptic_client.client import Client
 from cohaptic_client.enter_key import EnterKey
 from cohaptic_client.recorder import Recorder
@@ -40,7 +41,8 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
         keep=recorder.keep if record else None,
     )
-    shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None))
+    summary = Summary(client.clock.now())
+    shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None, summary))
     key = EnterKey(client.acknowledge) if settings.holds_faults else None
     if key is not None:
         client.hears = key.listening
@@ -51,6 +53,10 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
             key.stop()
         shown.cancel()
         await asyncio.gather(shown, return_exceptions=True)
+        last = client.status()
+        if not json_lines and last.loop_hz > 0.0:
+            line = summary.line(last, client.clock.now())
+            console.print(line, highlight=False, markup=False, soft_wrap=True)
         if record:
             recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
         if isinstance(lines, Aside) and lines.left_out:
@@ -61,15 +67,25 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
                 await asyncio.to_thread(stream.drain)
 
 
-async def _show(client: Client, console: Console, lines: Aside | TextIO | None) -> None:
+async def _show(
+    client: Client, console: Console, lines: Aside | TextIO | None, summary: Summary
+) -> None:
     """The client's state, for a person or for a program, until cancelled."""
     if lines is not None:
         while True:
             lines.write(client.status().model_dump_json() + "\n")
             lines.flush()
             await asyncio.sleep(_REFRESH)
+    clock = client.clock
     if not console.is_terminal:
-        return
+        told = clock.now()
+        while True:
+            await asyncio.sleep(_REFRESH)
+            status = client.status()
+            summary.read(status, clock.now())
+            if clock.now() - told >= EVERY and status.state != "connecting":
+                told = clock.now()
+                console.print(status_line(status), highlight=False, markup=False, soft_wrap=True)
     # A third of what `cohaptic touch` imports, which a program that starts it does not need.
     from rich.live import Live
 
@@ -77,5 +93,7 @@ async def _show(client: Client, console: Console, lines: Aside | TextIO | None) 
 
     with Live(console=console, refresh_per_second=10, transient=True) as live:
         while True:
-            live.update(status_view([client.status()], width=console.width))
+            status = client.status()
+            summary.read(status, clock.now())
+            live.update(status_view([status], width=console.width))
             await asyncio.sleep(_REFRESH)

@@ -15,6 +15,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import trimesh
+
 from cohaptic.clock import SystemClock
 from tests.docs.blocks import ROOT, Block, why_not
 from tests.patience import PATIENCE
@@ -48,7 +50,10 @@ class Player:
         self._server: subprocess.Popen[str] | None = None
         self._ports = {"8765": "0", "9100": "0"}
         (folder / "examples").symlink_to(ROOT / "examples")
-        (folder / "liver.stl").symlink_to(ROOT / "examples" / "torus.stl")
+        liver: Any = trimesh.Scene()
+        for part, radius in (("liver", 0.05), ("tumour", 0.015)):
+            liver.add_geometry(trimesh.creation.icosphere(2, radius), part, part)
+        liver.export(folder / "liver.glb")
         write_pair(folder)
 
     def __enter__(self) -> Player:
@@ -117,7 +122,12 @@ class Player:
             words, cwd=self._folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=20 * PATIENCE, check=False,
         )  # fmt: skip
-        assert done.returncode == 0, f"{command}\n{done.stdout[-2000:]}"
+        # The doctor's status is its verdict on this machine.
+        well = (0, 1) if order == ["doctor"] else (0,)
+        assert done.returncode in well, f"{command}\n{done.stdout[-2000:]}"
+        if order == ["touch"]:  # a visit that was meant to end ends so, and leaves a summary
+            assert "trying again" not in done.stdout
+            assert re.search(r"touched for \d+ of \d+ s, at most", done.stdout), done.stdout
 
     def _serve_if_none(self) -> None:
         """Pages that tell of clients take a server for granted."""

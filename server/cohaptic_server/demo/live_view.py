@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.clock import SystemClock
+from cohaptic.status.lines import EVERY, status_line
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.table import status_view
 from cohaptic_server.demo.processes import DemoFailed, Stage
@@ -42,12 +43,17 @@ def watch(
         DemoFailed: A client has ended, or they were not all engaged in time.
     """
     clock = SystemClock()
-    monitor = Monitor(scene, clock.now())
+    monitor, told = Monitor(scene, clock.now()), clock.now()
     with Live(console=console, refresh_per_second=10, transient=True) as live:
         while not stop.wait(REFRESH):
             now = clock.now()
             monitor.read(stage.statuses(), now)
-            live.update(monitor.picture(now, console.width))
+            if console.is_terminal:
+                live.update(monitor.picture(now, console.width))
+            elif now - told >= EVERY and monitor.statuses:
+                told = now
+                lines = "; ".join(status_line(user) for user in monitor.statuses)
+                console.print(lines, highlight=False, markup=False, soft_wrap=True)
             if monitor.is_over(now):
                 break
     return monitor.statuses or stage.statuses(), monitor.faults

@@ -116,15 +116,16 @@ def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
     return [
         column("user", 0, 4, [_short(user.name) for user in users]),
         _Column("", 1, 13, states),
-        column("force", 2, 18, [f"{bar(user.force)} {user.force:5.2f} N" for user in users]),
+        column("", 7, _BAR, [bar(user.force) for user in users]),
+        column("force", 2, 8, [f"{user.force:.2f} N" for user in users]),
         column("of others", 3, 9, [f"{user.felt_from_others:+5.2f} N" for user in users]),
         *along,
-        column("indentation", 8, 11, [f"{1e3 * user.indentation:.1f} mm" for user in users]),
-        column("K_o", 7, 9, [_stiffness(user) for user in users]),
-        column("round trip", 5, 11, trips),
-        column("clock", 10, 12, clocks),
-        column("loop", 6, 7, [f"{user.loop_hz:.0f} Hz" for user in users]),
-        column("late p99", 9, 8, [f"{1e6 * user.loop_late_p99:.0f} us" for user in users]),
+        column("depth", 5, 7, [f"{1e3 * user.indentation:.1f} mm" for user in users]),
+        column("K_o", 6, 9, [_stiffness(user) for user in users]),
+        column("round trip", 8, 11, trips),
+        column("clock", 11, 12, clocks),
+        column("loop", 9, 7, [f"{user.loop_hz:.0f} Hz" for user in users]),
+        column("late p99", 10, 8, [f"{1e6 * user.loop_late_p99:.0f} us" for user in users]),
     ]
 
 

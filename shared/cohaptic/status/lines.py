@@ -1,0 +1,47 @@
+"""The state of hands as lines of text, for a log or a pipe, and the summary of a hand that left."""
+
+from __future__ import annotations
+
+from cohaptic.status.report import TouchStatus
+
+EVERY = 1.0  # s between two lines where there is no terminal
+
+
+def status_line(user: TouchStatus) -> str:
+    """One line on a hand now."""
+    parts = [user.state]
+    if user.state == "touching":
+        parts += [f"{user.force:.2f} N", f"{user.felt_from_others:+.2f} N of others"]
+        parts += [f"{1e3 * user.indentation:.1f} mm deep", f"K_o {user.k_o:.0f} N/m"]
+    parts += [f"force off: {user.fault}"] if user.fault else []
+    return f"{user.name}: {', '.join(parts)}"
+
+
+class Summary:
+    """What stays of a visit: fed with readings, asked at the end.
+
+    Args:
+        began: Time of its begin [s].
+    """
+
+    def __init__(self, began: float) -> None:
+        self._began = began
+        self._before: float | None = None  # time of the reading before, if it touched
+        self._touched = 0.0
+        self._highest = 0.0
+
+    def read(self, user: TouchStatus, now: float) -> None:
+        """Take a reading."""
+        touches = user.state == "touching"
+        if touches and self._before is not None:
+            self._touched += now - self._before
+        self._before = now if touches else None
+        self._highest = max(self._highest, user.force)
+
+    def line(self, user: TouchStatus, now: float) -> str:
+        """The summary, with the last status of the hand."""
+        return (
+            f"{user.name}: touched for {self._touched:.0f} of {now - self._began:.0f} s, at most"
+            f" {self._highest:.2f} N shown; round trip {1e3 * user.round_trip:.0f} ms; loop"
+            f" {user.loop_hz:.0f} Hz, {user.loop_missed} periods left out"
+        )

@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.status.lines import Summary, status_line
+from cohaptic.status.report import TouchStatus
+
+TOUCHING = TouchStatus(
+    name="ann", state="touching", force=2.43, felt_from_others=-0.5, indentation=0.0089, k_o=272.0,
+    round_trip=0.003, loop_hz=999.6, loop_missed=2,
+)  # fmt: skip
+
+
+def test_a_line_has_force_depth_and_stiffness_while_the_hand_touches() -> None:
+    said = "ann: touching, 2.43 N, -0.50 N of others, 8.9 mm deep, K_o 272 N/m"
+    assert status_line(TOUCHING) == said
+    assert status_line(TouchStatus(name="ann", state="free")) == "ann: free"
+    fault = TouchStatus(name="ann", state="fault", fault="too fast")
+    assert status_line(fault) == "ann: fault, force off: too fast"
+
+
+def test_a_summary_says_how_long_how_hard_and_how_well() -> None:
+    summary = Summary(10.0)
+    for now in (11.0, 12.0, 13.0):
+        summary.read(TOUCHING, now)
+    summary.read(TouchStatus(name="ann", state="free"), 14.0)
+    assert summary.line(TOUCHING, 15.0) == (
+        "ann: touched for 2 of 5 s, at most 2.43 N shown; round trip 3 ms; loop 1000 Hz,"
+        " 2 periods left out"
+    )
+
+
+@given(st.lists(st.booleans(), max_size=40))
+def test_nobody_touches_for_longer_than_it_was_there(touches: list[bool]) -> None:
+    summary = Summary(0.0)
+    for k, touch in enumerate(touches, 1):
+        state = "touching" if touch else "free"
+        summary.read(TouchStatus(name="ann", state=state), float(k))
+    expected = sum(a and b for a, b in pairwise(touches))
+    assert f"touched for {expected} of {len(touches)} s" in summary.line(
+        TOUCHING, float(len(touches))
+    )
