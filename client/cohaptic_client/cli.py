@@ -86,26 +86,31 @@ def touch(
     rhythm_s: Annotated[
         float,
         typer.Option(
-            help="Period in which it presses and lets go [s]; 0 rests.", rich_help_panel=_HAND
+            help="Period in which it presses and lets go [s]; 0 keeps pressing.",
+            rich_help_panel=_HAND,
         ),
     ] = 0.0,
     drag_mm: Annotated[
         float,
         typer.Option(
-            help="Drag to its right and back, so far, in place of letting go [mm].",
+            help="Way that it drags to its right and back in place of letting go [mm].",
             rich_help_panel=_HAND,
         ),
     ] = 0.0,
     at: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
-            help="Point x y z on the surface, in place of --angle [m].", rich_help_panel=_HAND
+            metavar="X Y Z",
+            help="Point on the surface, in place of --angle [m].",
+            rich_help_panel=_HAND,
         ),
     ] = None,
     inward: Annotated[
         tuple[float, float, float] | None,
         typer.Option(
-            help="With --at: unit vector x y z into the body there.", rich_help_panel=_HAND
+            metavar="X Y Z",
+            help="With --at: unit vector into the body there.",
+            rich_help_panel=_HAND,
         ),
     ] = None,
     dead_man: Annotated[
@@ -159,19 +164,28 @@ def touch(
     ] = None,
     delay_up_ms: Annotated[
         float | None,
-        typer.Option(help="--delay-ms to the server alone [ms].", rich_help_panel=_NETWORK),
+        typer.Option(
+            help="Delay towards the server, in place of --delay-ms [ms].", rich_help_panel=_NETWORK
+        ),
     ] = None,
     delay_down_ms: Annotated[
         float | None,
-        typer.Option(help="--delay-ms from the server alone [ms].", rich_help_panel=_NETWORK),
+        typer.Option(
+            help="Delay from the server, in place of --delay-ms [ms].", rich_help_panel=_NETWORK
+        ),
     ] = None,
     jitter_up_ms: Annotated[
         float | None,
-        typer.Option(help="--jitter-ms to the server alone [ms].", rich_help_panel=_NETWORK),
+        typer.Option(
+            help="Jitter towards the server, in place of --jitter-ms [ms].",
+            rich_help_panel=_NETWORK,
+        ),
     ] = None,
     jitter_down_ms: Annotated[
         float | None,
-        typer.Option(help="--jitter-ms from the server alone [ms].", rich_help_panel=_NETWORK),
+        typer.Option(
+            help="Jitter from the server, in place of --jitter-ms [ms].", rich_help_panel=_NETWORK
+        ),
     ] = None,
     seed: Annotated[
         int, typer.Option(help="Seed of the random jitter.", rich_help_panel=_NETWORK)
@@ -202,7 +216,7 @@ def touch(
     k_h: Annotated[
         float | None,
         typer.Option(
-            help="Gain in place of the server's, which has to allow it [N/m].",
+            help="Gain in place of the server's; needs serve --allow-fixed-gains [N/m].",
             rich_help_panel=_LAW,
         ),
     ] = None,

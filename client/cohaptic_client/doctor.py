@@ -198,7 +198,7 @@ def doctor(
         float, typer.Option(help="How long to measure lateness [s]; 0 looks at devices alone.")
     ] = 5.0,
 ) -> None:
-    """Say what keeps this machine or a device from use.
+    """Check this machine and its devices, and say what to fix.
 
     Ends with status 1 after a warning.
     """

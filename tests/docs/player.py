@@ -6,6 +6,8 @@ hands leave after some seconds.
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import shlex
@@ -47,6 +49,7 @@ class Player:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._names: dict[str, Any] = {}
+        self._printed = ""
         self._server: subprocess.Popen[str] | None = None
         self._ports = {"8765": "0", "9100": "0"}
         (folder / "examples").symlink_to(ROOT / "examples")
@@ -75,6 +78,9 @@ class Player:
             return 1
         if block.kind == "python":
             return self._python(block)
+        if block.kind == "text":  # what the program above it prints
+            assert block.text == self._printed, self._printed
+            return 1
         played = [command for command in block.commands if not why_not(command)]
         for command in played:
             self._command(command)
@@ -84,7 +90,9 @@ class Player:
         before = Path.cwd()
         os.chdir(self._folder)
         try:
-            exec(compile(block.text, block.page, "exec"), self._names)
+            with contextlib.redirect_stdout(io.StringIO()) as printed:
+                exec(compile(block.text, block.page, "exec"), self._names)
+            self._printed = printed.getvalue()
         finally:
             os.chdir(before)
         return 1

@@ -17,7 +17,7 @@ LONG = {"docs/how-to/parts-and-scans.md", "docs/tutorial/your-own-object.md"}
 
 def is_played(block: Block) -> bool:
     """Whether there is something in it that a test can run."""
-    return block.kind in ("python", "toml") or any(not why_not(c) for c in block.commands)
+    return block.kind in ("python", "text", "toml") or any(not why_not(c) for c in block.commands)
 
 
 PLAYED = {
@@ -27,7 +27,7 @@ PLAYED = {
 
 
 def test_every_kind_of_block_is_known() -> None:
-    known = {"", "sh", "python", "toml", *OTHER_KINDS}
+    known = {"", "sh", "python", "text", "toml", *OTHER_KINDS}
     assert {(block.page, block.kind) for block in BLOCKS if block.kind not in known} == set()
     assert all((ROOT / test).is_file() for test in OTHER_KINDS.values())
 

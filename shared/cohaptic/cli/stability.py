@@ -31,7 +31,10 @@ def stability(
         float, typer.Option(help="Integral gain I of the law [N/(m s)].")
     ] = 0.0,
     b_o: Annotated[
-        float, typer.Option(help="Damping over the simulation period, eq. (9) [N/m].")
+        float,
+        typer.Option(
+            help="Damping of the object over the simulation period, the paper's eq. (9) [N/m]."
+        ),
     ] = 0.0,
     sim_period: Annotated[
         float, typer.Option(help="Simulation period N T [s].", show_default="1/60")
@@ -68,10 +71,10 @@ def stability(
 ) -> None:
     """Say whether a local model is stable, and for which gains.
 
-    Alone: the lifted system of the paper, with delay to the haptic sample, and the closed
-    conditions where they apply. With --compliance: several contacts, without delay and under any
-    delay, and the gains that are safe. With --delays too: a room of hands held still, by the
-    rightmost root of its loop, beside the lag that the theorem asks for.
+    Alone, predictive always is: its own force never comes back to it. For the other laws the whole
+    loop is judged, beside the paper's conditions (docs/science.md). With --compliance: several
+    contacts, without and under any delay, and safe gains. With --delays too: a room of hands held
+    still, and the lag that it needs.
     """
     check_output("--json", None if json_to in (None, "-") else Path(json_to))
     import numpy as np

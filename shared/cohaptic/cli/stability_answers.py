@@ -60,6 +60,8 @@ def alone(
         ("simulation period", sim_period, haptic_period),
         ("delay", delay, 0.0),
     )
+    if law is Law.PREDICTIVE and integral_gain > 0.0:
+        raise SettingError("integral_gain", integral_gain, "left out: predictive has no integral")
     rate_ratio, samples = _in_samples(sim_period, delay, haptic_period)
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
