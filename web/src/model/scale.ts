@@ -1,8 +1,16 @@
-/** Scales of plots: from numbers to pixels, and which numbers to write at an axis. */
+/** Scales: from numbers to pixels, which numbers to write at an axis, and how large a force is shown. */
 
 export interface Range {
   readonly low: number;
   readonly high: number;
+}
+
+/** Fills a bar, and makes an arrow and a ring as long as they get: the largest force that the page renders [N]. */
+export const FULL_FORCE = 10;
+
+/** Share of it, 0 to 1. Whatever shows a force by its size goes by this, so that all hands can be compared. */
+export function forceShare(force: number): number {
+  return Math.min(1, Math.max(0, force) / FULL_FORCE);
 }
 
 /** From a range of values to a range of pixels; a range of no width lies in the middle. */

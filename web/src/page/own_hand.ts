@@ -3,6 +3,7 @@
 import { type RestMesh, sameMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
 import { type LawName, PAPER } from "../model/laws";
+import { FULL_FORCE } from "../model/scale";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
 import { along, norm, scale, sub, unit, type Vec3 } from "../model/vec";
 import type { LawChoice } from "../ui/dock";
@@ -15,7 +16,6 @@ export const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
   natural: { mass: 0.15, damping: 8, stiffness: 400 },
   firm: { mass: 0.15, damping: 60, stiffness: 10_000 },
 };
-const MAX_FORCE = 10; // N
 const AWAY = 1.3; // radii of the body, where a hand appears
 
 /** @param beside Another hand than the visitor's own. */
@@ -121,7 +121,7 @@ export class OwnHand {
     this.tip = along(center, AWAY * radius, unit(towards));
     this.handle = this.startTouch({
       url, name, law: this.law === "paper" ? "proportional" : this.law, geometry: "sphere",
-      max_force: MAX_FORCE, friction: this.friction, passivity: true, hand: HANDS[this.grip], target: this.tip, wait,
+      max_force: FULL_FORCE, friction: this.friction, passivity: true, hand: HANDS[this.grip], target: this.tip, wait,
     });
     this.paperPending = this.law === "paper";
   }

@@ -2,6 +2,7 @@
 
 import type { TouchState } from "../model/hand";
 import type { LawName } from "../model/laws";
+import { forceShare, FULL_FORCE } from "../model/scale";
 import { norm } from "../model/vec";
 import { type Choice, choice, el, say, show, symbol } from "./dom";
 import { icon } from "./icons";
@@ -21,8 +22,6 @@ export interface DockActions {
   friction(mu: number): void;
   name(name: string): void;
 }
-
-const FULL_SCALE = 10; // N, the largest force that the page renders
 
 export class Dock {
   readonly root: HTMLElement;
@@ -78,7 +77,7 @@ export class Dock {
     friction.set("0");
     this.meter = el("div", {
       class: "meter",
-      attrs: { role: "meter", "aria-label": "Force on your hand", "aria-valuemin": "0", "aria-valuemax": `${FULL_SCALE}`, "aria-valuenow": "0" },
+      attrs: { role: "meter", "aria-label": "Force on your hand", "aria-valuemin": "0", "aria-valuemax": `${FULL_FORCE}`, "aria-valuenow": "0" },
     }, this.fill, this.share);
     this.active.append(
       this.picture.canvas,
@@ -129,8 +128,8 @@ export class Dock {
     const f = live ? norm(state.force) : 0;
     const others = Math.max(0, Math.min(f, state.felt_from_others));
     say(this.force, live ? `${fixed(f, 2)} N` : "\u2013");
-    this.fill.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
-    this.share.style.transform = `scaleX(${Math.min(1, others / FULL_SCALE).toFixed(3)})`;
+    this.fill.style.transform = `scaleX(${forceShare(f).toFixed(3)})`;
+    this.share.style.transform = `scaleX(${forceShare(others).toFixed(3)})`;
     this.meter.setAttribute("aria-valuenow", f.toFixed(1));
     this.meter.setAttribute("aria-valuetext", `${f.toFixed(1)} newtons, ${others.toFixed(1)} of them from the others`);
     say(this.people, live ? peopleWords(state) : "no word from the server");

@@ -1,7 +1,8 @@
-/** Hands in the scene: a tip on the surface, a stem that leads to the name, the force along it, the patch it holds. */
+/** Hands in the scene: a tip on the surface, a stem to the name, the force as arrow and ring, the patch it holds. */
 
 import {
   BufferAttribute,
+  type Camera,
   CircleGeometry,
   ConeGeometry,
   CylinderGeometry,
@@ -10,7 +11,6 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshStandardMaterial,
-  Quaternion,
   RingGeometry,
   SphereGeometry,
   Vector3,
@@ -18,13 +18,22 @@ import {
   type Material,
   type Object3D,
 } from "three";
+import { forceShare } from "../model/scale";
 import { along, norm, unit, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
 
-/** Length of an arrow for one newton, in radii of the body. */
-export const ARROW_PER_NEWTON = 0.12;
-const LONGEST_ARROW = 1.4;
+// In radii of the body.
+const TIP = 0.045;
+const LONGEST = 1.2; // arrow, and growth of the ring, for the largest force
+const HEAD = 0.13;
+const LINE = 0.016; // width of the ring
 const STEM = 0.42;
+const END_ON = Math.cos((25 * Math.PI) / 180); // an arrow that is seen from nearer its axis is a blob
+
+/** How far from the middle of the tip the arrow of a force ends and its ring lies, in radii of the body. */
+export function reach(force: number): number {
+  return TIP + LONGEST * forceShare(force);
+}
 
 const UP = new Vector3(0, 1, 0);
 const OUT = new Vector3(0, 0, 1);
@@ -37,10 +46,14 @@ class Hand {
   private readonly stem: Mesh;
   private readonly shaft: Mesh;
   private readonly head: Mesh;
+  private readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
+  /** Of the force, and of the surface under the hand. */
+  private readonly way = new Vector3();
+  private readonly normal = new Vector3();
+  private presence = 0;
   private readonly probe: Mesh;
   private readonly thread: Mesh;
   private readonly disc: Mesh<BufferGeometry, MeshBasicMaterial>;
-  private readonly rim: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly materials: Material[];
   private readonly radius: number;
   private bend = Number.NaN;
@@ -52,20 +65,21 @@ class Hand {
     this.solid = new MeshStandardMaterial({ roughness: 0.35, metalness: 0 });
     this.flat = new MeshBasicMaterial({ transparent: true, opacity: 0.55 });
     const inside = new MeshBasicMaterial({ transparent: true, opacity: 0.85, depthTest: false });
-    const sheet = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
-    const edge = new MeshBasicMaterial({ transparent: true, opacity: 0.7, side: DoubleSide, depthWrite: false });
-    this.materials = [this.solid, this.flat, inside, sheet, edge];
-    this.tip = new Mesh(new SphereGeometry(0.045 * radius, 24, 16), this.solid);
+    const sheet = new MeshBasicMaterial({ transparent: true, opacity: 0.2, side: DoubleSide, depthWrite: false });
+    const round = new MeshBasicMaterial({ transparent: true, depthTest: false }); // a dent would hide it
+    this.materials = [this.solid, this.flat, inside, sheet, round];
+    this.tip = new Mesh(new SphereGeometry(TIP * radius, 24, 16), this.solid);
     this.stem = new Mesh(new CylinderGeometry(0.006 * radius, 0.006 * radius, 1, 8), this.flat);
     this.shaft = new Mesh(new CylinderGeometry(0.02 * radius, 0.02 * radius, 1, 16), this.solid);
-    this.head = new Mesh(new ConeGeometry(0.055 * radius, 0.13 * radius, 24), this.solid);
+    this.head = new Mesh(new ConeGeometry(0.055 * radius, HEAD * radius, 24), this.solid);
+    this.ring = new Mesh(new RingGeometry(1, 2, 72, 1), round);
+    this.ring.frustumCulled = false; // its points move
     this.probe = new Mesh(new SphereGeometry(0.022 * radius, 16, 12), inside);
     this.thread = new Mesh(new CylinderGeometry(0.004 * radius, 0.004 * radius, 1, 6), inside);
     this.disc = new Mesh(new CircleGeometry(patchRadius, 40), sheet);
-    this.rim = new Mesh(new RingGeometry(0.965 * patchRadius, patchRadius, 48, 1), edge);
-    this.probe.renderOrder = this.thread.renderOrder = 3;
-    this.disc.renderOrder = this.rim.renderOrder = 2;
-    this.group.add(this.tip, this.stem, this.shaft, this.head, this.probe, this.thread, this.disc, this.rim);
+    this.probe.renderOrder = this.thread.renderOrder = this.ring.renderOrder = 3;
+    this.disc.renderOrder = 2;
+    this.group.add(this.tip, this.stem, this.shaft, this.head, this.ring, this.probe, this.thread, this.disc);
   }
 
   paint(colour: string): void {
@@ -78,19 +92,23 @@ class Hand {
     const r = this.radius;
     const f = norm(pose.force);
     // The tip lies on the surface; where nothing is touched it is the probe.
-    const tip = along(pose.proxy, 0.045 * r, pose.normal);
+    const tip = along(pose.proxy, TIP * r, pose.normal);
     this.tip.position.set(...tip);
     const way = f > LEAST_FORCE ? unit(pose.force) : pose.normal;
-    const arrow = f > LEAST_FORCE ? Math.min(LONGEST_ARROW, ARROW_PER_NEWTON * f) * r : 0;
-    const stem = Math.max(STEM * r, arrow + 0.2 * r);
+    const end = reach(f) * r;
+    const stem = Math.max(STEM * r, end + 0.08 * r);
     between(this.stem, tip, along(tip, stem, way));
     this.anchor.set(...along(tip, stem + 0.04 * r, way));
-    this.shaft.visible = this.head.visible = arrow > 0;
-    if (arrow > 0) {
-      const end = along(tip, arrow, way);
-      between(this.shaft, tip, end);
-      this.head.position.set(...along(end, 0.05 * r, way));
-      this.head.quaternion.setFromUnitVectors(UP, new Vector3(...way));
+    this.way.set(...way);
+    this.normal.set(...pose.normal);
+    this.presence = pose.presence;
+    this.ring.visible = f > LEAST_FORCE;
+    if (this.ring.visible) {
+      between(this.shaft, tip, along(tip, Math.max(0, end - HEAD * r), way));
+      this.head.position.set(...along(tip, end - 0.5 * HEAD * r, way));
+      this.head.quaternion.setFromUnitVectors(UP, this.way);
+      this.ring.position.set(...tip);
+      widen(this.ring.geometry.getAttribute("position") as BufferAttribute, end - LINE * r, end);
     }
     this.probe.position.set(...pose.probe);
     const sunk = Math.hypot(...along(pose.probe, -1, pose.proxy)) > 0.004 * r;
@@ -102,6 +120,15 @@ class Hand {
     this.flat.opacity = 0.55 * pose.presence;
   }
 
+  /** The ring in the plane of the picture; the arrow where its length is seen. */
+  face(camera: Camera): void {
+    const sight = camera.position.clone().sub(this.tip.position).normalize();
+    this.ring.quaternion.copy(camera.quaternion);
+    // Of a hand behind the object.
+    this.ring.material.opacity = (this.normal.dot(sight) > 0 ? 0.9 : 0.3) * this.presence;
+    this.shaft.visible = this.head.visible = this.ring.visible && Math.abs(this.way.dot(sight)) < END_ON;
+  }
+
   dispose(): void {
     this.group.traverse((object: Object3D) => {
       if (object instanceof Mesh) (object as Mesh).geometry.dispose();
@@ -110,19 +137,14 @@ class Hand {
   }
 
   private patch(pose: Pose, force: number): void {
-    this.disc.visible = this.rim.visible = pose.held;
+    this.disc.visible = pose.held;
     if (!pose.held) return;
-    const turn = new Quaternion().setFromUnitVectors(OUT, new Vector3(...pose.normal));
-    const strength = pose.presence * (force > LEAST_FORCE ? 1 : 0.5);
-    this.disc.material.opacity = 0.16 * strength;
-    this.rim.material.opacity = 0.7 * strength;
-    for (const part of [this.disc, this.rim]) {
-      part.position.set(...along(pose.x_free, 0.004 * this.radius, pose.normal));
-      part.quaternion.copy(turn);
-    }
+    this.disc.material.opacity = 0.2 * pose.presence * (force > LEAST_FORCE ? 1 : 0.5);
+    this.disc.position.set(...along(pose.x_free, 0.004 * this.radius, pose.normal));
+    this.disc.quaternion.setFromUnitVectors(OUT, new Vector3(...pose.normal));
     if (Math.abs(pose.curvature - this.bend) < 0.02 * Math.abs(this.bend) + 1e-3) return;
     this.bend = pose.curvature;
-    for (const part of [this.disc, this.rim]) bendDown(part.geometry.getAttribute("position") as BufferAttribute, this.bend);
+    bendDown(this.disc.geometry.getAttribute("position") as BufferAttribute, this.bend);
   }
 }
 
@@ -165,6 +187,11 @@ export class Hands {
     }
   }
 
+  /** Before each picture: what depends on from where it is taken. */
+  face(camera: Camera): void {
+    for (const hand of this.hands.values()) hand.face(camera);
+  }
+
   /** Colours depend on the ground they are seen on. */
   repaint(): void {
     for (const [user, hand] of this.hands) hand.paint(this.colour(user));
@@ -189,6 +216,17 @@ function between(part: Mesh, from: Vec3, to: Vec3): void {
   part.position.set(...from).addScaledVector(way, 0.5);
   part.quaternion.setFromUnitVectors(UP, way.divideScalar(length));
   part.scale.set(1, length, 1);
+}
+
+/** A flat ring from one radius to another: the first half of its points lies inside. */
+function widen(position: BufferAttribute, inner: number, outer: number): void {
+  const half = position.count / 2;
+  for (let i = 0; i < position.count; i++) {
+    const angle = (2 * Math.PI * (i % half)) / (half - 1);
+    const radius = i < half ? inner : outer;
+    position.setXY(i, radius * Math.cos(angle), radius * Math.sin(angle));
+  }
+  position.needsUpdate = true;
 }
 
 /** Bend a flat sheet away from +z as a sphere of this curvature does. */

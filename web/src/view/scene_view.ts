@@ -55,6 +55,7 @@ export class SceneView {
 
   constructor(stage: Stage, private readonly host: HTMLElement, private readonly colours: UserColours) {
     this.stage = stage;
+    stage.placed = (camera) => { this.props?.hands.face(camera); };
     this.labels = new Labels(host, (user) => colours.of(user, this.scheme));
   }
 

@@ -34,6 +34,8 @@ export class Stage {
   aside = 0;
   /** What is covered at the top and at the foot of the picture [px]. */
   clear: readonly [number, number] = [0, 0];
+  /** Told of the camera before each picture. */
+  placed: (camera: PerspectiveCamera) => void = () => undefined;
   /** Softly, or at once for people who asked for less motion. */
   still = false;
 
@@ -242,6 +244,7 @@ export class Stage {
     const light = eye({ azimuth: this.orbit.azimuth - 1.05, elevation: 0.72, distance: 6 }, this.center, this.radius);
     this.key.position.set(...light);
     this.key.target.position.set(...this.center);
+    this.placed(this.camera);
   }
 
   private async defer(context: WebGL2RenderingContext): Promise<void> {

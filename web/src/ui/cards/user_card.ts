@@ -3,6 +3,7 @@
 import type { OwnLink } from "../../model/hand";
 import type { Order } from "../../model/orders";
 import type { Latency, UserState } from "../../model/scene";
+import { forceShare } from "../../model/scale";
 import { dot, norm, sub } from "../../model/vec";
 import { depthOf, proxyOf } from "../../view/pose";
 import { el, say, show, slider, type Slider, symbol } from "../dom";
@@ -20,7 +21,6 @@ export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
 /** That a chart shows [s]. */
 export const SPAN = 6;
 const CAPACITY = 1200;
-const FULL_SCALE = 8; // N at the end of the force bar
 
 /** Probe and proxy below the resting surface, as in Figs. 7 and 9 [m]; |force| [N]; loop delay [s]. */
 export function sample(user: Omit<UserState, "name" | "latency">): [number, number, number, number] {
@@ -175,7 +175,7 @@ export class UserCard {
     say(this.law, muted ? "muted" : LAWS[user.law]);
     this.law.classList.toggle("is-law", !muted);
     say(this.force, `${fixed(f, 2)} N`);
-    this.bar.style.transform = `scaleX(${Math.min(1, f / FULL_SCALE).toFixed(3)})`;
+    this.bar.style.transform = `scaleX(${forceShare(f).toFixed(3)})`;
     say(this.alone, user.c_ii > 0 ? stiffness(1 / user.c_ii) : stiffness(0));
     say(this.coupled, stiffness(user.k_o_coupled));
     say(this.gain, stiffness(user.k_h));

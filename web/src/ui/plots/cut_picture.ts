@@ -1,10 +1,12 @@
 /** A cut through the surface under the own hand: the tip on the surface, the cursor below, the force as an arrow. */
 
 import type { TouchState } from "../../model/hand";
+import { forceShare } from "../../model/scale";
 import { dot, norm, scale, sub } from "../../model/vec";
 import { type Inks, sharpen } from "./canvas";
 
 const DEEP = 0.03; // m from the resting surface to the lower end of the picture, at the least
+const LONGEST = 50; // px of the arrow
 
 export interface Cut {
   /** Below the resting surface, as shares of the picture's depth; negative is above. */
@@ -78,7 +80,7 @@ export class CutPicture {
     c.setLineDash([]);
     ring(c, middle, cursor, 4.5, colour, null);
     ring(c, middle, tip - 4.5, 4.5, colour, colour);
-    arrow(c, [middle, tip - 9], Math.min(top + dent - 6, 5 * norm(state.force)), lean(state), colour);
+    arrow(c, [middle, tip - 9], Math.min(top + dent - 6, LONGEST * forceShare(norm(state.force))), lean(state), colour);
   }
 }
 
