@@ -32,7 +32,7 @@ def share(visitor: Visitor, selector: str) -> float:
 
 
 def ring(visitor: Visitor, x: float, y: float) -> float:
-    """How far from a point of the window the green of the first hand is seen in the picture [px]."""
+    """How far from a point of the window the green of the first hand is seen [px]."""
     visitor.page.evaluate(_BARE)
     visitor.catch_up()
     image = picture(visitor)

@@ -146,11 +146,24 @@ def as_json(rooms: Sequence[RoomState], base: str = "") -> bytes:
     return json.dumps({"rooms": told}, indent=1).encode() + b"\n"
 
 
+# Colours and type as on the page (web/src/styles/base.css).
 _STYLE = (
-    ":root{color-scheme:light dark;font:16px/1.5 system-ui,sans-serif}"
-    "body{max-width:40rem;margin:3rem auto;padding:0 1rem}"
-    "ul{list-style:none;padding:0}li{padding:.6rem 0;border-bottom:1px solid #8886}"
-    "a{font-weight:600}small{display:block}"
+    ":root{color-scheme:light dark;--ground:#f3f4f2;--panel:#fbfbfa;--ink:#15191d;--ink-2:#59626b;"
+    "--line:#dee1de;--accent:#0b6cb0;--shadow:0 1px 2px #141e2814}"
+    "@media(prefers-color-scheme:dark){:root{--ground:#0d1013;--panel:#13171b;--ink:#e8ebed;"
+    "--ink-2:#9ca6af;--line:#252c32;--accent:#5ab4f0;--shadow:none}}"
+    "body{max-width:620px;margin:0 auto;padding:14px 20px 40px;background:var(--ground);"
+    "color:var(--ink);font:400 14px/1.45 system-ui,Inter,'Segoe UI','Helvetica Neue',Arial,"
+    "'DejaVu Sans',sans-serif;font-variant-numeric:tabular-nums}"
+    "header{font-size:16px;font-weight:650;letter-spacing:-.015em}"
+    "h1{margin:34px 0 4px;font-size:22px;font-weight:600;letter-spacing:-.02em}"
+    "p,small{color:var(--ink-2)}p{margin:0 0 18px}small{display:block;font-size:13px}"
+    "ul{display:grid;gap:10px;margin:0;padding:0;list-style:none}"
+    "a{display:block;padding:12px 16px;border:1px solid var(--line);border-radius:10px;"
+    "background:var(--panel);box-shadow:var(--shadow);color:inherit;text-decoration:none;"
+    "overflow-wrap:anywhere}strong{font-size:15px;font-weight:600}"
+    "a:hover,a:focus-visible{border-color:var(--accent)}a:hover strong{color:var(--accent)}"
+    "a:focus-visible{outline:2px solid var(--accent);outline-offset:2px}"
 )
 _HASH = base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()
 # Nothing is loaded and nothing runs; the one style is named by its hash.
@@ -168,7 +181,8 @@ def as_page(rooms: Sequence[RoomState]) -> bytes:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<link rel="icon" href="data:,">'
         f"<title>Rooms - cohaptic</title><style>{_STYLE}</style></head>"
-        f"<body><h1>Rooms</h1><ul>{items}</ul></body></html>\n"
+        "<body><header>cohaptic</header><h1>Rooms</h1><p>Each has an object that all its people"
+        f" touch at once.</p><ul>{items}</ul></body></html>\n"
     ).encode()
 
 
@@ -180,5 +194,5 @@ def _item(room: RoomState) -> str:
         "idle": "nobody is there; it starts when you come",
     }.get(room.state, room.state)
     # Relative, so that the page may stand behind a path of a proxy.
-    link = f'<a href=".{room_path(room.name)}/">{title}</a>'
-    return f"<li>{link}<small>{html.escape(said)}</small></li>"
+    words = f"<strong>{title}</strong><small>{html.escape(said)}</small>"
+    return f'<li><a href=".{room_path(room.name)}/">{words}</a></li>'
