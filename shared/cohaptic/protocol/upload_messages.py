@@ -133,7 +133,7 @@ class Prepared(ControlMessage):
     """The object is served: everybody who was there is closed with 4410 and may come again.
 
     Args:
-        command: That serves it again.
+        command: That serves it again, with the visitor's own name of the file.
     """
 
     type: Literal["prepared"] = "prepared"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import re
 import shlex
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -168,10 +169,19 @@ class UploadDesk:
         await follow(ws, worker, call, limits.examine, "reading it")
         source = await self._choose(ws, worker, call)
         await ws.send(encode_control(Progress(phase="opening", share=0.0)))
-        await self._open_object(source)
-        arguments = ["cohaptic", "serve", "--body", str(source.path), *source.to_arguments()]
-        arguments += ["--nonlinear"] if self._rubber is not None else []
-        await ws.send(encode_control(Prepared(command=shlex.join(arguments))))
+        name = re.split(r"[\\/]", begin.name)[-1]
+        try:
+            await self._open_object(source)
+        except CohapticError as error:
+            raise UploadFailed(str(error).replace(str(source.path), name)) from error
+
+        def command(path: str) -> str:
+            more = ["--nonlinear"] if self._rubber is not None else []
+            return shlex.join(["cohaptic", "serve", "--body", path, *source.to_arguments(), *more])
+
+        log.info("to serve the object again: %s", command(str(source.path)))
+        # No path of this machine is told; the visitor has the file by its own name.
+        await ws.send(encode_control(Prepared(command=command(name))))
 
     async def _choose(self, ws: Wire, worker: WorkerProcess, call: Caller) -> ObjectFile:
         """Prepare the object as the visitor wishes; one who wished for what cannot be may again."""

@@ -25,6 +25,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.shell.uploads.upload_desk import UploadDesk
+from cohaptic_server.upload.kept_files import uploads_folder
 from cohaptic_server.upload.limits import UploadLimits
 from tests.patience import PATIENCE
 from tests.server.shell.stage import names, serving, visit
@@ -74,6 +75,9 @@ def test_a_file_becomes_the_object_of_everybody(
                         answer = await said(ws)
             assert isinstance(answer, Prepared)
             assert "--young 6000.0 --poisson 0.3" in answer.command
+            # By the visitor's own name: where it lies on this machine is nobody's business.
+            assert "--body 'my liver.vtu' " in answer.command
+            assert str(uploads_folder()) not in answer.command
             code, reason, felt = ended.result()
             assert code == CloseCode.OBJECT_CHANGED.value
             assert "there is another object now" in reason
@@ -262,8 +266,8 @@ def test_a_server_that_does_not_allow_it_takes_none(
 def test_an_unopened_object_is_told_to_who_brought_it(
     runner: asyncio.Runner, small_balloon: Balloon
 ) -> None:
-    async def fails(_: ObjectFile) -> None:
-        raise CohapticError("it cannot be opened today")
+    async def fails(source: ObjectFile) -> None:
+        raise CohapticError(f"{source.path}: it cannot be opened today")
 
     async def happen() -> None:
         async with serving(small_balloon, allow_upload=True) as served:
@@ -272,6 +276,6 @@ def test_an_unopened_object_is_told_to_who_brought_it(
                 await begin(ws, block_vtu(), "block.vtu")
                 assert isinstance(await said(ws), Examined)
                 await ws.send(encode_control(PrepareObject(fix="z < 5%", young=6e3)))
-                assert await refusal(ws) == "it cannot be opened today"
+                assert await refusal(ws) == "block.vtu: it cannot be opened today"
 
     runner.run(happen())
