@@ -92,11 +92,12 @@ def test_a_dropped_file_is_painted_prepared_and_touched(
     go.click()
     ann.until(lambda: "everybody" in ann.text(".upload-words"), "the object to be served")
     assert "--scale 1.2" in ann.text(".upload-words")
+    assert "--body 'my block.vtu' " in ann.text(".upload-words"), "the visitor's own name of it"
     ann.page.locator(".upload-foot .primary", has_text="Touch it").click()
     ann.until(ann.watches, "the page to come back")
     if look is DESKTOP:  # a narrower stage has no room for it
         ann.until(lambda: ann.text(".room").startswith("my-block-"), "the new object's name")
-    ann.take_part("ann")
+    ann.until(lambda: ann.doing() == "in the air", "the hand, without another press")
 
 
 def test_who_touches_comes_back_touching_when_somebody_brings_another_object(

@@ -99,7 +99,7 @@ export class Page {
     this.own = new OwnHand(startTouch);
     const speak = (words: string): void => { this.announcer.say(words); };
     this.company = new CompanyCorner({ store: () => this.store, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
-    this.upload = new UploadPlace(address);
+    this.upload = new UploadPlace(address, () => { this.touch(true); });
     this.theme = new Theme(() => { this.repaint(); });
     const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
     const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(address, invited));

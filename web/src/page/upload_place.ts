@@ -9,8 +9,11 @@ export class UploadPlace {
   private loading = false;
   private allowed = false;
 
-  /** @param address Of the server, http: or https:. */
-  constructor(private readonly address: string) {}
+  /**
+   * @param address Of the server, http: or https:.
+   * @param touch Brings the visitor's hand into the room.
+   */
+  constructor(private readonly address: string, private readonly touch: () => void) {}
 
   /** Whether the server takes files. */
   allow(allowed: boolean): void {
@@ -19,7 +22,7 @@ export class UploadPlace {
     if (!allowed || this.loading) return;
     this.loading = true;
     import("../ui/upload/desk").then(({ UploadDesk }) => {
-      this.desk = new UploadDesk(this.address);
+      this.desk = new UploadDesk(this.address, this.touch);
       this.root.append(this.desk.dialog.root);
       this.desk.allow(this.allowed);
     }, () => {

@@ -15,12 +15,16 @@ export class UploadDesk {
   private newest: UploadNews | null = null;
   private allowed = false;
 
-  /** @param address Of the server, http: or https:. */
-  constructor(private readonly address: string) {
+  /**
+   * @param address Of the server, http: or https:.
+   * @param touch Brings the visitor's hand into the room.
+   */
+  constructor(private readonly address: string, touch: () => void) {
     this.dialog = new UploadDialog({
       chosen: (file) => { this.bring(file); },
       prepare: (wish) => { this.client?.prepare(wish); },
       cancel: () => { this.cancel(); },
+      touch,
       held: (layer) => { this.preview?.hold(layer === null ? { by: "paint" } : { by: "layer", layer }); },
       cleared: () => { this.preview?.refresh(); },
       sized: (larger) => this.preview?.compare(larger) ?? "",

@@ -17,6 +17,8 @@ export interface UploadActions {
   readonly chosen: (file: File) => void;
   readonly prepare: (wish: Wish) => void;
   readonly cancel: () => void;
+  /** Bring the visitor's hand to the new object. */
+  readonly touch: () => void;
   /** Another part is held. */
   readonly held: (layer: Layer | null) => void;
   readonly cleared: () => void;
@@ -61,7 +63,7 @@ export class UploadDialog {
     this.go = press("Prepare it", "primary", () => { this.prepare(); });
     this.again = press("Another file", "", () => { this.file.click(); });
     this.stop = press("Cancel", "", () => { this.root.close(); });
-    this.done = press("Touch it", "primary", () => { this.root.close(); });
+    this.done = press("Touch it", "primary", () => { this.root.close(); actions.touch(); });
     this.drop = el("div", { class: "upload-drop" }, icon("upload"),
       el("p", { text: "Drop a mesh or a scan here" }), press("Choose a file", "primary", () => { this.file.click(); }),
       el("p", { class: "fine", text: "STL, OBJ, PLY, GLB, 3MF, a volume mesh, or the label map of a scan. It becomes the object of everybody here." }));
