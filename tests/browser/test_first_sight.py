@@ -58,6 +58,12 @@ def test_whoever_comes_and_goes_no_two_have_one_colour_nor_that_of_the_field(
             assert math.dist(end, swatch) > 60.0, "a person has a colour of the field"
 
 
+def test_the_line_on_top_says_what_it_is_and_no_rate(visitors: Open, room: Room) -> None:
+    ann = visitors(WINDOW)
+    ann.visit(room.address)
+    assert ann.text(".room") == "balloon"
+
+
 def test_stiffness_is_no_scale_of_one_number_and_people_come_first(
     visitors: Open, room: Room
 ) -> None:

@@ -62,8 +62,7 @@ export class Toolbar {
   /** @param replay What a replay says in place of the body's name; empty for none. */
   update(store: SceneStore, replay: string): void {
     const info = store.info;
-    const hz = info === null ? "" : ` \u00b7 ${Math.round(1 / info.simulation_period)} Hz`;
-    const name = info === null ? "" : `${info.body.name}${hz}`;
+    const name = info?.body.name ?? "";
     say(this.room, replay !== "" ? replay : info === null || isLive(store.status) ? name : `no word for ${period(store.status.silent)}`);
     show(this.uploadButton, info?.allow_upload === true);
     const silent = store.status.phase === "watching" && !isLive(store.status);
