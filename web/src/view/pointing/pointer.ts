@@ -71,7 +71,7 @@ class Pointers {
   down(event: PointerEvent): void {
     if (event.pointerType === "mouse" && event.button !== 0 && event.button !== 2) return;
     this.canvas.setPointerCapture(event.pointerId);
-    this.canvas.focus({ preventScroll: true });
+    this.canvas.focus({ preventScroll: true, focusVisible: false }); // its frame is for keys
     this.positions.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.actions.took();
     const { last } = this;
