@@ -91,14 +91,18 @@ export function choice<T extends string>(
 /** A slider with its name and its value in words. */
 export interface Slider {
   readonly root: HTMLElement;
-  /** Does not move under a finger that drags it. */
+  /** As it was set, also where that is between two steps. */
+  readonly value: number;
+  /** Does not move under a finger that drags it, nor soon after a key: what is set may be an echo of a step before. */
   set(value: number): void;
 }
+
+const ECHO = 1000; // ms, longer than an echo takes
 
 export function slider(
   label: string,
   range: { readonly max: number; readonly step: number; readonly unit: string },
-  moved: (value: number) => void,
+  moved: () => void,
 ): Slider {
   const input = el("input", { attrs: { type: "range", min: "0", max: `${range.max}`, step: `${range.step}`, "aria-label": label } });
   const value = el("output", { class: "slider-value" });
@@ -107,15 +111,22 @@ export function slider(
     input.setAttribute("aria-valuetext", `${input.value} ${range.unit}`);
     input.style.setProperty("--share", `${(100 * Number(input.value)) / range.max}%`);
   };
+  let chosen = 0;
+  let timer = 0; // runs while echoes may come
   input.addEventListener("input", () => {
+    clearTimeout(timer);
+    timer = window.setTimeout(() => { timer = 0; }, ECHO);
     words();
-    moved(Number(input.value));
+    chosen = Number(input.value);
+    moved();
   });
   words();
   return {
     root: el("label", { class: "slider" }, el("span", { class: "slider-name", text: label }), input, value),
+    get value() { return chosen; },
     set: (next) => {
-      if (document.activeElement === input && input.matches(":active")) return;
+      if (timer !== 0 || (document.activeElement === input && input.matches(":active"))) return;
+      chosen = next;
       input.value = `${next}`;
       words();
     },

@@ -77,18 +77,14 @@ export class UserCard {
   private readonly chart: StripChart;
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
   private readonly orders: UserOrders;
-  private requested: Latency = { delay: 0, jitter: 0 };
 
   constructor(user: number, cursor: PlotCursor, setLatency: (latency: Latency) => void, order: (order: Order) => void, follow: () => void) {
     this.chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over some seconds", cursor);
     this.follow = el("button", { class: "button card-follow", text: "Follow", attrs: { type: "button", "aria-pressed": "false" }, on: { click: follow } });
     this.orders = new UserOrders(order);
-    const send = (change: Partial<Latency>): void => {
-      this.requested = { ...this.requested, ...change };
-      setLatency(this.requested);
-    };
-    const delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, (ms) => { send({ delay: 1e-3 * ms }); });
-    const jitter = slider("added jitter", { max: 200, step: 5, unit: "ms" }, (ms) => { send({ jitter: 1e-3 * ms }); });
+    const send = (): void => { setLatency({ delay: 1e-3 * delay.value, jitter: 1e-3 * jitter.value }); };
+    const delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, send);
+    const jitter = slider("added jitter", { max: 200, step: 5, unit: "ms" }, send);
     this.latency = { root: el("div", { class: "latency" }, delay.root, jitter.root), delay, jitter };
     this.body = el(
       "div",
@@ -180,9 +176,8 @@ export class UserCard {
     say(this.coupled, stiffness(user.k_o_coupled));
     say(this.gain, stiffness(user.k_h));
     say(this.loop, user.loop_delay > 0 ? milliseconds(user.loop_delay) : "\u2013");
-    this.requested = user.latency;
-    this.latency.delay.set(Math.round(1e3 * user.latency.delay));
-    this.latency.jitter.set(Math.round(1e3 * user.latency.jitter));
+    this.latency.delay.set(1e3 * user.latency.delay);
+    this.latency.jitter.set(1e3 * user.latency.jitter);
   }
 
   /** @param scene Another than the last seconds: those of a replay. */
