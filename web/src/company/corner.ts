@@ -66,7 +66,7 @@ export class CompanyCorner {
     this.loading = true;
     import("./place").then(({ CompanyPlace }) => {
       this.place = new CompanyPlace(this.page, location.search);
-      this.pill.append(this.place.pill.root);
+      this.pill.append(this.place.told.root, this.place.pill.root);
       this.bar.append(this.place.bar.root);
       this.wish?.(this.place);
       this.wish = null;

@@ -7,6 +7,7 @@ import { FARTHEST, NEAREST, type Orbit, STEEPEST } from "../view/orbit";
 import { CompanyBar } from "./bar";
 import { Pill, type PillLine } from "./pill";
 import type { Surroundings } from "./surroundings";
+import { Told } from "./told";
 import { followerWords, pointedWords } from "./words";
 
 const OPEN = "cohaptic.open";
@@ -17,6 +18,7 @@ const FEEL = 1e-3; // rad, or radii: a view that differs by less is the same
 export class CompanyPlace {
   readonly pill = new Pill();
   readonly bar: CompanyBar;
+  readonly told: Told;
   /** The next press points. */
   armed = false;
   private open = recall(OPEN) !== "no";
@@ -31,6 +33,7 @@ export class CompanyPlace {
   private wanted: string | null;
 
   constructor(private readonly page: Surroundings, search: string) {
+    this.told = new Told((user) => page.colour(user));
     this.wanted = new URLSearchParams(search).get("follow");
     this.bar = new CompanyBar(() => { this.armed = !this.armed; }, (open) => {
       this.open = open;
@@ -121,6 +124,7 @@ export class CompanyPlace {
     }
     this.spoken = link.marks.at(-1)?.at ?? this.spoken;
     this.pill.set(this.line(now));
+    this.told.update(this.page.view(), this.page.own.state, this.page.store(), now);
   }
 
   private followWanted(): void {

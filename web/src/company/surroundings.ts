@@ -1,12 +1,15 @@
 /** The parts of the page that company needs. */
 
 import type { TouchState } from "../model/hand";
-import type { SceneStore } from "../model/scene";
+import type { SceneSnapshot, SceneStore } from "../model/scene";
 import type { Vec3 } from "../model/vec";
 import type { Orbit } from "../view/orbit";
 
 export interface Surroundings {
   store(): SceneStore;
+  /** What is seen of now; null while a time of before is, or the server is silent. */
+  view(): SceneSnapshot | null;
+  colour(user: number): string;
   /** Null without graphics. */
   stage(): { readonly target: Orbit; goTo(orbit: Orbit): void } | null;
   readonly own: {

@@ -7,7 +7,7 @@ export function spoken(event: RoomEvent): string {
   const who = event.name === "" ? `User ${event.user}` : event.name;
   switch (event.kind) {
     case "joined":
-      return `${who} touches the object.`;
+      return `${who} has come.`;
     case "left":
       return `${who} has left.`;
     case "renamed":

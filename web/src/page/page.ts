@@ -98,10 +98,10 @@ export class Page {
     this.store = openStore();
     this.own = new OwnHand(startTouch);
     const speak = (words: string): void => { this.announcer.say(words); };
-    this.company = new CompanyCorner({ store: () => this.store, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
+    const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
+    this.company = new CompanyCorner({ store: () => this.store, view: () => (this.live && !this.replay.active ? this.shown : null), colour, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
     this.upload = new UploadPlace(address, () => { this.touch(true); });
     this.theme = new Theme(() => { this.repaint(); });
-    const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
     const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(address, invited));
     this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
     this.legend = new LegendBox((by) => { this.setColouring(by); });

@@ -132,27 +132,22 @@ export class Dock {
     this.share.style.transform = `scaleX(${forceShare(others).toFixed(3)})`;
     this.meter.setAttribute("aria-valuenow", f.toFixed(1));
     this.meter.setAttribute("aria-valuetext", `${f.toFixed(1)} newtons, ${others.toFixed(1)} of them from the others`);
-    say(this.people, live ? peopleWords(state) : "no word from the server");
+    say(this.people, live ? placeWords(state) : "no word from the server");
     this.facts.replaceChildren(...(live ? factWords(state) : ["no word from the server"]));
     this.root.style.setProperty("--user", colour);
     this.picture.draw(state, colour, ink);
   }
 }
 
-const LEAST_SHARE = 0.05; // N, what a fingertip just tells apart from nothing
-
-/** What the hand feels, as a difference that the others make. */
-export function peopleWords(state: Pick<TouchState, "doing" | "depth" | "felt_from_others">): string {
-  if (state.doing !== "touching") return state.doing === "free" ? "in the air" : state.doing;
-  const others = state.felt_from_others;
-  const felt = Math.abs(others) < LEAST_SHARE ? "you alone"
-    : `the others ${others > 0 ? "push back" : "give way"} ${fixed(Math.abs(others), 2)} N`;
-  return `${millimetres(state.depth)} deep \u00b7 ${felt}`;
+/** Where the hand is. */
+function placeWords(state: TouchState): string {
+  if (state.doing === "touching") return `${millimetres(state.depth)} deep`;
+  return state.doing === "free" ? "in the air" : state.doing;
 }
 
 function factWords(state: TouchState): (Node | string)[] {
-  if (state.doing !== "touching") return [state.doing === "free" ? "in the air" : state.doing];
+  if (state.doing !== "touching") return [placeWords(state)];
   // With friction the line has no room for the gain: the tangential force replaces it.
   const more = state.along > 0 ? [`${fixed(state.along, 2)} N along`] : [symbol("K", "h"), ` ${fixed(state.k_h, 0)} N/m`];
-  return [`${millimetres(state.depth)} deep \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, ...more];
+  return [`${placeWords(state)} \u00b7 ${fixed(state.felt_from_others, 2)} N from others \u00b7 `, ...more];
 }

@@ -8,6 +8,7 @@ vi.mock("../../src/ui/dom", () => ({ el: () => ({ append: () => undefined }) }))
 vi.mock("../../src/company/place", () => ({
   CompanyPlace: class {
     following = null;
+    told = { root: null };
     pill = { root: null };
     bar = { root: null };
     follow(user: number | null): void { asked.push(`follow ${user}`); }

@@ -10,6 +10,7 @@ import { CompanyTalk } from "../../src/watch/company";
 
 // Of the company only what it decides is tested here; its elements are seen in a browser.
 vi.mock("../../src/company/bar", () => ({ CompanyBar: class { update(): void { return undefined; } } }));
+vi.mock("../../src/company/told", () => ({ Told: class { update(): void { return undefined; } } }));
 vi.mock("../../src/company/pill", () => ({ Pill: class { line: unknown = null; set(line: unknown): void { this.line = line; } } }));
 let CompanyPlace: typeof import("../../src/company/place").CompanyPlace;
 beforeAll(async () => { ({ CompanyPlace } = await import("../../src/company/place")); });
@@ -25,6 +26,8 @@ function place(search = "") {
   const spoken: string[] = [];
   const made = new CompanyPlace({
     store: () => ({ company, roster }) as unknown as SceneStore,
+    view: () => null,
+    colour: () => "#0a7f52",
     stage: () => stage,
     own: { state: { phase: "joined", user: 1 } as TouchState, placeAt: (origin): Vec3 | null => (origin[0] > 0 ? origin : null) },
     name: () => "me",

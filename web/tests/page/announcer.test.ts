@@ -4,7 +4,7 @@ import { spoken } from "../../src/page/announcer";
 describe("news for ears", () => {
   it("are who came and who left", () => {
     const event = { at: 0, user: 3, name: "ann", detail: "bye" };
-    expect(spoken({ ...event, kind: "joined" })).toBe("ann touches the object.");
+    expect(spoken({ ...event, kind: "joined" })).toBe("ann has come.");
     expect(spoken({ ...event, kind: "left", name: "" })).toBe("User 3 has left.");
     expect(spoken({ ...event, kind: "latency" })).toBe("");
     expect(spoken({ ...event, kind: "restraint", detail: "is muted." })).toBe("ann is muted.");
