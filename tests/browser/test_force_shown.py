@@ -50,7 +50,8 @@ def test_a_force_that_points_at_the_eye_is_read_by_its_ring(visitors: Open, room
     ann.take_part("ann")
     ann.catch_up()
     x, y = ann.press()
-    forces, radii = [], []
+    forces: list[float] = []
+    radii: list[float] = []
     for _ in range(2):
         forces.append(ann.steady_force())
         radii.append(ring(ann, x, y))
