@@ -71,10 +71,9 @@ def stability(
 ) -> None:
     """Say whether a local model is stable, and for which gains.
 
-    Alone, predictive always is: its own force never comes back to it. For the other laws the whole
-    loop is judged, beside the paper's conditions (docs/science.md). With --compliance: several
-    contacts, without and under any delay, and safe gains. With --delays too: a room of hands held
-    still, and the lag that it needs.
+    Alone, predictive always is: its own force never comes back to it. For other laws the whole loop
+    is judged, beside the paper's conditions (docs/science.md). With --compliance: several contacts,
+    at any delay, and safe gains. With --delays too: a room of hands held still, and its lag.
     """
     check_output("--json", None if json_to in (None, "-") else Path(json_to))
     import numpy as np
