@@ -137,6 +137,8 @@ export interface TouchHandle {
   setName(name: string): void;
   /** Set mu. Between zero and above zero the hand leaves the room for a moment, since the hello announces friction. */
   setFriction(mu: number): void;
+  /** Have each message take longer, each way [s]: at most 1, 0 for no longer than the network does. */
+  setDelay(seconds: number): void;
   /** Notifies of each report. */
   readonly subscribe: Subscribe;
   /** Fade the force and leave the room; resolves when the Worker has ended. */

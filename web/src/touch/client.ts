@@ -9,6 +9,8 @@ import { ABNORMAL, NAME_TAKEN, NORMAL, OBJECT_CHANGED, SERVER_STOPS } from "../p
 import { ProtocolError } from "../protocol/frame";
 import { SUBPROTOCOL } from "../protocol/version";
 import { AnotherObject, Refused, TouchEngine } from "./engine";
+import { FarSocket } from "./far_socket";
+import type { Message } from "./network/delay_line";
 import type { Connection } from "./report";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
@@ -16,7 +18,6 @@ const WAKE = 0.002; // s; browsers make 4 ms of it
 const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
 const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
-const OPEN = 1; // of a socket
 const GIVEN_UP = 5; // s without a word, after which a new connection is tried; patches come at each tick
 const GIVEN_UP_OUTSIDE = 10; // s; the same before the welcome: who waits for a seat hears its place every two seconds, behind a slow line later
 const FROZEN = 5; // s without a word of the page, after which nobody presses: it draws no more, though no event said so
@@ -35,8 +36,9 @@ export interface World {
 /** A hand and its connection, until both end. */
 export class TouchClient {
   private readonly engine: TouchEngine;
-  private socket: WebSocket | null = null;
-  private former: WebSocket | null = null; // holds the seat until the new connection has it
+  private socket: FarSocket | null = null;
+  private delay = 0; // s each way, of this connection and of later ones
+  private former: FarSocket | null = null; // holds the seat until the new connection has it
   private connection: Connection = { phase: "connecting", reason: "", code: 0 };
   private report_due = 0;
   private ended = false;
@@ -76,6 +78,10 @@ export class TouchClient {
       case "friction":
         this.engine.setFriction(message.mu);
         break;
+      case "delay":
+        this.delay = message.delay;
+        if (this.socket !== null) this.socket.delay = message.delay;
+        break;
       case "close":
         this.engine.letGo();
         this.ends_at = this.world.now() + LONGEST_FADE;
@@ -83,8 +89,10 @@ export class TouchClient {
   }
 
   private wake(): void {
-    if (this.ended) return;
     const now = this.world.now();
+    this.former?.pass(now);
+    this.socket?.pass(now);
+    if (this.ended) return;
     this.engine.attended = now - this.page_at <= FROZEN;
     this.run(now);
     const patience = this.connection.phase === "joined" ? GIVEN_UP : GIVEN_UP_OUTSIDE;
@@ -108,8 +116,7 @@ export class TouchClient {
       if (request !== null) this.socket?.send(request);
     }
     const sample = this.engine.advance(now);
-    // Newest wins: the next sample is one period away.
-    if (sample !== null && this.socket?.bufferedAmount === 0) this.socket.send(sample);
+    if (sample !== null) this.socket?.send(sample);
   }
 
   /**
@@ -141,28 +148,24 @@ export class TouchClient {
 
   private connect(): void {
     if (this.ended) return;
-    let socket: WebSocket;
+    let open: WebSocket;
     try {
-      socket = this.world.socket(this.settings.url, SUBPROTOCOL);
+      open = this.world.socket(this.settings.url, SUBPROTOCOL);
     } catch (error) {
       this.end(`${this.settings.url} is not an address of a server: ${String(error)}`);
       return;
     }
-    socket.binaryType = "arraybuffer";
+    const socket: FarSocket = new FarSocket(open, () => this.world.now(), {
+      opened: () => { socket.send(this.engine.opened()); },
+      heard: (data) => { this.hear(socket, data); },
+      lost: (code, reason) => { this.lost(socket, code, reason); },
+    });
+    socket.delay = this.delay;
     this.socket = socket;
     this.heard_at = this.world.now();
-    socket.onopen = () => {
-      socket.send(this.engine.opened());
-    };
-    socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
-      this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
-    };
-    socket.onclose = ({ code, reason }) => {
-      this.lost(socket, code, reason);
-    };
   }
 
-  private hear(socket: WebSocket, data: string | Uint8Array): void {
+  private hear(socket: FarSocket, data: Message): void {
     if (socket !== this.socket) return;
     const now = this.world.now();
     this.heard_at = now;
@@ -181,7 +184,7 @@ export class TouchClient {
     this.run(now);
   }
 
-  private refused(socket: WebSocket, refusal: Refused): void {
+  private refused(socket: FarSocket, refusal: Refused): void {
     if (refusal.code === OBJECT_CHANGED) {
       this.comeBack(socket);
       return;
@@ -192,7 +195,7 @@ export class TouchClient {
     else this.end(`the server refused: ${refusal.message}`, refusal.code);
   }
 
-  private lost(socket: WebSocket, code: number, reason: string): void {
+  private lost(socket: FarSocket, code: number, reason: string): void {
     if (socket !== this.socket || this.ended) return;
     if (code === OBJECT_CHANGED) {
       this.comeBack(socket);
@@ -215,7 +218,7 @@ export class TouchClient {
   }
 
   /** To another object: once there is no force any more, as a hand that is new. */
-  private comeBack(socket: WebSocket): void {
+  private comeBack(socket: FarSocket): void {
     this.socket = null;
     this.leaves = false;
     socket.close(NORMAL);
@@ -236,10 +239,7 @@ export class TouchClient {
     const socket = this.socket;
     this.socket = null;
     this.leaveFormer();
-    if (socket?.readyState === OPEN) {
-      for (const message of this.engine.farewell(now)) socket.send(message);
-    }
-    socket?.close(NORMAL);
+    socket?.close(NORMAL, this.engine.farewell(now));
     this.engine.letGo();
     this.connection = { phase: "closed", reason, code };
     this.tell(now);

@@ -51,6 +51,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   let said = -Infinity;
   let failure = "";
   let clock_step = 0;
+  let delay = 0;
   const wait = new PageWait();
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
@@ -81,7 +82,9 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
       return failure;
     },
     get link() {
-      return { network: state?.network ?? null, page_wait: wait.longest, clock_step };
+      // A delay that was added a moment ago is not yet in what was measured.
+      const network = state === null || state.network === null ? null : Math.max(state.network, 2 * delay);
+      return { network, page_wait: wait.longest, clock_step };
     },
     point: (target, presses = true) => {
       say({ type: "point", target, presses });
@@ -103,6 +106,9 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     },
     setFriction: (mu) => {
       say({ type: "friction", mu });
+    },
+    setDelay: (seconds) => {
+      if (seconds !== delay) say({ type: "delay", delay: (delay = seconds) });
     },
     subscribe: (listener) => {
       listeners.add(listener);

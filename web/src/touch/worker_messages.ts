@@ -16,6 +16,8 @@ export type ToWorker =
   | { readonly type: "hand"; readonly hand: HandSettings }
   | { readonly type: "name"; readonly name: string }
   | { readonly type: "friction"; readonly mu: number }
+  /** Each message from now on takes longer, each way [s]. */
+  | { readonly type: "delay"; readonly delay: number }
   /** The page draws: said now and then, so that a hand whose page stands still does not press on. */
   | { readonly type: "alive" }
   | { readonly type: "close" };

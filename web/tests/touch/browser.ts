@@ -8,7 +8,8 @@ import { PERIOD, PlaneServer, WELCOME } from "./server";
 
 /** The end of a socket that a server holds. */
 export class Line {
-  constructor(private readonly now: () => number) {}
+  /** @param way Brings something to the other end, which may be far away. */
+  constructor(private readonly now: () => number, private readonly way: (action: () => void) => void) {}
   readyState = 1;
   bufferedAmount = 0;
   binaryType = "";
@@ -21,7 +22,7 @@ export class Line {
 
   send(data: string | Uint8Array): void {
     if (typeof data === "string") this.texts.push(JSON.parse(data) as { type: string });
-    else this.server.take(data, this.now());
+    else this.way(() => { this.server.take(data, this.now()); });
   }
   close(code = 1000): void {
     this.closed ??= code;
@@ -31,7 +32,8 @@ export class Line {
     this.onmessage?.({ data: JSON.stringify(message) });
   }
   patch(t: number): void {
-    this.onmessage?.({ data: this.server.patch(t).slice().buffer });
+    const patch = this.server.patch(t).slice().buffer;
+    this.way(() => { this.onmessage?.({ data: patch }); });
   }
   break(code = 1006, reason = ""): void {
     this.readyState = 3;
@@ -42,6 +44,8 @@ export class Line {
 /** A browser in virtual time. */
 export class Browser {
   time = 0;
+  /** Of the server, each way [s]. */
+  far = 0;
   private timers: { at: number; action: () => void }[] = [];
   readonly lines: Line[] = [];
   readonly posts: FromWorker[] = [];
@@ -69,7 +73,10 @@ export class Browser {
       now: () => this.time,
       later: (seconds, action) => this.timers.push({ at: this.time + Math.max(0.001, seconds), action }),
       socket: () => {
-        const line = new Line(() => this.time);
+        const line = new Line(() => this.time, (action) => {
+          if (this.far > 0) this.timers.push({ at: this.time + this.far, action });
+          else action();
+        });
         this.lines.push(line);
         return line as unknown as WebSocket;
       },
