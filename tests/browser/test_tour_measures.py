@@ -8,7 +8,7 @@ from functools import partial
 
 import pytest
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Serve
 from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import PHONE, Look, Visitor
@@ -19,6 +19,13 @@ SWINGS, RESTS = 0.5, 0.02  # N
 WIDE = Look(1024, 720)
 OCEAN = 0.24  # s there and back, web/src/tour/steps.ts
 WAITING = ".tour-word + .tour-word"  # the first is on what was left out
+# What the tour says of the own force, all of it, with the step in which it was.
+CLAIMS = """() => {
+  window.claims = [];
+  const [card, claim] = [".tour", ".tour-claim"].map((part) => document.querySelector(part));
+  const note = () => { if (!claim.hidden) window.claims.push([card.dataset.step, claim.textContent]); };
+  new MutationObserver(note).observe(claim, { childList: true, characterData: true, attributes: true });
+}"""
 STEPS = ["welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours"]
 
 
@@ -114,3 +121,41 @@ def test_the_tour_says_otherwise_where_somebody_moves(visitors: Open, room: Room
             if "(you)" not in name
         }
     ann.page.keyboard.press("Escape")
+
+
+def test_on_a_plain_server_the_page_delays_itself_and_the_tour_judges_no_force_that_it_moved(
+    visitors: Open, serve: Serve
+) -> None:
+    room = serve()  # lets no page add delay, nor choose a gain
+    ann = visitors(WIDE)
+    ann.visit(room.address)
+    ann.take_part("ann")
+    ann.page.click(".tour-button")
+    ann.page.locator(".tour-foot button", has_text="Pause").click()
+    ann.page.evaluate(CLAIMS)
+    card = ann.page.locator(".tour")
+    steps = [step for step in STEPS if step not in ("paper", "coupled")]
+    for n, step in enumerate(steps, start=1):
+        ann.until(lambda: card.get_attribute("data-step") == step, step)  # noqa: B023
+        ann.until(lambda: ann.text(".tour-count") == f"{n} of 8", "its number")  # noqa: B023
+        if step == "ocean":
+            # Of the visitor's hand and of the partner's, as the server measures them.
+            far = room.until(
+                lambda users: len(users) == 2 and all(u.loop_delay > OCEAN for u in users.values()),
+                "both hands to be far away",
+            )
+            assert all(user.loop_delay < 3.0 * OCEAN for user in far.values())
+        if step in ("ocean", "soft", "ours"):
+            ann.until(lambda: ann.text(WAITING) == "", f"what {step} is to show")  # noqa: B023
+        if step in ("ocean", "ours"):
+            ann.until(lambda: "than a finger feels" in ann.text(".tour-claim"), "the claim")
+        ann.page.click(".tour-foot .primary")
+    claims = [words for _, words in ann.page.evaluate("window.claims")]
+    assert any("than a finger feels" in words for words in claims)
+    # Laws, depth and delay have moved the force, and nobody else has.
+    assert [words for words in claims if "has not settled" in words] == []
+    # Who touched before the tour still does, as near as before.
+    room.until(
+        lambda users: len(users) == 1 and all(u.loop_delay < OCEAN for u in users.values()),
+        "the hand to be near again",
+    )

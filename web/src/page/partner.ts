@@ -20,20 +20,11 @@ export function besides([x, y, z]: Vec3): Vec3 {
 }
 
 export class Partner {
-  private handle: TouchHandle | null = null;
+  /** Its hand, here or on the way in; null for none. */
+  handle: TouchHandle | null = null;
   private goal: Vec3 | null = null;
 
   constructor(private readonly startTouch: StartTouch) {}
-
-  /** Its number in the room; 0 while it has none. */
-  get user(): number {
-    return this.handle?.state?.user ?? 0;
-  }
-
-  /** Whether it is in the room, or on the way. */
-  get coming(): boolean {
-    return this.handle !== null;
-  }
 
   /** @param towards From the middle of the body. */
   come(url: string, names: readonly string[], mesh: RestMesh, info: WatchInfo, towards: Vec3): void {

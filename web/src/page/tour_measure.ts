@@ -4,11 +4,12 @@ import type { TouchState } from "../model/hand";
 import type { SceneSnapshot } from "../model/scene";
 import { dot, sub } from "../model/vec";
 import { type Held, type Pair, rehearse, type Rehearsed } from "../tour/rehearsal";
-import { type Swing, swingOf } from "../tour/swing";
+import { RESTS, type Swing, swingOf } from "../tour/swing";
 
 /** Seconds that are drawn, and those of them by which a force is said to rest. */
 export const SPAN = 8;
 const SETTLED = 3;
+const SETTLES = 10; // s in which what the tour has changed comes to rest, or somebody else moves
 const EVERY = 16; // periods of the loop between two samples that are kept: the trace has a pixel for each
 const LONG = 40; // s that are rehearsed, so that what dies away has done so
 const LEAST_DEPTH = 1e-4; // m; a hand that presses less is not measured
@@ -19,6 +20,7 @@ export class TourMeasure {
   rehearsed: Rehearsed | null = null;
   private seen: TouchState | null = null;
   private skip = 0;
+  private disturbed = -Infinity;
 
   /** A report of the own hand: its periods follow those of the one before. */
   take(state: TouchState): void {
@@ -36,12 +38,18 @@ export class TourMeasure {
     }
   }
 
-  /** Of the own force lately; null before there is so much of it. */
+  /** The tour has changed something at `t` that moves the own force [s]. */
+  disturb(t: number): void {
+    this.disturbed = t;
+  }
+
+  /** Of the own force lately; null before there is so much of it, and while it may move because the tour moved it. */
   swing(): Swing | null {
     const end = this.times.at(-1) ?? 0;
     const from = this.times.findIndex((t) => t > end - SETTLED);
-    if (from <= 0) return null;
-    return swingOf(this.times.slice(from), this.forces.slice(from));
+    if (from <= 0 || end - SETTLED < this.disturbed) return null;
+    const swing = swingOf(this.times.slice(from), this.forces.slice(from));
+    return swing !== null && swing.size > RESTS && end < this.disturbed + SETTLES ? null : swing;
   }
 
   /** Rehearse with the hands that press now; whether there were two. */

@@ -1,10 +1,9 @@
 /** Runs the tour on the page: reads the facts, does the actions, and puts everything back at the end. */
 
-import type { TouchState } from "../model/hand";
+import type { TouchHandle, TouchState } from "../model/hand";
 import type { SceneStore, SceneSnapshot, UserHistory } from "../model/scene";
 import { norm, sub, unit, type Vec3 } from "../model/vec";
 import { TourCard } from "../tour/card";
-import { Delays } from "../tour/delays";
 import {
   type Action,
   again,
@@ -29,6 +28,8 @@ import { besides, Partner } from "./partner";
 import type { StartTouch } from "./own_hand";
 import { SPAN, TourMeasure } from "./tour_measure";
 import { guidedDirection } from "./tour_place";
+
+const MOVING: ReadonlySet<Action["kind"]> = new Set(["press", "lift", "hold", "law", "delay"]); // move the own force
 
 /** The parts of the page that the tour may use. */
 export interface Hands {
@@ -57,11 +58,12 @@ export class TourRunner {
   private readonly partner: Partner;
   /** Wishes that wait until what they need is there. */
   private wantsPartner = false;
+  private asked = false; // for a partner, in this tour
   private wantsRehearsal = false;
   private state: TourState | null = null;
   private readonly hands: Hands;
   private touched = false;
-  private delays = new Delays();
+  private delay = 0; // s each way, of the tour's hands
   private direction: Vec3 | null = null;
   /** ContactForce again until the hand is there to press. */
   private pressing: number | null = null;
@@ -92,6 +94,7 @@ export class TourRunner {
     }
     this.touched = this.hands.own.handle !== null;
     this.direction = null;
+    this.asked = false;
     this.measured.begin();
     this.take(start(STEPS, this.facts(), now));
   }
@@ -114,8 +117,11 @@ export class TourRunner {
       this.pressing = null;
     }
     this.bring();
-    this.delay();
-    if (this.wantsRehearsal && this.heardOcean() && this.measured.rehearse(this.hands.view(), own, this.hands.store().info?.simulation_period ?? 1 / 60)) {
+    // One of them may come later than the wish.
+    for (const hand of this.lent()) hand.setDelay(this.delay);
+    const changing = own === null || this.changing(own);
+    if (changing) this.measured.disturb(now);
+    if (this.wantsRehearsal && !changing && this.measured.rehearse(this.hands.view(), own, this.hands.store().info?.simulation_period ?? 1 / 60)) {
       this.wantsRehearsal = false;
     }
     const facts = this.facts();
@@ -140,10 +146,20 @@ export class TourRunner {
     this.partner.come(this.hands.url, roster.map(({ name }) => name), mesh, info, besides(this.place()));
   }
 
-  /** Whether the delays that the tour asked for are in the loops that it measures. */
+  /** The hands of this page that the tour moves. */
+  private lent(): readonly TouchHandle[] {
+    return [this.hands.own.handle, this.partner.handle].filter((hand) => hand !== null);
+  }
+
+  /** Whether what the tour has changed has not taken effect yet. */
+  private changing(own: TouchState): boolean {
+    return this.pressing !== null || own.law !== own.requested_law || this.lent().some(({ state }) => state?.doing !== "touching") || !this.heardOcean();
+  }
+
+  /** Whether the delay that the tour gave is in the loops that it measures. */
   private heardOcean(): boolean {
-    if (this.delays.wanted === 0) return true;
-    const hands = [this.hands.own.state?.user ?? 0, this.partner.user];
+    if (this.delay === 0) return true;
+    const hands = this.lent().map(({ state }) => state?.user ?? 0);
     const users = this.hands.view()?.users.filter(({ user }) => user > 0 && hands.includes(user)) ?? [];
     return users.every(({ loop_delay }) => loop_delay > 1.8 * OCEAN);
   }
@@ -166,6 +182,7 @@ export class TourRunner {
   private take(turn: Turn): void {
     this.state = turn.state;
     for (const action of turn.actions) this.act(action);
+    if (turn.actions.some(({ kind }) => MOVING.has(kind))) this.measured.disturb(performance.now() / 1000);
     if (turn.state.ended) this.stop();
   }
 
@@ -176,8 +193,8 @@ export class TourRunner {
     this.partner.leave();
     this.trace.root.hidden = true;
     this.card.update(STEPS, null, null, 0);
-    this.delays.wanted = 0;
-    this.delay();
+    this.delay = 0;
+    this.hands.own.handle?.setDelay(0);
     this.hands.law("predictive");
     this.hands.measure("coupled");
     this.hands.own.release();
@@ -198,7 +215,7 @@ export class TourRunner {
         this.hands.own.release();
         break;
       case "partner":
-        this.wantsPartner = true;
+        this.wantsPartner = this.asked = true;
         break;
       case "rehearse":
         this.wantsRehearsal = true;
@@ -210,8 +227,7 @@ export class TourRunner {
         this.hands.law(action.law);
         break;
       case "delay":
-        this.delays.wanted = action.delay;
-        this.delay();
+        this.delay = action.delay;
         break;
       case "measure":
         this.hands.measure(action.by);
@@ -222,14 +238,6 @@ export class TourRunner {
       case "look":
         this.look(action.at);
         break;
-    }
-  }
-
-  /** Ask for the delay of each hand of the tour that has another one: one of them may come later than the wish. */
-  private delay(): void {
-    if (this.hands.store().status.phase !== "watching") return; // it would be lost
-    for (const { user, delay } of this.delays.due([this.hands.own.state?.user ?? 0, this.partner.user])) {
-      this.hands.store().setLatency(user, { delay, jitter: 0 });
     }
   }
 
@@ -262,8 +270,7 @@ export class TourRunner {
     const mine = users.find((user) => user.user === own?.user);
     return {
       others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
-      coming: (this.wantsPartner && this.hands.own.handle !== null) || this.partner.coming,
-      allowLatency: store.info?.allow_latency === true,
+      coming: store.info?.can_touch !== false && (!this.asked || (this.wantsPartner && this.hands.own.handle !== null) || this.partner.handle !== null),
       allowFixedGains: store.info?.allow_fixed_gains === true,
       touching: own?.phase === "joined",
       force: norm(own?.force ?? [0, 0, 0]),

@@ -2,7 +2,7 @@
 
 import { el, say, show } from "../ui/dom";
 import { icon } from "../ui/icons";
-import { type Facts, readingTime, type Step, type TourState, waits } from "./machine";
+import { type Facts, place, readingTime, type Step, type TourState, waits } from "./machine";
 
 export interface CardActions {
   readonly next: () => void;
@@ -59,14 +59,15 @@ export class TourCard {
       this.root.dataset["step"] = step.id;
       say(this.title, step.title);
       say(this.text, step.text);
-      say(this.count, `${state.index + 1} of ${steps.length}`);
       say(this.skipped, state.skipped.join(" "));
       show(this.skipped, state.skipped.length > 0);
       say(this.next, last ? "Done" : "Next");
-      this.back.disabled = state.index === 0;
+      this.back.disabled = state.before.length === 0;
       show(this.pause, !last);
       if (!this.root.contains(document.activeElement)) this.title.focus({ preventScroll: true });
     }
+    // What is to come may change meanwhile: a partner comes, or cannot.
+    if (facts !== null) say(this.count, place(steps, state, facts).join(" of "));
     const claim = facts === null ? "" : (step.claim?.(facts) ?? "");
     say(this.claim, claim);
     show(this.claim, claim !== "");

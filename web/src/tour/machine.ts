@@ -11,9 +11,8 @@ import type { Swing } from "./swing";
 export interface Facts {
   /** Other users with a hand on the body. */
   readonly others: number;
-  /** Whether the tour's partner is on the way in. */
+  /** Whether the tour's partner is here, or may still come. */
   readonly coming: boolean;
-  readonly allowLatency: boolean;
   readonly allowFixedGains: boolean;
   /** Whether the own hand is in the room. */
   readonly touching: boolean;
@@ -27,7 +26,7 @@ export interface Facts {
   /** The law that runs, and whether its gain is the paper's rule. */
   readonly law: "proportional" | "pi" | "predictive" | null;
   readonly paper: boolean;
-  /** Of the own force in the last seconds; null before there were so many. */
+  /** Of the own force in the last seconds; null before there were so many since what the tour has changed took effect. */
   readonly swing: Swing | null;
   /** What the paper's rule would do without the room's lag, at what was measured here; null before. */
   readonly rehearsed: Swing | null;
@@ -65,6 +64,8 @@ export interface Step {
 
 export interface TourState {
   readonly index: number;
+  /** The steps that were shown before this one. */
+  readonly before: readonly number[];
   /** When the step began [s]. */
   readonly since: number;
   /** Since when its condition has held without a gap [s]; null while it does not. */
@@ -90,7 +91,7 @@ export function readingTime(step: Step): number {
 }
 
 export function start(steps: readonly Step[], facts: Facts, now: number): Turn {
-  return enter(steps, 0, 1, facts, now, false, []);
+  return enter(steps, 0, [], facts, now, false, []);
 }
 
 /** Look at the live system; goes on where it is time to. */
@@ -101,10 +102,10 @@ export function tick(steps: readonly Step[], state: TourState, facts: Facts, now
   const heldSince = holds ? (state.heldSince ?? now) : null;
   const next: TourState = { ...state, heldSince };
   const read = now - state.since >= readingTime(step);
-  const shown = heldSince !== null && (step.until === undefined || now - heldSince >= HOLD);
+  const proven = heldSince !== null && (step.until === undefined || now - heldSince >= HOLD);
   const tired = now - state.since >= Math.max(PATIENCE, readingTime(step));
   const last = state.index === steps.length - 1;
-  if (!state.paused && !last && ((read && shown) || tired)) return goTo(steps, next, state.index + 1, facts, now);
+  if (!state.paused && !last && ((read && proven) || tired)) return goTo(steps, next, state.index + 1, facts, now);
   return { state: next, actions: [] };
 }
 
@@ -114,7 +115,8 @@ export function goNext(steps: readonly Step[], state: TourState, facts: Facts, n
 }
 
 export function goBack(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
-  return enter(steps, Math.max(0, state.index - 1), -1, facts, now, state.paused, []);
+  const can = state.before.filter((index) => shown(steps[index], facts));
+  return enter(steps, can.at(-1) ?? 0, can.slice(0, -1), facts, now, state.paused, []);
 }
 
 /** The same step from its beginning. */
@@ -126,20 +128,31 @@ export function pause(state: TourState, paused: boolean): TourState {
   return { ...state, paused };
 }
 
+/** Which step this is of those that are shown, and how many they are, as far as it is known now. */
+export function place(steps: readonly Step[], { index, before }: TourState, facts: Facts): readonly [number, number] {
+  const coming = steps.slice(index + 1).filter((step) => shown(step, facts));
+  return [before.length + 1, before.length + 1 + coming.length];
+}
+
 /** Whether the step still waits for the live system. */
 export function waits(steps: readonly Step[], state: TourState): boolean {
   const step = steps[state.index];
   return !state.ended && step?.until !== undefined && state.heldSince === null;
 }
 
+function shown(step: Step | undefined, facts: Facts): boolean {
+  return (step?.without?.(facts) ?? null) === null;
+}
+
 function goTo(steps: readonly Step[], state: TourState, index: number, facts: Facts, now: number): Turn {
-  return enter(steps, index, 1, facts, now, state.paused, []);
+  const before = index > state.index ? [...state.before, state.index] : state.before;
+  return enter(steps, index, before, facts, now, state.paused, []);
 }
 
 function enter(
   steps: readonly Step[],
   index: number,
-  direction: 1 | -1,
+  before: readonly number[],
   facts: Facts,
   now: number,
   paused: boolean,
@@ -148,11 +161,9 @@ function enter(
   const step = steps[index];
   if (step === undefined) {
     const at = Math.max(0, Math.min(steps.length - 1, index));
-    return { state: { index: at, since: now, heldSince: null, paused, skipped, ended: true }, actions: [] };
+    return { state: { index: at, before, since: now, heldSince: null, paused, skipped, ended: true }, actions: [] };
   }
   const why = step.without?.(facts) ?? null;
-  if (why !== null && !(direction < 0 && index === 0)) {
-    return enter(steps, index + direction, direction, facts, now, paused, direction > 0 ? [...skipped, why] : skipped);
-  }
-  return { state: { index, since: now, heldSince: null, paused, skipped: [...new Set(skipped)], ended: false }, actions: step.actions };
+  if (why !== null) return enter(steps, index + 1, before, facts, now, paused, [...skipped, why]);
+  return { state: { index, before, since: now, heldSince: null, paused, skipped: [...new Set(skipped)], ended: false }, actions: step.actions };
 }

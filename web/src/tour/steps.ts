@@ -23,9 +23,10 @@ export function ruleClaim({ rehearsed }: Facts): string {
 }
 
 /** How long the object takes; said otherwise where it does not. */
-export function lagClaim({ lag }: Facts): string {
+export function lagClaim({ lag, swing }: Facts): string {
   const seconds = `${fixed(lag, 2)} s`;
   if (lag > SLOW) return `The object takes its time: it answers the others in ${seconds} now.`;
+  if (swing === null) return ""; // it may still rise
   return lag > 0 ? `Here it does not take long: it answers the others in ${seconds}.` : "Here it does not: it answers the others at once.";
 }
 
@@ -37,8 +38,6 @@ export function restClaim({ swing }: Facts): string {
     ? `Your force in the last seconds: it moved by ${size}, less than a finger feels.`
     : `Your force moved by ${size} in the last seconds: it has not settled, or somebody moves. A delay alone does not make it swing.`;
 }
-const noDelay = (facts: Facts): string | null =>
-  facts.allowLatency ? null : "This server does not let a page add delay (--allow-latency), so that part is left out.";
 const noGains = (facts: Facts): string | null =>
   facts.allowFixedGains ? alone(facts) : "This server does not let a page choose its own gain (--allow-fixed-gains), so the rule for one hand is left out.";
 
@@ -80,13 +79,12 @@ export const STEPS: readonly Step[] = [
   {
     id: "ocean",
     title: "Now put an ocean between",
-    text: "Each message of yours now takes 120 ms longer, and so does each answer; a partner that the tour has brought is as far away. Watch the delay of your loop rise, and the "
+    text: "Your page now holds each message of yours for 120 ms, and each answer; a partner that the tour has brought is as far away. Watch the delay of your loop rise, and the "
       + "force: it does not care. Your sheet is the surface free of your own force, so nothing that you do comes back late.",
     claim: restClaim,
     actions: [{ kind: "press", depth: DEPTH }, { kind: "delay", delay: OCEAN }, { kind: "look", at: "plots" }],
     until: (facts) => facts.loopDelay > 1.8 * OCEAN,
     waiting: "the server has measured the longer loop",
-    without: noDelay,
   },
   {
     id: "paper",
@@ -129,7 +127,7 @@ export const STEPS: readonly Step[] = [
       + "others do arrive a little later.",
     actions: [{ kind: "law", law: "predictive" }, { kind: "press", depth: DEPTH }, { kind: "look", at: "hand" }],
     until: (facts) => facts.law === "predictive" && facts.force > 0.3 && facts.swing !== null,
-    waiting: "the predictive law runs",
+    waiting: "your force has had time to settle",
     claim: restClaim,
   },
   {
