@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import shlex
 import urllib.request
 
 import pytest
 
 from tests.browser.conftest import Open, Serve
 from tests.browser.test_sizes import OUT
-from tests.browser.visitor import Look, Visitor
+from tests.browser.visitor import DESKTOP, PHONE, Look, Visitor
 
 pytestmark = pytest.mark.live
 
@@ -22,6 +23,15 @@ def ask(visitor: Visitor) -> None:
         handle.click()
     visitor.page.click(".share-button")
     visitor.until(lambda: visitor.page.locator("dialog[open]").is_visible(), "the dialog")
+
+
+def picture(visitor: Visitor, name: str) -> None:
+    OUT.mkdir(parents=True, exist_ok=True)
+    for scheme in ("light", "dark"):
+        visitor.page.emulate_media(color_scheme=scheme)
+        visitor.catch_up()
+        width = visitor.page.evaluate("innerWidth")
+        visitor.page.screenshot(path=OUT / f"{name}-{width}-{scheme}.png", caret="initial")
 
 
 @pytest.mark.parametrize("look", SIZES, ids=[f"{look.width}" for look in SIZES])
@@ -43,8 +53,7 @@ def test_the_page_of_this_machine_offers_an_address_that_another_machine_reaches
         assert not re.search(r"localhost|//127\.|//0\.0\.0\.0", address)
         with urllib.request.urlopen(address) as answer:
             assert answer.status == 200
-    OUT.mkdir(parents=True, exist_ok=True)
-    ann.page.screenshot(path=OUT / f"share-{look.width}.png", caret="initial")
+    picture(ann, "share")
     for part in ("dialog[open]", ".share-qr", ".share-address"):
         box = ann.page.locator(part).bounding_box()
         assert box is not None
@@ -64,3 +73,41 @@ def test_where_only_this_machine_comes_in_the_page_says_so(visitors: Open, serve
     ask(ann)
     ann.until(lambda: "Only this machine" in ann.text("dialog[open]"), "the words")
     assert not ann.page.locator(".share-qr").is_visible()
+
+
+def test_the_command_that_the_page_gives_lets_others_in(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    ann = visitors(DESKTOP)
+    ann.away = True
+    ann.visit(room.address)
+    ask(ann)
+    ann.until(lambda: ann.text(".share-command") != "", "the command")
+    picture(ann, "share-alone")
+    ann.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    ann.page.locator(".share-command + .button").click()
+    ann.until(lambda: "Copied" in ann.text("dialog[open]"), "the copy")
+    command = shlex.split(ann.page.evaluate("navigator.clipboard.readText()"))
+    assert command[:2] == ["cohaptic", "serve"]
+    at = command.index("--port")
+    assert int(command[at + 1]) == room.port
+    room.close()
+    serve(*command[2:at], *command[at + 2 :], port=room.port)
+    ann.page.keyboard.press("Escape")
+    ann.until(lambda: ann.watches() and ann.notice == "", "the page to have come back")
+    ask(ann)
+    ann.until(lambda: ann.page.locator(".share-qr").is_visible(), "an address for others")
+
+
+def test_a_phone_reads_the_whole_command(visitors: Open, serve: Serve) -> None:
+    room = serve()
+    ann = visitors(PHONE)
+    ann.visit(room.address)
+    ask(ann)
+    ann.until(lambda: ann.text(".share-command") != "", "the command")
+    picture(ann, "share-alone")
+    for part in ("dialog[open]", ".share-command"):
+        box = ann.page.locator(part).bounding_box()
+        assert box is not None
+        assert box["x"] >= 0.0
+        assert box["x"] + box["width"] <= PHONE.width
+        assert box["y"] + box["height"] <= PHONE.height

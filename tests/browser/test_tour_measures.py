@@ -19,12 +19,13 @@ SWINGS, RESTS = 0.5, 0.02  # N
 WIDE = Look(1024, 720)
 OCEAN = 0.24  # s there and back, web/src/tour/steps.ts
 WAITING = ".tour-word + .tour-word"  # the first is on what was left out
-# What the tour says of the own force, all of it, with the step in which it was.
+# Keeps all that the tour says of the own force.
 CLAIMS = """() => {
   window.claims = [];
-  const [card, claim] = [".tour", ".tour-claim"].map((part) => document.querySelector(part));
-  const note = () => { if (!claim.hidden) window.claims.push([card.dataset.step, claim.textContent]); };
-  new MutationObserver(note).observe(claim, { childList: true, characterData: true, attributes: true });
+  const claim = document.querySelector(".tour-claim");
+  const note = () => { if (!claim.hidden) window.claims.push(claim.textContent); };
+  const what = { childList: true, characterData: true, attributes: true };
+  new MutationObserver(note).observe(claim, what);
 }"""
 STEPS = ["welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours"]
 
@@ -146,11 +147,11 @@ def test_on_a_plain_server_the_page_delays_itself_and_the_tour_judges_no_force_t
             )
             assert all(user.loop_delay < 3.0 * OCEAN for user in far.values())
         if step in ("ocean", "soft", "ours"):
-            ann.until(lambda: ann.text(WAITING) == "", f"what {step} is to show")  # noqa: B023
+            ann.until(lambda: ann.text(WAITING) == "", f"what {step} is to show")
         if step in ("ocean", "ours"):
             ann.until(lambda: "than a finger feels" in ann.text(".tour-claim"), "the claim")
         ann.page.click(".tour-foot .primary")
-    claims = [words for _, words in ann.page.evaluate("window.claims")]
+    claims: list[str] = ann.page.evaluate("window.claims")
     assert any("than a finger feels" in words for words in claims)
     # Laws, depth and delay have moved the force, and nobody else has.
     assert [words for words in claims if "has not settled" in words] == []

@@ -17,6 +17,7 @@ new Page({
   startTouch: (settings, beside) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }, beside),
   prepareTouch,
   invited: () => invitation.token !== undefined,
+  invitation: () => invitation.invitation,
   misplaced: invitation.misplaced,
   key: KEY,
 });

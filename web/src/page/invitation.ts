@@ -26,7 +26,8 @@ export interface Place {
 export class Invitation implements Pass {
   /** Whether the address had a token before the #. */
   readonly misplaced: boolean;
-  private invitation: string | undefined;
+  /** That was in the link; a session of its own begins with it in another window. */
+  invitation: string | undefined;
   private session: string | undefined;
 
   constructor(private readonly place: Place) {

@@ -17,9 +17,10 @@ import type { Rumble } from "../ui/rumble";
 import { Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
 import type { Vec3 } from "../model/vec";
+import type { Visit } from "../share/windows";
 import { UserColours } from "../model/colours";
 import type { Colouring } from "../view/body/surface";
-import { eye, HOME } from "../view/orbit";
+import { HOME } from "../view/orbit";
 import type { SceneView } from "../view/scene_view";
 import type { Stage } from "../view/stage";
 import { Announcer } from "./announcer";
@@ -36,15 +37,11 @@ import { UploadPlace } from "./upload_place";
 const RATE = 30; // frames per second that are asked for; between them the page interpolates
 const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 
-export interface PageSettings {
-  /** Of the server, http: or https:. */
-  readonly address: string;
+export interface PageSettings extends Visit {
   readonly openStore: () => SceneStore;
   readonly startTouch: StartTouch;
   /** Have ready what the first touch needs, once there is something to touch. */
   readonly prepareTouch: () => void;
-  /** Whether this visitor came by an invitation: so must others. */
-  readonly invited: () => boolean;
   /** Whether the address had a token where servers log it. */
   readonly misplaced: boolean;
   /** The secret of this page's hand. */
@@ -60,7 +57,8 @@ export class Page {
   readonly help = new LazyDialog(async () => new (await import("../ui/help")).Help());
   private readonly ghost = new Ghost();
   readonly upload: UploadPlace;
-  private readonly gamepad: GamepadPlace;
+  private readonly padHost = padHost(this);
+  private readonly gamepad = new GamepadPlace(this.padHost);
   readonly replay: ReplayPlace;
   readonly panel: Panel;
   /** Null until the graphics are there, and without WebGL: everything else goes on. */
@@ -80,7 +78,7 @@ export class Page {
   private rumble: Rumble | null = null;
   private readonly sleep = new SleepDetector();
   private readonly announcer: Announcer;
-  private readonly visitor = new VisitorName();
+  readonly visitor = new VisitorName();
   private last = 0;
   private written = 0;
   private did: TouchState["doing"] | undefined;
@@ -92,7 +90,8 @@ export class Page {
   private live = false;
 
   constructor(private readonly settings: PageSettings) {
-    const { address, openStore, startTouch, invited, key } = settings;
+    const { address, openStore, startTouch, key } = settings;
+    const url = socketUrl(address);
     // The largest part of the page; socket, words and buttons are there before it.
     const graphics = import("../view/scene_view");
     this.store = openStore();
@@ -102,7 +101,7 @@ export class Page {
     this.company = new CompanyCorner({ store: () => this.store, view: () => (this.live && !this.replay.active ? this.shown : null), colour, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
     this.upload = new UploadPlace(address, () => { this.touch(true); });
     this.theme = new Theme(() => { this.repaint(); });
-    const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(address, invited));
+    const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(settings, () => this.visitor.name));
     this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.visitor.name, {
@@ -112,7 +111,6 @@ export class Page {
     this.replay = new ReplayPlace({
       store: () => this.store, stage: () => this.stage, letGo: () => { this.gamepad.pause(); this.own.retreat(); }, changed: () => { this.body(); }, colour,
     });
-    this.gamepad = new GamepadPlace(padHost(this));
     this.toolbar = new Toolbar({
       gamepad: this.gamepad.button,
       tour: () => { this.toggleTour(); },
@@ -128,7 +126,7 @@ export class Page {
       measure: (by) => { this.panel.area.measure(by); }, colour: (by) => { this.setColouring(by); },
       look: (orbit) => { this.stage?.goTo(orbit); this.company.moved(); },
       reveal: (part, user) => { this.panel.reveal(part, user); },
-      startTouch, url: socketUrl(address), colour_of: colour, inks: () => inks(this.panel.root),
+      startTouch, url, colour_of: colour, inks: () => inks(this.panel.root),
     }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
@@ -195,7 +193,7 @@ export class Page {
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch: the wish is kept.
     this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
-    if (on) this.own.start(socketUrl(this.settings.address), this.visitor.name, this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1), wait);
+    if (on) this.own.start(socketUrl(this.settings.address), this.visitor.name, this.padHost.towardsEye(), wait);
     else this.own.stop();
     if (!on) this.rumble?.still();
     this.write(performance.now() / 1000);

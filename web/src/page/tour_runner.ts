@@ -26,7 +26,7 @@ import { ForceTrace } from "../ui/plots/force_trace";
 import { fixed } from "../ui/words";
 import { besides, Partner } from "./partner";
 import type { StartTouch } from "./own_hand";
-import { SPAN, TourMeasure } from "./tour_measure";
+import { SPAN, TourMeasure } from "../tour/measure";
 import { guidedDirection } from "./tour_place";
 
 const MOVING: ReadonlySet<Action["kind"]> = new Set(["press", "lift", "hold", "law", "delay"]); // move the own force
@@ -194,7 +194,7 @@ export class TourRunner {
     this.trace.root.hidden = true;
     this.card.update(STEPS, null, null, 0);
     this.delay = 0;
-    this.hands.own.handle?.setDelay(0);
+    for (const hand of this.lent()) hand.setDelay(0);
     this.hands.law("predictive");
     this.hands.measure("coupled");
     this.hands.own.release();

@@ -1,13 +1,19 @@
 /** The dialog with the address of this room: to be read, photographed, copied or sent. */
 
 import { addressesToShare, framesOf, frameWords } from "../../share/addresses";
+import { openWindow, serveCommand, type Visit } from "../../share/windows";
 import { el, say, show } from "../dom";
 import { icon } from "../icons";
 import { qrPicture } from "./qr";
 
 const ASIDE = "Whoever opens it sees the object, and touches it with the first press.";
 const NEEDS = "This room asks for an invitation: the address alone lets nobody in. Make links with: cohaptic invite";
-const NONE = "Only this machine reaches this server. To let others in, start it with --host 0.0.0.0 (cohaptic serve --help says with what else), or put a proxy before it.";
+const NONE = "Only this machine reaches this server.";
+const PROXY = `${NONE} To let others in, put a proxy that encrypts before it.`;
+const ANEW = `${NONE} To let others in, stop it with Ctrl-C in its terminal and start it with this, and with the other options that it had:`;
+const THEN = "Then come back here for the address.";
+const OPEN = `Whoever reaches this machine over its network may touch then, and nothing is encrypted. ${THEN} The how-to \u201cInvite people\u201d has links for chosen people alone.`;
+const CLOSED = `Keys and certificate are files that you have. ${THEN}`;
 const FAILED = "The server did not say by which address others reach it. Its terminal does.";
 
 export class ShareDialog {
@@ -22,23 +28,29 @@ export class ShareDialog {
   private readonly frameWords = el("input", { class: "share-frame-words", attrs: { type: "text", readonly: "", "aria-label": "Words for a page that shows this one in a frame" } });
   private readonly frame: HTMLElement;
   private readonly found: HTMLElement;
+  private readonly command = el("code", { class: "share-command", attrs: { tabindex: "0" } });
+  private readonly commandCopied: HTMLButtonElement;
+  private readonly anew: HTMLElement;
+  private readonly then = el("p", { class: "fine" });
 
   /**
-   * @param page Address of this page.
-   * @param invited Whether who comes needs an invitation.
+   * @param name By which the visitor goes.
    */
-  constructor(private readonly page: string, private readonly invited: () => boolean) {
+  constructor(private readonly visit: Visit, name: () => string) {
     const press = (text: string, kind: string, act: () => void): HTMLButtonElement =>
       el("button", { class: `button ${kind}`, text, attrs: { type: "button" }, on: { click: act } });
-    this.copied = press("Copy", "", () => { this.copy(); });
+    this.copied = press("Copy", "", () => { copy(this.copied, this.address.value, this.address); });
+    this.commandCopied = press("Copy", "", () => { copy(this.commandCopied, this.command.textContent, this.command); });
     this.sent = press("Send\u2026", "primary", () => { this.send(); });
     this.others.addEventListener("change", () => { this.pick(this.others.value); });
     for (const field of [this.address, this.frameWords]) field.addEventListener("focus", () => { field.select(); });
     this.frame = el("div", { class: "share-frame" }, this.frameNote, this.frameWords);
     this.found = el("div", { class: "share-found" }, this.picture, this.others, this.address, el("div", {}, this.copied, " ", this.sent), this.frame);
+    this.anew = el("div", { class: "share-found" }, this.command, this.commandCopied, this.then);
     this.root = el("dialog", { class: "dialog", attrs: { "aria-labelledby": "share-title" } },
       el("button", { class: "icon-button dialog-close", attrs: { type: "button", "aria-label": "Close" }, on: { click: () => { this.root.close(); } } }, icon("close")),
-      el("h2", { id: "share-title", text: "Invite somebody" }), this.found, this.words);
+      el("h2", { id: "share-title", text: "Invite somebody" }), this.found, this.words, this.anew,
+      press("Open a second window", "", () => { openWindow(visit, name()); }));
     this.root.addEventListener("click", (event) => {
       if (event.target === this.root) this.root.close();
     });
@@ -50,23 +62,24 @@ export class ShareDialog {
       return;
     }
     show(this.found, false);
+    show(this.anew, false);
     show(this.frame, false);
     say(this.words, "");
     this.root.showModal();
     // The server says it with each answer, to the browser; it is asked as a browser would be.
-    fetch(this.page).then((answer) => { this.offerFrame(framesOf(answer.headers.get("Content-Security-Policy") ?? "")); }, () => undefined);
+    fetch(this.visit.address).then((answer) => { this.offerFrame(framesOf(answer.headers.get("Content-Security-Policy") ?? "")); }, () => undefined);
     const ask = async (url: string): Promise<string> => {
       const answer = await fetch(url);
       if (!answer.ok) throw new Error(`${url}: ${answer.status}`);
       return answer.text();
     };
-    addressesToShare(this.page, ask).then((found) => { this.offer(found); }, () => { say(this.words, FAILED); });
+    addressesToShare(this.visit.address, ask).then((found) => { this.offer(found); }, () => { say(this.words, FAILED); });
   }
 
   private offer(found: readonly string[]): void {
     const [best] = found;
     if (best === undefined) {
-      say(this.words, NONE);
+      this.offerCommand();
       return;
     }
     this.others.replaceChildren(...found.map((address) => el("option", { text: new URL(address).host, attrs: { value: address } })));
@@ -76,7 +89,18 @@ export class ShareDialog {
     show(this.sent, "share" in navigator);
     show(this.found, true);
     this.pick(best);
-    say(this.words, this.invited() ? NEEDS : ASIDE);
+    say(this.words, this.visit.invited() ? NEEDS : ASIDE);
+  }
+
+  private offerCommand(): void {
+    const command = serveCommand(this.visit.address, this.visit.invited());
+    say(this.words, command === "" ? PROXY : ANEW);
+    // No line ends within a word.
+    this.command.replaceChildren(...command.split(" ").flatMap((word) => [el("span", { text: word }), " "]).slice(0, -1));
+    say(this.commandCopied, "Copy");
+    say(this.then, /insecure/i.test(command) ? OPEN : CLOSED);
+    show(this.commandCopied, "clipboard" in navigator);
+    show(this.anew, command !== "");
   }
 
   /** @param origins Of the pages that may show this one. */
@@ -92,15 +116,16 @@ export class ShareDialog {
     say(this.copied, "Copy");
   }
 
-  private copy(): void {
-    navigator.clipboard.writeText(this.address.value).then(
-      () => { say(this.copied, "Copied"); },
-      () => { this.address.focus(); }, // to be copied by hand
-    );
-  }
-
   private send(): void {
     // Who changes its mind has sent nothing.
     navigator.share({ title: document.title, url: this.address.value }).catch(() => undefined);
   }
+}
+
+/** @param otherwise Where it is read, to be copied by hand. */
+function copy(button: HTMLButtonElement, words: string, otherwise: HTMLElement): void {
+  navigator.clipboard.writeText(words).then(
+    () => { say(button, "Copied"); },
+    () => { otherwise.focus(); },
+  );
 }

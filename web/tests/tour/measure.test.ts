@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { TouchState } from "../../src/model/hand";
-import { TourMeasure } from "../../src/page/tour_measure";
+import { TourMeasure } from "../../src/tour/measure";
 
 const PERIOD = 0.001; // s
 const REPORT = 0.02; // s

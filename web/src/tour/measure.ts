@@ -3,8 +3,8 @@
 import type { TouchState } from "../model/hand";
 import type { SceneSnapshot } from "../model/scene";
 import { dot, sub } from "../model/vec";
-import { type Held, type Pair, rehearse, type Rehearsed } from "../tour/rehearsal";
-import { RESTS, type Swing, swingOf } from "../tour/swing";
+import { type Held, type Pair, rehearse, type Rehearsed } from "./rehearsal";
+import { RESTS, type Swing, swingOf } from "./swing";
 
 /** Seconds that are drawn, and those of them by which a force is said to rest. */
 export const SPAN = 8;
