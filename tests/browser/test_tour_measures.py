@@ -58,7 +58,7 @@ def test_the_tour_brings_a_partner_and_measures_what_it_claims(
         if step == "feel":
             # Nobody else was here: the partner is a hand in the room like any other.
             room.until(lambda users: len(users) == 2, "the partner")
-            ann.until(lambda: ann.force_of("partner") > 0.5, "the partner to press")
+            ann.until(lambda: ann.force_of("simulated partner") > 0.5, "the partner to press")
             ann.until(lambda: claim("come from others"), "the claim")
         if step == "ocean":
             ann.until(lambda: ann.text(WAITING) == "", "the longer loop to be measured")

@@ -14,7 +14,11 @@ const address = location.href;
 new Page({
   address,
   openStore: () => openWatch(address, "forces", 30, invitation),
-  startTouch: (settings, beside) => startTouch({ ...settings, ...(invitation.token === undefined ? {} : { token: invitation.token }) }, beside),
+  startTouch: (settings, beside) => {
+    // A session has one seat, which is the visitor's own.
+    const token = beside ? invitation.invitation : invitation.token;
+    return startTouch({ ...settings, ...(token && { token }) }, beside);
+  },
   prepareTouch,
   invited: () => invitation.token !== undefined,
   invitation: () => invitation.invitation,

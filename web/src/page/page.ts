@@ -24,6 +24,7 @@ import { HOME } from "../view/orbit";
 import type { SceneView } from "../view/scene_view";
 import type { Stage } from "../view/stage";
 import { Announcer } from "./announcer";
+import type { Beside } from "./beside";
 import { attachKeys, attachPointers, padHost } from "./controls";
 import { covered, layOut, showTime, toggleFullScreen, togglePanel } from "./layout";
 import { VisitorName } from "./names";
@@ -76,6 +77,7 @@ export class Page {
   private readonly legend: LegendBox;
   private readonly bar = new NoticeBar(() => { location.reload(); }, () => { this.touch(true, true); });
   private rumble: Rumble | null = null;
+  private beside: Beside | null = null;
   private readonly sleep = new SleepDetector();
   private readonly announcer: Announcer;
   readonly visitor = new VisitorName();
@@ -126,7 +128,7 @@ export class Page {
       measure: (by) => { this.panel.area.measure(by); }, colour: (by) => { this.setColouring(by); },
       look: (orbit) => { this.stage?.goTo(orbit); this.company.moved(); },
       reveal: (part, user) => { this.panel.reveal(part, user); },
-      startTouch, url, colour_of: colour, inks: () => inks(this.panel.root),
+      startTouch, url, beside: () => this.beside?.hand ?? null, colour_of: colour, inks: () => inks(this.panel.root),
     }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
@@ -142,6 +144,7 @@ export class Page {
     this.body();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
     void graphics.then(() => import("../ui/rumble")).then(({ Rumble }) => { this.rumble = new Rumble(); }, () => undefined);
+    void graphics.then(() => import("./beside")).then(({ Beside }) => { this.beside = new Beside(this, settings, startTouch, url, () => this.padHost.towardsEye(), this.panel.beside); }, () => undefined);
     graphics.then(
       ({ openScene }) => { this.openScene(() => openScene(layout.host, this.colours)); },
       () => { this.picture = "not loaded"; },
@@ -283,6 +286,7 @@ export class Page {
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
     this.panel.update(this.store, this.shown, own?.user ?? 0, this.own.handle?.link ?? null, lens, this.company.following);
+    this.beside?.update();
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
     if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));

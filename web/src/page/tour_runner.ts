@@ -44,6 +44,8 @@ export interface Hands {
   /** Bring a part of the page into sight: nothing, the plots, the figure, or the line about the room. */
   readonly reveal: (part: "stage" | "plots" | "area" | "room", user: number) => void;
   readonly startTouch: StartTouch;
+  /** A partner whom the visitor has brought; null for none. */
+  readonly beside: () => TouchHandle | null;
   /** Websocket of the server. */
   readonly url: string;
   /** Colour of a user, and the inks of the page now. */
@@ -148,7 +150,7 @@ export class TourRunner {
 
   /** The hands of this page that the tour moves. */
   private lent(): readonly TouchHandle[] {
-    return [this.hands.own.handle, this.partner.handle].filter((hand) => hand !== null);
+    return [this.hands.own.handle, this.partner.handle, this.hands.beside()].filter((hand) => hand !== null);
   }
 
   /** Whether what the tour has changed has not taken effect yet. */

@@ -29,12 +29,14 @@ export interface Lens {
 export class Panel {
   readonly root: HTMLElement;
   readonly area: AreaCard;
+  /** What there is to do where nobody else is. */
+  readonly beside = el("div");
   private readonly cards = new Map<number, UserCard>();
   private readonly list = el("div", { class: "cards" });
   private readonly count = el("span", { class: "count" });
   private readonly empty = el("p", {
     class: "empty",
-    text: "Nobody is here yet. Touch the object yourself, or open this page once more.",
+    text: "Nobody is here yet. Touch the object yourself.",
   });
   private readonly answers = el("summary");
   private readonly reasons = el("p", { class: "fine" });
@@ -89,6 +91,7 @@ export class Panel {
       this.roomOrders.root,
       this.time,
       this.empty,
+      this.beside,
       this.list,
       this.latencyNote,
       this.area.root,

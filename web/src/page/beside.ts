@@ -1,0 +1,104 @@
+/** What the panel offers where nobody else is: a second window of this room, or a simulated partner beside the visitor. */
+
+import type { TouchHandle } from "../model/hand";
+import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
+import { sub, unit, type Vec3 } from "../model/vec";
+import { el, say, show } from "../ui/dom";
+import { sentence } from "../ui/notice";
+import { openWindow, type Visit } from "../share/windows";
+import type { OwnHand, StartTouch } from "./own_hand";
+import type { Partner } from "./partner";
+
+const ASIDE = 1.05; // rad round from the visitor: in sight, and where a full balloon feels more of another than a quarter turn away
+const MOST = 6; // places that are tried, on an object that is open on one side
+
+/** What is needed of the page. */
+export interface Host {
+  readonly store: SceneStore;
+  readonly view: SceneSnapshot | null;
+  readonly own: OwnHand;
+  readonly visitor: { readonly name: string };
+  /** A tour brings a partner of its own, and a replay is of before. */
+  readonly tour: { readonly running: boolean };
+  readonly replay: { readonly active: boolean };
+}
+
+export class Beside {
+  private readonly words = el("p", { class: "fine", attrs: { role: "status" } });
+  private readonly bring: HTMLButtonElement;
+  private partner: Partner | null = null;
+  private failed = "";
+
+  /**
+   * @param url Websocket of the server.
+   * @param towardsEye From the middle of the body.
+   * @param root Where it stands.
+   */
+  constructor(
+    private readonly page: Host, visit: Visit, private readonly startTouch: StartTouch, private readonly url: string,
+    private readonly towardsEye: () => Vec3, private readonly root: HTMLElement,
+  ) {
+    const button = (text: string, press: () => void): HTMLButtonElement =>
+      el("button", { class: "button", text, attrs: { type: "button" }, on: { click: press } });
+    this.bring = button("Bring a partner", () => { this.toggle(); });
+    const second = button("Open a second window", () => { openWindow(visit, page.visitor.name); });
+    root.append(el("div", { class: "beside" }, second, this.bring), this.words);
+  }
+
+  /** The partner's; null for none. */
+  get hand(): TouchHandle | null {
+    return this.partner?.handle ?? null;
+  }
+
+  update(): void {
+    this.partner?.update();
+    const { store: { info, roster }, view, own, tour, replay } = this.page;
+    const mine = [own.state?.user, this.hand?.state?.user];
+    const others = [...roster, ...(view?.users ?? [])].some(({ user }) => !mine.includes(user));
+    if (others && this.partner !== null) this.partner.why = "";
+    show(this.root, info !== null && (this.hand !== null || (!others && !tour.running && !replay.active)));
+    show(this.bring, info?.can_touch !== false);
+    say(this.bring, this.hand === null ? "Bring a partner" : "Send the partner away");
+    const words = this.told();
+    say(this.words, words);
+    show(this.words, words !== "");
+  }
+
+  private told(): string {
+    const { store, own } = this.page;
+    const { hand } = this;
+    if (hand === null) {
+      const why = this.failed || (this.partner?.why ?? "");
+      if (why !== "") return `No partner comes. ${sentence(why)}`;
+      return own.handle === null ? "" : "Nobody else is here.";
+    }
+    if (hand.state?.phase === "joined") return "Your partner is simulated: a hand of this page, which presses and holds still.";
+    if (!isLive(store.status)) return "The server is silent. Your partner comes once it answers.";
+    return `A simulated partner is on its way. ${sentence(hand.state?.reason ?? "")}`.trim();
+  }
+
+  private toggle(): void {
+    this.failed = "";
+    if (this.hand !== null) {
+      this.partner?.leave();
+      this.update();
+      return;
+    }
+    import("./partner").then(({ besides, Partner }) => {
+      const { store: { info, mesh, roster }, own } = this.page;
+      if (info === null || mesh === null) return;
+      const partner = (this.partner ??= new Partner(this.startTouch));
+      const at = own.held?.point ?? own.state?.proxy;
+      const visitor = at === undefined ? this.towardsEye() : sub(at, info.body.center);
+      // Level: who presses on top is beside everybody.
+      const level = unit([visitor[0], visitor[1], 0], [0, -1, 0]);
+      const places = Array.from({ length: MOST }, (_, i) => besides(level, ASIDE * (i + 1)));
+      const names = roster.map(({ name }) => name);
+      if (!places.some((place) => partner.come(this.url, names, mesh, info, place))) partner.why = "it finds no place on this object";
+      this.update();
+    }, () => {
+      this.failed = "that part of the page did not come from the server; try again";
+      this.update();
+    });
+  }
+}
