@@ -50,7 +50,7 @@ export class ShareDialog {
     this.root = el("dialog", { class: "dialog", attrs: { "aria-labelledby": "share-title" } },
       el("button", { class: "icon-button dialog-close", attrs: { type: "button", "aria-label": "Close" }, on: { click: () => { this.root.close(); } } }, icon("close")),
       el("h2", { id: "share-title", text: "Invite somebody" }), this.found, this.words, this.anew,
-      press("Open a second window", "", () => { openWindow(visit, name()); }));
+      el("div", { class: "beside" }, press("Open a second window", "", () => { openWindow(visit, name()); })));
     this.root.addEventListener("click", (event) => {
       if (event.target === this.root) this.root.close();
     });
