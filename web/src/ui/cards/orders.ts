@@ -80,7 +80,6 @@ export class RoomOrders {
   readonly root: HTMLElement;
   private readonly freeze: OrderButton;
   private readonly reset: OrderButton;
-  private readonly words = el("p", { class: "fine", text: "The object is frozen: it takes nobody\u2019s force." });
   private readonly buttons: HTMLElement;
   private readonly out = el("ul", { class: "orders put-out", attrs: { "aria-label": "Who was put out" } });
   private names: readonly string[] = [];
@@ -93,16 +92,14 @@ export class RoomOrders {
     this.reset.root.title = "All forces fade, and the object begins anew";
     this.freeze.root.title = "The object takes nobody\u2019s force, until you let it";
     this.buttons = el("div", { class: "orders", attrs: { role: "group", "aria-label": "Orders about the object" } }, this.freeze.root, this.reset.root);
-    this.root = el("div", { class: "room-orders" }, this.words, this.buttons, this.out);
+    this.root = el("div", { class: "room-orders" }, this.buttons, this.out);
   }
 
   write(restraints: Restraints, putOut: readonly string[], admin: boolean): void {
     this.list(admin ? putOut : []);
     this.frozen = restraints.frozen;
     this.freeze.set(this.frozen ? "Unfreeze" : "Freeze", "the object");
-    show(this.words, this.frozen);
-    show(this.buttons, admin);
-    show(this.root, admin || this.frozen);
+    show(this.root, admin);
   }
 
   /** A button for each who was put out; made anew only where they have changed, so that a press finds it. */

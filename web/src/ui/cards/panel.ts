@@ -6,7 +6,8 @@ import { type Encoding, isLive, type Latency, type SceneStore, type SceneSnapsho
 import { AreaCard } from "./area_card";
 import { type Choice, choice, el, say, show } from "../dom";
 import { type Inks, inks } from "../plots/canvas";
-import { RoomOrders } from "./orders";
+import type { RoomOrders } from "./orders";
+import { OrdersPlace } from "./orders_place";
 import { Level } from "./level";
 import type { PlotCursor } from "../plots/cursor";
 import type { Charted } from "../plots/strip_chart";
@@ -53,7 +54,8 @@ export class Panel {
   private readonly colour: (user: number) => string;
   private readonly setLatency: (user: number, latency: Latency) => void;
   private readonly order: (order: Order, user?: number, name?: string) => void;
-  private readonly roomOrders: RoomOrders;
+  private readonly roomOrders: OrdersPlace<RoomOrders>;
+  private readonly frozen = el("p", { class: "fine room-orders", text: "The object is frozen: it takes nobody\u2019s force." });
   private readonly cursor: PlotCursor = { before: null };
   private readonly when = el("span", { class: "count panel-when" });
   private ink: Inks | null = null;
@@ -68,7 +70,7 @@ export class Panel {
     company: HTMLElement,
   ) {
     this.order = order;
-    this.roomOrders = new RoomOrders(order);
+    this.roomOrders = new OrdersPlace(({ RoomOrders: Made }) => new Made(order));
     this.encoding = choice<Encoding>(
       "How the surface comes",
       [
@@ -88,7 +90,7 @@ export class Panel {
       el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count, " ", this.when),
         el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: share } }), this.level.root),
       company,
-      this.roomOrders.root,
+      this.frozen, this.roomOrders.root,
       this.time,
       this.empty,
       this.beside,
@@ -144,7 +146,9 @@ export class Panel {
         view: lens !== null ? "none" : following === user ? "followed" : store.company.state?.open.includes(user) === true ? "open" : "none",
       });
     }
-    this.roomOrders.write(store.restraints, store.putOut, store.info?.room_admin === true);
+    const admin = store.info?.room_admin === true;
+    show(this.frozen, store.restraints.frozen);
+    this.roomOrders.get(admin)?.write(store.restraints, store.putOut, admin);
     say(this.when, lens?.when ?? "");
     say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);

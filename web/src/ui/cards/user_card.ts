@@ -8,7 +8,8 @@ import { dot, norm, sub } from "../../model/vec";
 import { depthOf, proxyOf } from "../../view/pose";
 import { el, say, show, slider, type Slider, symbol } from "../dom";
 import { icon } from "../icons";
-import { UserOrders } from "./orders";
+import type { UserOrders } from "./orders";
+import { OrdersPlace } from "./orders_place";
 import type { Inks } from "../plots/canvas";
 import type { PlotCursor } from "../plots/cursor";
 import type { Lane } from "../plots/lanes";
@@ -76,12 +77,12 @@ export class UserCard {
   private readonly toggle: HTMLButtonElement;
   private readonly chart: StripChart;
   private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
-  private readonly orders: UserOrders;
+  private readonly orders: OrdersPlace<UserOrders>;
 
   constructor(user: number, cursor: PlotCursor, setLatency: (latency: Latency) => void, order: (order: Order) => void, follow: () => void) {
     this.chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over some seconds", cursor);
     this.follow = el("button", { class: "button card-follow", text: "Follow", attrs: { type: "button", "aria-pressed": "false" }, on: { click: follow } });
-    this.orders = new UserOrders(order);
+    this.orders = new OrdersPlace(({ UserOrders: Made }) => new Made(order));
     const send = (): void => { setLatency({ delay: 1e-3 * delay.value, jitter: 1e-3 * jitter.value }); };
     const delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, send);
     const jitter = slider("added jitter", { max: 200, step: 5, unit: "ms" }, send);
@@ -143,7 +144,8 @@ export class UserCard {
     this.follow.setAttribute("aria-label", view === "followed" ? `Following ${name}` : `Follow ${name}`);
     this.follow.title = view === "followed" ? "Back to your own view" : `See what ${name} sees, until you turn the view`;
     // Nobody needs to put itself out.
-    this.orders.write(name, muted, admin && !own);
+    const orders = admin && !own;
+    this.orders.get(orders)?.write(name, muted, orders);
     say(this.name, own ? `${name} (you)` : name);
     this.root.classList.toggle("own", own);
     show(this.latency.root, mayDelay && user !== undefined);

@@ -1,0 +1,27 @@
+/** The place of an administrator's buttons: they come over the network for who may use them. */
+
+import { el, show } from "../dom";
+import type * as Orders from "./orders";
+
+export class OrdersPlace<Part extends Orders.RoomOrders | Orders.UserOrders> {
+  readonly root = el("div");
+  private part: Part | null = null;
+  private asked = false;
+
+  constructor(private readonly make: (orders: typeof Orders) => Part) {
+    show(this.root, false);
+  }
+
+  /** The buttons once they are there; asked for with the first wish. */
+  get(wanted: boolean): Part | null {
+    if (wanted && !this.asked) {
+      this.asked = true;
+      void import("./orders").then((orders) => {
+        this.part = this.make(orders);
+        this.root.append(this.part.root);
+        show(this.root, true);
+      }, () => { this.asked = false; });
+    }
+    return this.part;
+  }
+}
