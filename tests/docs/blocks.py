@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import dedent
 
 ROOT = Path(__file__).parents[2]
 EVERY_PAGE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -13,7 +14,10 @@ EVERY_PAGE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "doc
 PAGES = [
     page for page in EVERY_PAGE if "decisions" not in page.parts and page.name != "architecture.md"
 ]
-_BLOCK = re.compile(r"^(?P<fence>```+)(?P<kind>[^\n]*)\n(?P<text>.*?)^(?P=fence)\s*$", re.S | re.M)
+_BLOCK = re.compile(
+    r"^(?P<indent> *)(?P<fence>```+)(?P<kind>[^\n]*)\n(?P<text>.*?)^(?P=indent)(?P=fence)\s*$",
+    re.S | re.M,
+)
 _INCLUDED = re.compile(r'--8<-- "([^"]+)"')
 # Words that begin a command; a block without any is a drawing or a grammar.
 _PROGRAMS = (
@@ -29,6 +33,7 @@ NOT_PLAYED = {
     r"(?:sudo|docker|systemctl|install|journalctl|ssh)\b": "of another machine or its owner",
     r'cohaptic touch "https://lab\.example': "of another machine or its owner",
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
+    r"python -m (?:pip|build|zipfile|venv)": "of a release: .github/workflows/wheels.yml",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
 }
 # Kinds of blocks that nothing here can play, and the tests that try what they show.
@@ -66,7 +71,8 @@ def blocks() -> Iterator[Block]:
     """All of them, in the order of pages and lines."""
     for page in PAGES:
         for found in _BLOCK.finditer(page.read_text(encoding="utf-8")):
-            text = _INCLUDED.sub(lambda mark: (ROOT / mark[1]).read_text("utf-8"), found["text"])
+            text = dedent(found["text"])
+            text = _INCLUDED.sub(lambda mark: (ROOT / mark[1]).read_text("utf-8"), text)
             yield Block(page.relative_to(ROOT).as_posix(), found["kind"].strip("{.} "), text)
 
 
