@@ -92,6 +92,15 @@ def test_the_argument_principle_finds_roots_on_one_side_and_none_on_the_other(
     assert roots_right_of(rate - step, S, delays, lag) >= 1
 
 
+def test_a_finer_look_finds_what_the_first_one_was_too_coarse_for() -> None:
+    """The first look ends where unstable roots do, and the rightmost of a stable room is faster."""
+    S = np.array([[0.67, -0.337], [-0.337, 0.67]])
+    delays, lag = np.array([0.575, 0.3]), 0.0113
+    rate = growth(S, delays, lag)
+    assert roots_right_of(rate + 0.02, S, delays, lag) == 0
+    assert roots_right_of(rate - 0.02, S, delays, lag) >= 1
+
+
 @given(seeds, ratios, st.floats(0.001, 1000.0))
 @settings(max_examples=examples(50))
 def test_time_has_no_scale_of_its_own(seed: int, ratio: float, scale: float) -> None:
