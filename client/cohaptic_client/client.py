@@ -158,8 +158,6 @@ class Client:
         while True:
             try:
                 reason = await self._converse()
-                if self._leaving:
-                    return
                 told = ""
                 until = self.clock.now() + patience
                 error = lost = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))
@@ -188,6 +186,8 @@ class Client:
                         self._tell("with --wait-seat you wait for a place")
                     raise
                 error = refused
+            if self._leaving:
+                return
             if self.clock.now() >= until:
                 raise lost or error
             if str(error) != told:

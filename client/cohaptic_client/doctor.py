@@ -197,6 +197,13 @@ def doctor(
     seconds: Annotated[
         float, typer.Option(help="How long to measure lateness [s]; 0 looks at devices alone.")
     ] = 5.0,
+    look_at_devices: Annotated[
+        bool,
+        typer.Option(
+            "--devices/--no-devices",
+            help="Look at devices too, which opens the serial ports of known boards.",
+        ),
+    ] = True,
 ) -> None:
     """Check this machine and its devices, and say what to fix.
 
@@ -208,7 +215,7 @@ def doctor(
     if seconds > 0.0:
         typer.echo(f"measuring lateness for {seconds:g} s", err=True)
         found += of_machine(seconds)
-    found += of_devices()
+    found += of_devices() if look_at_devices else []
     for finding in found:
         typer.echo(str(finding))
     raise typer.Exit(1 if any(finding.mark == "warning" for finding in found) else 0)

@@ -53,9 +53,8 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
             key.stop()
         shown.cancel()
         await asyncio.gather(shown, return_exceptions=True)
-        last = client.status()
-        if not json_lines and last.loop_hz > 0.0:
-            line = summary.line(last, client.clock.now())
+        summary.read(client.status(), client.clock.now())
+        if not json_lines and (line := summary.line(client.clock.now())):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
         if record:
             recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())

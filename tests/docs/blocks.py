@@ -22,9 +22,9 @@ _INCLUDED = re.compile(r'--8<-- "([^"]+)"')
 # Words that begin a command; a block without any is a drawing or a grammar.
 _PROGRAMS = (
     "cohaptic|python|python3|pip|curl|make|ssh|docker|sudo|install|systemctl|journalctl|npm|"
-    r"\.venv/bin/\w+|\."
+    r"\.venv/bin/\w+|/\S+/bin/\w+|\."
 )
-_COMMAND = re.compile(rf"(?:{_PROGRAMS})(?: .*)?")
+_COMMAND = re.compile(rf"(?:[A-Z_]+=\S+ )*(?:{_PROGRAMS})(?: .*)?")
 
 # Lines that no test plays here, and why.
 NOT_PLAYED = {
@@ -33,7 +33,7 @@ NOT_PLAYED = {
     r"(?:sudo|docker|systemctl|install|journalctl|ssh)\b": "of another machine or its owner",
     r'cohaptic touch "https://lab\.example': "of another machine or its owner",
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
-    r"python -m (?:pip|build|zipfile|venv)": "of a release: .github/workflows/wheels.yml",
+    r"python -m (?:pip|build|zipfile|venv)|/tmp/try/": "of a release: .github/workflows/wheels.yml",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
 }
 # Kinds of blocks that nothing here can play, and the tests that try what they show.
@@ -66,6 +66,15 @@ class Block:
         parts = [part.strip() for line in lines for part in re.split(r"\s&&\s", line)]
         return [part for part in parts if _COMMAND.fullmatch(part)]
 
+    @property
+    def other_lines(self) -> list[str]:
+        """Lines of a block of commands that are none, nor comments."""
+        lines = self.text.replace("\\\n", " ").splitlines() if self.commands else []
+        first = [re.split(r"\s&&\s", line)[0].strip() for line in lines]
+        return [
+            line for line in first if line[:1] not in ("", "#") and not _COMMAND.fullmatch(line)
+        ]
+
 
 def blocks() -> Iterator[Block]:
     """All of them, in the order of pages and lines."""
@@ -78,4 +87,5 @@ def blocks() -> Iterator[Block]:
 
 def why_not(command: str) -> str:
     """Why a command is not played; empty for one that is."""
-    return next((why for rule, why in NOT_PLAYED.items() if re.match(rule, command)), "")
+    plain = re.sub(r"^(?:[A-Z_]+=\S+ )+", "", command)
+    return next((why for rule, why in NOT_PLAYED.items() if re.match(rule, plain)), "")

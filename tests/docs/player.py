@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import re
 import shlex
@@ -21,10 +22,11 @@ import trimesh
 
 from cohaptic.clock import SystemClock
 from tests.docs.blocks import ROOT, Block, why_not
-from tests.patience import PATIENCE
+from tests.patience import PATIENCE, SCALE
 from tests.server.credentials.pairs import write_pair
 
-TOUCH, DEMO = 3, 10  # s that a hand touches, and that a demo needs for its verdict
+TOUCH = math.ceil(5.0 * max(1.0, SCALE))  # s that a hand is there, its start included
+DEMO = 10  # s that a demo needs for its verdict
 # What stands in a page for what its reader has.
 _PLACES = {
     "YOUR_FILE": "examples/organ.ply",
@@ -62,7 +64,11 @@ class Player:
     def __enter__(self) -> Player:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is not None and self._server is not None:
+            self._server.kill()  # what has failed is told, and not what it left behind
+            self._server.communicate()
+            return
         self._stop()
 
     def play(self, block: Block) -> int:
@@ -128,7 +134,7 @@ class Player:
             return
         done = subprocess.run(
             words, cwd=self._folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, timeout=20 * PATIENCE, check=False,
+            stderr=subprocess.STDOUT, timeout=10 * PATIENCE, check=False,
         )  # fmt: skip
         # The doctor's status is its verdict on this machine.
         well = (0, 1) if order == ["doctor"] else (0,)
@@ -166,7 +172,11 @@ class Player:
         if self._server is None:
             return
         self._server.send_signal(signal.SIGINT)
-        self._server.communicate(timeout=20 * PATIENCE)
+        try:
+            self._server.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            raise
         assert self._server.returncode == 0, (self._folder / "server.log").read_text()
         self._server = None
         self._ports = {"8765": "0", "9100": "0"}

@@ -32,6 +32,10 @@ def test_every_kind_of_block_is_known() -> None:
     assert all((ROOT / test).is_file() for test in OTHER_KINDS.values())
 
 
+def test_no_line_of_a_block_of_commands_is_passed_over() -> None:
+    assert [(block.page, line) for block in BLOCKS for line in block.other_lines] == []
+
+
 def test_most_blocks_are_played() -> None:
     """So that a change of their form does not silently leave them out."""
     assert sum(map(len, PLAYED.values())) > 20

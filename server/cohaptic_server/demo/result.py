@@ -20,7 +20,7 @@ from cohaptic_server.demo.analysis import (
     stretches,
 )
 from cohaptic_server.demo.comparison import Compared, compare
-from cohaptic_server.demo.rest import Rest, judge
+from cohaptic_server.demo.rest import AT_LIMIT, Rest, judge
 from cohaptic_server.demo.scene import Scene
 
 MAX_FORCE = 10.0  # N; largest force of a simulated device
@@ -119,8 +119,9 @@ def evaluate(
     rests = judge(timeline.force, [*pressed, *off] if pressed else [], measured, MAX_FORCE)
     if scene.duration is not None and scene.duration < scene.enough:
         # In a hurried rhythm the first swing of a press looks like one that does not die out, and
-        # every force like one that creeps.
-        rests = [rest if rest is Rest.RESTS else None for rest in rests]
+        # every force like one that creeps; but not like one at the limit of its device.
+        most = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
+        rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, most, strict=True)]
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
         _user(
@@ -143,7 +144,8 @@ def evaluate(
         friction=scene.friction,
         lag_ms=1e3 * max(status.lag for status in statuses),
         presses=len(pressed),
-        enough_s=scene.enough,
+        # Where not even that was enough for a whole press, the machine is slow.
+        enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )
 

@@ -103,7 +103,11 @@ def verdict(result: DemoResult) -> str:
         )
     if result.presses == 0 or any(user.rest is None for user in result.users):
         action = "drag" if result.friction else "press"
-        seen = "no force had the time to rest" if result.presses else f"no whole {action} was seen"
+        seen = (
+            "not every force had the time to rest"
+            if result.presses
+            else f"no whole {action} was seen"
+        )
         enough = math.ceil(result.enough_s)
         return f"Too short to tell: {seen} ({how}). Let it run for {enough} s: --duration {enough}."
     left, right = result.users[:2]

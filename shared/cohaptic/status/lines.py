@@ -29,17 +29,25 @@ class Summary:
         self._before: float | None = None  # time of the reading before, if it touched
         self._touched = 0.0
         self._highest = 0.0
+        self._last: TouchStatus | None = None
 
     def read(self, user: TouchStatus, now: float) -> None:
         """Take a reading."""
         touches = user.state == "touching"
         if touches and self._before is not None:
-            self._touched += now - self._before
+            self._touched += min(
+                now - self._before, EVERY
+            )  # a process that was stopped touched nothing
         self._before = now if touches else None
         self._highest = max(self._highest, user.force)
+        if user.loop_hz > 0.0 and user.round_trip > 0.0:
+            self._last = user
 
-    def line(self, user: TouchStatus, now: float) -> str:
-        """The summary, with the last status of the hand."""
+    def line(self, now: float) -> str:
+        """The summary, with the last that was measured of loop and network; empty before that."""
+        user = self._last
+        if user is None:
+            return ""
         return (
             f"{user.name}: touched for {self._touched:.0f} of {now - self._began:.0f} s, at most"
             f" {self._highest:.2f} N shown; round trip {1e3 * user.round_trip:.0f} ms; loop"

@@ -167,6 +167,9 @@ def test_of_hands_in_a_hurry_none_is_called_unstable(
     result = judged(small_balloon, [left, right], tmp_path, scene=hurried)
     assert [user.rest for user in result.users] == [Rest.RESTS, None]
     assert result.enough_s == pytest.approx(8.2)
+    right.columns["fx"][-100] = 10.0
+    result = judged(small_balloon, [left, right], tmp_path, scene=hurried)
+    assert [user.rest for user in result.users] == [Rest.RESTS, Rest.UNSTABLE]
 
 
 def test_too_short_a_demonstration_judges_nobody(

@@ -121,7 +121,7 @@ def test_what_is_not_known_is_a_question() -> None:
         f"Too short to tell: no whole press was seen {HOW}. Let it run for 9 s: --duration 9."
     )
     hurried = result(rest=None, stable=None)
-    assert verdict(hurried).startswith("Too short to tell: no force had the time to rest")
+    assert verdict(hurried).startswith("Too short to tell: not every force had the time to rest")
     # The first hand has nothing to wait for.
     assert shown(told).count("?") == 4 + 3
 

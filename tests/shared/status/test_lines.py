@@ -27,7 +27,7 @@ def test_a_summary_says_how_long_how_hard_and_how_well() -> None:
     for now in (11.0, 12.0, 13.0):
         summary.read(TOUCHING, now)
     summary.read(TouchStatus(name="ann", state="free"), 14.0)
-    assert summary.line(TOUCHING, 15.0) == (
+    assert summary.line(15.0) == (
         "ann: touched for 2 of 5 s, at most 2.43 N shown; round trip 3 ms; loop 1000 Hz,"
         " 2 periods left out"
     )
@@ -36,10 +36,18 @@ def test_a_summary_says_how_long_how_hard_and_how_well() -> None:
 @given(st.lists(st.booleans(), max_size=40))
 def test_nobody_touches_for_longer_than_it_was_there(touches: list[bool]) -> None:
     summary = Summary(0.0)
+    summary.read(TOUCHING.model_copy(update={"state": "free"}), 0.0)
     for k, touch in enumerate(touches, 1):
         state = "touching" if touch else "free"
         summary.read(TouchStatus(name="ann", state=state), float(k))
     expected = sum(a and b for a, b in pairwise(touches))
-    assert f"touched for {expected} of {len(touches)} s" in summary.line(
-        TOUCHING, float(len(touches))
-    )
+    assert f"touched for {expected} of {len(touches)} s" in summary.line(float(len(touches)))
+
+
+def test_who_was_never_in_has_no_summary_and_who_was_stopped_touched_nothing() -> None:
+    summary = Summary(0.0)
+    summary.read(TouchStatus(name="ann", state="connecting"), 1.0)
+    assert summary.line(2.0) == ""
+    summary.read(TOUCHING, 3.0)
+    summary.read(TOUCHING, 3603.0)
+    assert summary.line(3603.0).startswith("ann: touched for 1 of 3603 s")

@@ -66,14 +66,18 @@ export class Told {
    */
   update(view: SceneSnapshot | null, own: TouchState | null, { events, restraints }: Pick<SceneStore, "events" | "restraints">, now: number): void {
     if (own !== null && own.user > 0) this.mine.set(own.user, own.name);
-    const joining = own?.user === 0; // the next who comes may be the visitor
+    const joining = own?.user === 0 && own.place === null; // the next who comes may be the visitor
     const event = events.findLast(({ kind, at, user, name }) => (kind === "joined" || kind === "left") && now - at < LASTS && !joining && this.mine.get(user) !== name);
-    for (const { user, name } of view === null ? [] : pressing(view, own?.user ?? 0, restraints)) this.pressed.set(user, { user, name, at: now });
+    for (const { user, name } of view === null ? [] : pressing(view, own?.user ?? 0, restraints)) {
+      if (this.mine.get(user) !== name) this.pressed.set(user, { user, name, at: now });
+    }
     for (const [user, { at }] of this.pressed) {
       if (view === null || now - at > AFTER + LAGS * view.room.lag) this.pressed.delete(user);
     }
     const who = [...this.pressed.values()].sort((a, b) => a.user - b.user);
-    const push = pushWords(own?.doing === "touching" ? own.felt_from_others : 0, who);
+    // Under the paper's laws the own dent, which comes back late, is in it too.
+    const told = own?.doing === "touching" && own.law === "predictive" && own.requested_law === "predictive";
+    const push = pushWords(told ? own.felt_from_others : 0, who);
     this.write(this.push, push, who);
     // That one has come who pushes need not be said.
     if (view !== null && event !== undefined && (push === "" || event.kind === "left")) this.write(this.news, newsWords(event), [event]);

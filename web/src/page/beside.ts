@@ -1,5 +1,6 @@
 /** What the panel offers where nobody else is: a second window of this room, or a simulated partner beside the visitor. */
 
+import { type RestMesh, sameMesh } from "../model/body";
 import type { TouchHandle } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { sub, unit, type Vec3 } from "../model/vec";
@@ -28,6 +29,8 @@ export class Beside {
   private readonly bring: HTMLButtonElement;
   private partner: Partner | null = null;
   private failed = "";
+  /** The object that the partner came to. */
+  private met: RestMesh | null = null;
 
   /**
    * @param url Websocket of the server.
@@ -50,8 +53,17 @@ export class Beside {
     return this.partner?.handle ?? null;
   }
 
+  frame(): void {
+    this.partner?.frame();
+  }
+
   update(): void {
     this.partner?.update();
+    const { mesh } = this.page.store;
+    if (this.hand !== null && this.met !== null && mesh !== null && !sameMesh(mesh, this.met)) {
+      this.partner?.leave();
+      this.failed = "the object is another one";
+    }
     const { store: { info, roster }, view, own, tour, replay } = this.page;
     const mine = [own.state?.user, this.hand?.state?.user];
     const others = [...roster, ...(view?.users ?? [])].some(({ user }) => !mine.includes(user));
@@ -93,7 +105,8 @@ export class Beside {
       // Level: who presses on top is beside everybody.
       const level = unit([visitor[0], visitor[1], 0], [0, -1, 0]);
       const places = Array.from({ length: MOST }, (_, i) => besides(level, ASIDE * (i + 1)));
-      const names = roster.map(({ name }) => name);
+      const names = [this.page.visitor.name, ...roster.map(({ name }) => name)];
+      this.met = mesh;
       if (!places.some((place) => partner.come(this.url, names, mesh, info, place))) partner.why = "it finds no place on this object";
       this.update();
     }, () => {

@@ -260,7 +260,7 @@ export class Page {
     const own = this.own.state;
     this.shown = this.replay.frame(this.view, own, now, dt);
     this.sceneView?.draw(this.shown, this.replay.active ? null : own, dt, { marks: this.replay.active ? [] : this.store.company.marks, now });
-    this.tour.frame();
+    for (const others of [this.tour, this.beside]) others?.frame();
     if (own !== null && !this.gamepad.used) this.rumble?.feel(own.force, 1000 * now);
     if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
     // That a hand is in the air, or touches, is said at once.

@@ -53,17 +53,23 @@ export class Partner {
     return true;
   }
 
-  /** Presses once it may. */
+  /** A picture is drawn: somebody may look, as with the visitor's own hand, and it presses once it may. */
+  frame(): void {
+    const { handle, goal } = this;
+    handle?.alive();
+    const state = handle?.state ?? null;
+    if (handle === null || goal === null || state?.phase !== "joined" || state.doing === "waiting" || state.doing === "connecting") return;
+    handle.point(goal);
+    this.goal = null;
+  }
+
+  /** Whether it is still here. */
   update(): void {
-    this.handle?.alive();
     const { state = null, failure = "" } = this.handle ?? {};
     if (failure !== "" || state?.phase === "closed") {
       this.leave();
       this.why = state?.code === ROOM_FULL ? "the room is full: it has no place for one more hand" : failure || (state?.reason ?? "");
     }
-    if (this.handle === null || state === null || this.goal === null || state.phase !== "joined" || state.doing === "waiting" || state.doing === "connecting") return;
-    this.handle.point(this.goal);
-    this.goal = null;
   }
 
   leave(): void {
@@ -73,10 +79,11 @@ export class Partner {
   }
 }
 
-/** A name that nobody in the room has. */
+/** A name that nobody in the room has, nor the visitor; servers do not tell names apart by their case. */
 export function freeName(taken: readonly string[]): string {
+  const known = taken.map((name) => name.toLowerCase());
   for (let n = 1; ; n++) {
     const name = n === 1 ? NAME : `${NAME} ${n}`;
-    if (!taken.includes(name)) return name;
+    if (!known.includes(name)) return name;
   }
 }

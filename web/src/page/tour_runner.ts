@@ -135,6 +135,7 @@ export class TourRunner {
   /** Every report of the own hand, for what is measured. */
   frame(): void {
     const own = this.hands.own.state;
+    this.partner.frame();
     if (this.state !== null && own?.phase === "joined") this.measured.take(own);
   }
 
@@ -144,8 +145,7 @@ export class TourRunner {
     const { info, mesh, roster } = this.hands.store();
     if (!this.wantsPartner || info === null || mesh === null || this.hands.own.state?.phase !== "joined") return;
     this.wantsPartner = false;
-    if (this.facts().others > 0) return;
-    this.partner.come(this.hands.url, roster.map(({ name }) => name), mesh, info, besides(this.place()));
+    if (this.facts().others === 0) this.partner.come(this.hands.url, [this.hands.own.state.name, ...roster.map(({ name }) => name)], mesh, info, besides(this.place()));
   }
 
   /** The hands of this page that the tour moves. */

@@ -29,7 +29,8 @@ export class FarSocket {
       this.pass();
     };
     socket.onclose = ({ code, reason }) => {
-      this.pass(Infinity); // why it closes may be on its way
+      // Why it closes may be on its way; the surface that is on its way belongs to a time to come.
+      for (const data of this.down.take(Infinity)) if (typeof data === "string") ends.heard(data);
       ends.lost(code, reason);
     };
   }
@@ -41,16 +42,20 @@ export class FarSocket {
 
   send(data: Message): void {
     this.up.push(data, this.now());
-    this.pass();
+    this.sendDue(this.now()); // and hears nothing: what is heard may be what sends, and nothing overtakes
   }
 
   /** Pass on what is due. */
   pass(now = this.now()): void {
+    this.sendDue(now);
+    for (const data of this.down.take(now)) this.ends.heard(data);
+  }
+
+  private sendDue(now: number): void {
     for (const data of this.up.take(now)) {
       // Newest wins: the next sample is one period away.
       if (typeof data === "string" || this.socket.bufferedAmount === 0) this.socket.send(data);
     }
-    for (const data of this.down.take(now)) this.ends.heard(data);
   }
 
   /** At once; what is on its way goes out before, and then the last words. */

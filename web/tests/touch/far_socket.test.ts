@@ -1,6 +1,7 @@
 /** A delay of the page's own is what the same delay of the server would be, and takes nothing from the hand's safety. */
 
 import { describe, expect, test } from "vitest";
+import { FarSocket } from "../../src/touch/far_socket";
 import { Browser } from "./browser";
 import { C_II } from "./server";
 
@@ -118,4 +119,28 @@ describe("a hand behind a delay of its own", () => {
     browser.run(0.5);
     expect(browser.state.round_trip).toBeLessThan(QUANTUM);
   });
+});
+
+test("nothing overtakes, also where what is heard sends", () => {
+  const socket = { readyState: 1, bufferedAmount: 0, send: () => undefined, close: () => undefined } as unknown as WebSocket;
+  const heard: string[] = [];
+  let now = 0;
+  const far: FarSocket = new FarSocket(socket, () => now, {
+    opened: () => undefined,
+    heard: (data) => {
+      heard.push(String(data));
+      now = 0.35; // while it is heard, the next is due
+      far.send("answer");
+    },
+    lost: () => undefined,
+  });
+  far.delay = 0.1;
+  for (const [at, data] of [[0, "a"], [0.01, "b"], [0.09, "c"]] as const) {
+    now = at;
+    socket.onmessage?.({ data } as MessageEvent<string>);
+  }
+  now = 0.15; // two are due
+  far.pass();
+  far.pass();
+  expect(heard).toEqual(["a", "b", "c"]);
 });

@@ -33,6 +33,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.cache import cache_folder
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.server import CohapticServer
@@ -173,7 +174,8 @@ class UploadDesk:
         try:
             await self._open_object(source)
         except CohapticError as error:
-            raise UploadFailed(str(error).replace(str(source.path), name)) from error
+            told = str(error).replace(str(source.path), name)
+            raise UploadFailed(told.replace(str(cache_folder()), "the store")) from error
 
         def command(path: str) -> str:
             more = ["--nonlinear"] if self._rubber is not None else []

@@ -3,6 +3,8 @@
 import { el, show } from "../dom";
 import type * as Orders from "./orders";
 
+const AGAIN = 10_000; // ms after which a part that did not come is asked for again
+
 export class OrdersPlace<Part extends Orders.RoomOrders | Orders.UserOrders> {
   readonly root = el("div");
   private part: Part | null = null;
@@ -20,7 +22,7 @@ export class OrdersPlace<Part extends Orders.RoomOrders | Orders.UserOrders> {
         this.part = this.make(orders);
         this.root.append(this.part.root);
         show(this.root, true);
-      }, () => { this.asked = false; });
+      }, () => { setTimeout(() => { this.asked = false; }, AGAIN); });
     }
     return this.part;
   }
