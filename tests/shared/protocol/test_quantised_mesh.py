@@ -143,6 +143,8 @@ def test_who_did_not_ask_for_it_says_so() -> None:
         ([(0.0, 0.0, 0.0)] * 2, [(0, 1, 1)], "vertices of a rest mesh is 2"),
         ([(0.0, 0.0, 0.0)] * 3, [(0, 1, 3)], "corner of a face is 3"),
         ([(0.0, 0.0, 0.0)] * 3, [(0, 1, 1)], "triangles alone is False"),
+        ([(0.0, 0.0, 0.0)] * 3, [(0, 0, 1)], "triangles alone is False"),
+        ([(0.0, 0.0, 0.0)] * 3, [(0, 1, 0)], "triangles alone is False"),
         ([(11.0, 0.0, 0.0)] * 3, [(0, 1, 2)], "coordinate of a rest mesh is 11"),
         ([(np.nan, 0.0, 0.0)] * 3, [(0, 1, 2)], "coordinate of a rest mesh is nan"),
     ],

@@ -59,6 +59,22 @@ def test_sampled_rooms_obey_the_theorem_too(seed: int, ticks: list[int]) -> None
         assert room_radius(C, gains, Law.PREDICTIVE, delays, PERIOD, 0.0) > 1.0
 
 
+@given(seeds, st.floats(1.0, 1e5))
+@settings(max_examples=examples(20))
+def test_the_predictive_law_has_no_integral_whatever_its_gains_say(seed: int, gain: float) -> None:
+    room = draw(np.random.default_rng(seed))
+    n = len(room.stiffness)
+    C = room.C[:n, :n]
+    delays = np.full(n, 3)
+    radius = [
+        room_radius(
+            C, [Gains(1.0 / float(c), i) for c in np.diag(C)], Law.PREDICTIVE, delays, PERIOD
+        )
+        for i in (0.0, gain)
+    ]
+    assert radius[0] == radius[1]
+
+
 @pytest.mark.parametrize(("m", "ticks"), [(1.02, 1), (1.1, 2), (1.05, 4)])
 def test_an_exponential_share_would_leave_sampled_rooms_unstable(m: float, ticks: int) -> None:
     """Near m = 1 the lag is shorter than the period: e^(-dt / tau) would leave nothing of it."""
