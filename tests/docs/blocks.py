@@ -60,20 +60,23 @@ class Block:
     @property
     def commands(self) -> list[str]:
         """Lines for a shell, comments and all; empty where it is none."""
-        if self.kind not in ("", "sh"):
-            return []
-        lines = self.text.replace("\\\n", " ").splitlines()
-        parts = [part.strip() for line in lines for part in re.split(r"\s&&\s", line)]
-        return [part for part in parts if _COMMAND.fullmatch(part)]
+        return [part for line in self._lines for part in line if _COMMAND.fullmatch(part)]
 
     @property
     def other_lines(self) -> list[str]:
         """Lines of a block of commands that are none, nor comments."""
-        lines = self.text.replace("\\\n", " ").splitlines() if self.commands else []
-        first = [re.split(r"\s&&\s", line)[0].strip() for line in lines]
+        first = [line[0] for line in self._lines] if self.commands else []
         return [
             line for line in first if line[:1] not in ("", "#") and not _COMMAND.fullmatch(line)
         ]
+
+    @property
+    def _lines(self) -> list[list[str]]:
+        """What is typed, each line in its parts between `&&`; empty where it is no shell's."""
+        if self.kind not in ("", "sh"):
+            return []
+        lines = self.text.replace("\\\n", " ").splitlines()
+        return [[part.strip() for part in re.split(r"\s&&\s", line)] for line in lines]
 
 
 def blocks() -> Iterator[Block]:
