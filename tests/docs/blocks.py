@@ -29,7 +29,7 @@ _COMMAND = re.compile(rf"(?:[A-Z_]+=\S+ )*(?:{_PROGRAMS})(?: .*)?")
 # Lines that no test plays here, and why.
 NOT_PLAYED = {
     r"make\b": "make: the target is the check",
-    r"(?:\.venv/bin/)?pip |python3 -m venv|\. \.venv": "installs: as `make` does it",
+    r"(?:\S*/bin/)?pip |python3 -m venv|\. \.venv": "installs: as `make` does it",
     r"(?:sudo|docker|systemctl|install|journalctl|ssh)\b": "of another machine or its owner",
     r'cohaptic touch "https://lab\.example': "of another machine or its owner",
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
