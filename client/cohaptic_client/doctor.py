@@ -178,7 +178,7 @@ def of_devices() -> Iterator[Finding]:
             yield Finding(package, f"is not installed, for {purpose}", absent=True)
     found, missing = search()
     for each in found:
-        subject, found_so = f"{each.choice} at {each.where}", each.problem or "ready"
+        subject, found_so = f"{each.choice} ({each.where})", each.problem or "ready"
         yield Finding(subject, found_so, each.advice, wrong=bool(each.problem))
     for error in missing:
         yield Finding(error.device, error.problem, error.advice, absent=True)

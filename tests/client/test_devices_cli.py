@@ -76,7 +76,7 @@ def test_the_doctor_says_what_is_wrong_and_what_to_do(service: HaplyEmulator) ->
 
 
 def test_all_well_is_said_and_a_device_in_use_is_named(service: HaplyEmulator) -> None:
-    assert "the Haply service at its usual address: ready" in said("doctor")
+    assert "(the Haply service at its usual address): ready" in said("doctor")
     service.arms["04A1"].status["in_use"] = True
     assert "another program uses it\n         to do: quit that program" in said("doctor", status=1)
 
@@ -134,7 +134,7 @@ def test_a_serial_board_says_what_it_is(
     text = said("doctor", status=1)
     unknown = [line for line in text.splitlines() if line.endswith("known to no driver here")]
     assert unknown == ["absent   1209:abcd Arm at /dev/ttyACM9: known to no driver here"]
-    assert f"woodenhaptics:kind=vintage,port={boards[0].path} at {boards[0].path}: ready" in text
+    assert f"woodenhaptics:kind=vintage,port={boards[0].path} ({boards[0].path}): ready" in text
     assert f"what is at {boards[1].path} does not answer as its board does" in text
 
 
@@ -153,7 +153,7 @@ def test_a_one_axis_board_is_found_asked_knocked_with_and_calibrated(
     monkeypatch.setattr(oneaxis_link, "FIRST_ANSWER", 2.0)
     text = said("doctor", status=1)
     monkeypatch.setattr(oneaxis_link, "FIRST_ANSWER", 20.0)
-    assert f"oneaxis:port={boards[0].path} at {boards[0].path}: ready" in text
+    assert f"oneaxis:port={boards[0].path} ({boards[0].path}): ready" in text
     for board in boards[1:]:
         assert (
             f"what is at {board.path} does not answer as such a board does\n         to do: see"

@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from cohaptic.errors import DeviceError, SettingError
@@ -11,7 +12,7 @@ from cohaptic_client.devices.catalogue import device_info, open_device, read_dev
 from cohaptic_client.devices.dualsense import dualsense_kind
 from cohaptic_client.devices.dualsense.dualsense_kind import find_pads
 from cohaptic_client.devices.hid_devices import Entry
-from cohaptic_client.devices_cli import devices
+from cohaptic_client.doctor import doctor
 from tests.client.devices.dualsense.pad_reports import pad_report
 from tests.client.plane import CONFIG
 
@@ -88,9 +89,11 @@ def test_one_that_may_not_be_opened_is_told_with_the_rule_that_helps(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     here(monkeypatch, [entry(0, "a")], allowed=False)
-    result = CliRunner().invoke(devices, ["doctor"])
-    assert result.exit_code == 1
-    assert "dualsense:serial=a, DualSense at /dev/hidraw0: it could not be opened" in result.output
+    app = typer.Typer()
+    app.command()(doctor)
+    result = CliRunner().invoke(app, ["--seconds", "0"])
+    assert result.exit_code == 1, result.output
+    assert "dualsense:serial=a (DualSense at /dev/hidraw0): it could not be opened" in result.output
     assert 'KERNEL=="hidraw*", ATTRS{idVendor}=="054c", TAG+="uaccess"' in result.output
     with pytest.raises(DeviceError, match="was found but could not be opened"):
         open_device(replace(CONFIG.device, choice=read_device("dualsense")))
