@@ -5,15 +5,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic_server.cholesky.blocks import multiply
 from cohaptic_server.cholesky.refactor import Indefinite
 from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.numeric import Floats
 from tests.examples_of_laws import examples
-from tests.server.cholesky.block_problem import blocks_of, grid, shifted
+from tests.server.cholesky.block_problem import blocks_of, dense, grid, shifted
 
 ELEMENTS, POINTS = grid(4)
 ANALYSIS = analyse(ELEMENTS, POINTS, leaf=8)
+
+
+def test_the_product_is_that_of_the_dense_matrix() -> None:
+    rng = np.random.default_rng(5)
+    blocks = rng.normal(size=(len(ANALYSIS.rows), 3, 3))
+    on_diagonal = ANALYSIS.starts[:-1]
+    blocks[on_diagonal] += blocks[on_diagonal].swapaxes(1, 2)
+    flat, x = blocks.reshape(-1, 9), rng.normal(size=(ANALYSIS.size, 3))
+    out = np.full_like(x, np.nan)
+    multiply(flat, ANALYSIS.starts, ANALYSIS.rows, x[ANALYSIS.dof], out)
+    assert out == pytest.approx((dense(ANALYSIS, flat) @ x)[ANALYSIS.dof], rel=1e-12, abs=1e-12)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(-6.0, 1.0), st.floats(-12.0, 12.0))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import random
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import LocalSurface, Sight
@@ -14,6 +15,7 @@ from cohaptic.control.mesh_fit import RestSurface
 from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.mesh.icosphere import icosphere
+from tests.examples_of_laws import examples
 from tests.neighbourhoods import facts
 
 RADIUS = 0.1  # m
@@ -123,6 +125,21 @@ def test_it_is_smooth_to_the_first_derivative_also_where_it_ends() -> None:
         slope = [(b - a) * n for a, b in pairwise(depth)]
         worst.append(max(abs(b - a) for a, b in pairwise(slope)))
     assert worst[1] < 0.6 * worst[0]
+
+
+@given(st.randoms(use_true_random=False), st.floats(-1.0, 1.0), angles)
+@settings(max_examples=examples(100), deadline=None)
+def test_the_order_of_the_vertices_does_not_matter(
+    order: random.Random, a: float, b: float
+) -> None:
+    """Up to where the neighbourhood ends and the plane takes over, vertex by vertex."""
+    probe = scale(direction(a, b), RADIUS - 0.005)
+    mixed = order.sample(IN_FRONT, len(IN_FRONT))
+    # The first is one beside the probe.
+    mixed.sort(key=lambda k: k != max(IN_FRONT, key=lambda i: dot(VERTICES[i], probe)))
+    here, there = surface(8.0).look(probe), surface(8.0, chosen=mixed).look(probe)
+    assert there.depth == pytest.approx(here.depth, abs=1e-12)
+    assert there.normal == pytest.approx(here.normal, abs=1e-9)
 
 
 @given(st.floats(1.6, math.pi), angles)

@@ -57,6 +57,15 @@ def test_gains_of_ones_own_that_are_stiffer_than_the_body_count_as_stiff_as_they
         assert loop.stiffest == pytest.approx(1000.0)
 
 
+def test_soft_hands_on_a_soft_body_are_as_soft_as_they_are() -> None:
+    """With friction as well: no stiffness of the loop is made of nothing."""
+    users = [user_of(touch(i, friction=True, max_stiffness=0.2)) for i in (1, 2)]
+    C, where = 4.0 * np.eye(6), [slice(0, 3), slice(3, 6)]
+    expected = np.linalg.eigvalsh(hand_stiffness(users[0], C[:3, :3]))[-1]
+    assert expected < 0.5
+    assert room_loop(users, C, where, np.ones(2), DT).stiffest == pytest.approx(expected)
+
+
 @given(rooms(2), st.integers(0, 2**32 - 1))
 def test_which_way_the_tangents_lie_does_not_matter(room: Room, seed: int) -> None:
     users, C, where, near = room
