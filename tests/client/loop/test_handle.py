@@ -198,6 +198,16 @@ def test_a_process_that_was_killed_is_told_by_the_signals_name(bench: Bench) -> 
     end(loop)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_a_process_that_does_not_end_is_ended(bench: Bench) -> None:
+    loop = HapticProcess(bench.config, bench.memory)
+    bench.until(loop, lambda: bool(bench.rows))
+    (pid,) = processes_with(bench.memory.path)
+    os.kill(pid, signal.SIGSTOP)  # as a driver that never returns: it hears no word to stop
+    end(loop)
+    assert processes_with(bench.memory.path) == []
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="the file stays while it is mapped")
 def test_a_program_that_stood_still_is_told_why_its_loop_is_gone(bench: Bench) -> None:
     """As after Ctrl-Z and `fg`: the loop let the hand go meanwhile, and ended."""
