@@ -28,17 +28,26 @@ class Outcomes:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Take note of a test; `rerun` is an outcome of pytest-rerunfailures."""
-        self._write(report.nodeid, report.outcome)
+        self._write(report.nodeid, report.outcome, _why(report))
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         """Take note of a file that could not be imported."""
-        self._write(report.nodeid, report.outcome)
+        self._write(report.nodeid, report.outcome, _why(report))
 
     def pytest_keyboard_interrupt(self) -> None:
         """Take note of Ctrl-C, which ends the whole tier."""
-        self._write("", "stopped")
+        self._write("", "stopped", "")
 
-    def _write(self, test: str, outcome: str) -> None:
+    def _write(self, test: str, outcome: str, why: str) -> None:
         if outcome in ("failed", "rerun", "stopped"):
             with self._path.open("a", encoding="utf-8") as lines:
-                lines.write(json.dumps([test, outcome]) + "\n")
+                lines.write(json.dumps([test, outcome, why]) + "\n")
+
+
+def _why(report: pytest.TestReport | pytest.CollectReport) -> str:
+    """Where a test failed and with which words, in one line; empty where it did not."""
+    crash = getattr(report.longrepr, "reprcrash", None)
+    if crash is None:
+        return next(reversed(report.longreprtext.strip().splitlines()), "")
+    words = next(iter(str(crash.message).splitlines()), "")
+    return f"{Path(crash.path).name}:{crash.lineno}: {words}"

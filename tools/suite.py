@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,15 +72,15 @@ class Outcome:
     Args:
         phase: Its name.
         status: Of pytest.
-        failed: Tests that failed, or could not be collected.
-        flaky: Tests that failed and passed when they were tried again.
+        failed: Tests that failed, or could not be collected, and why, in a line.
+        flaky: Tests that failed and passed when they were tried again, and why they failed first.
         stopped: Whether Ctrl-C ended it.
     """
 
     phase: str
     status: int
-    failed: tuple[str, ...]
-    flaky: tuple[str, ...]
+    failed: Mapping[str, str]
+    flaky: Mapping[str, str]
     stopped: bool = False
 
 
@@ -90,16 +90,15 @@ def read(phase: str, status: int, lines: Sequence[str]) -> Outcome:
     Args:
         phase: Its name.
         status: Of pytest.
-        lines: A JSON list `[test, outcome]` each.
+        lines: A JSON list `[test, outcome, why]` each.
     """
-    found: dict[str, set[str]] = {}
+    found: dict[str, dict[str, str]] = {"failed": {}, "rerun": {}, "stopped": {}}
     for line in lines:
-        test, outcome = json.loads(line)
-        found.setdefault(outcome, set()).add(test)
-    failed = found.get("failed", set())
-    flaky = found.get("rerun", set()) - failed
-    stopped = "stopped" in found
-    return Outcome(phase, status, tuple(sorted(failed)), tuple(sorted(flaky)), stopped)
+        test, outcome, why = json.loads(line)
+        found[outcome].setdefault(test, why)
+    failed = found["failed"]
+    flaky = {test: why for test, why in found["rerun"].items() if test not in failed}
+    return Outcome(phase, status, failed, flaky, bool(found["stopped"]))
 
 
 def summary(outcomes: Sequence[Outcome], *, a_part: bool = False) -> list[str]:
@@ -109,8 +108,13 @@ def summary(outcomes: Sequence[Outcome], *, a_part: bool = False) -> list[str]:
         outcomes: Of the phases that ran.
         a_part: Whether arguments chose tests, so that a phase may have none.
     """
-    lines = [f"FLAKY  {test}   ({o.phase})" for o in outcomes for test in o.flaky]
-    lines += [f"FAILED {test}   ({o.phase})" for o in outcomes for test in o.failed]
+    told = [("FLAKY ", o.phase, o.flaky) for o in outcomes]
+    told += [("FAILED", o.phase, o.failed) for o in outcomes]
+    lines = [
+        f"{word} {test}   ({phase}: {why})"
+        for word, phase, tests in told
+        for test, why in sorted(tests.items())
+    ]
     # A process that died, or an error of pytest's own, names no test.
     lines += [
         f"FAILED {o.phase}: {'stopped' if o.stopped else f'pytest ended with {o.status}'}"

@@ -30,7 +30,7 @@ def test_a_failure_hides_no_later_phase(states: list[int]) -> None:
 
     def one(phase: Phase, _arguments: Sequence[str]) -> Outcome:
         ran.append(phase.name)
-        return Outcome(phase.name, states[len(ran) - 1], (), ())
+        return Outcome(phase.name, states[len(ran) - 1], {}, {})
 
     outcomes = suite.run_tier(PHASES, (), one)
     assert ran == [phase.name for phase in PHASES]
@@ -41,7 +41,7 @@ def test_a_failure_hides_no_later_phase(states: list[int]) -> None:
 
 def test_ctrl_c_ends_the_tier_also_after_a_failure() -> None:
     def one(phase: Phase, _arguments: Sequence[str]) -> Outcome:
-        return suite.read(phase.name, 2, ['["a::b", "failed"]', '["", "stopped"]'])
+        return suite.read(phase.name, 2, ['["a::b", "failed", ""]', '["", "stopped", ""]'])
 
     outcomes = suite.run_tier(PHASES, (), one)
     assert [outcome.phase for outcome in outcomes] == ["first"]
@@ -58,8 +58,8 @@ def test_every_night_tries_laws_on_new_examples_and_no_mark_is_in_no_tier() -> N
 
 @given(TESTS, TESTS)
 def test_flaky_is_what_was_run_again_and_passed(failed: set[str], again: set[str]) -> None:
-    lines = [json.dumps([test, "rerun"]) for test in again]
-    lines += [json.dumps([test, "failed"]) for test in failed]
+    lines = [json.dumps([test, "rerun", "why"]) for test in again]
+    lines += [json.dumps([test, "failed", "why"]) for test in failed]
     outcome = suite.read("live", 1 if failed else 0, lines)
     assert (set(outcome.failed), set(outcome.flaky)) == (failed, again - failed)
     said = suite.summary([outcome])
@@ -68,7 +68,7 @@ def test_flaky_is_what_was_run_again_and_passed(failed: set[str], again: set[str
 
 
 def test_a_process_that_died_is_a_failure_with_a_name() -> None:
-    said = suite.summary([Outcome("live", -9, (), ())])
+    said = suite.summary([Outcome("live", -9, {}, {})])
     assert said[0] == "FAILED live: pytest ended with -9"
 
 
@@ -109,9 +109,9 @@ def test_phases_of_a_real_run(tmp_path: Path) -> None:
     *_, flaky, failed, verdict = done.stdout.strip().splitlines()
     assert done.returncode == 1
     assert flaky.startswith("FLAKY ")
-    assert "test_second_time" in flaky
+    assert "test_second_time   (live smoke: test_two.py:12: assert not True)" in flaky
     assert failed.startswith("FAILED ")
-    assert "test_wrong" in failed
+    assert "test_wrong   (laws, in virtual time: test_two.py:15: assert False)" in failed
     assert verdict == "1 tests failed, 1 were tried again"
 
 
