@@ -43,9 +43,10 @@ balloon.
   of its change, median over hands and presses; *allowed* is both injected legs, two simulation
   ticks, the half time of the room's lag (ln 2 of it) and 5 ms.
 - *lag*: time constant with which the object answers the others; it grows with the coupling,
-  but not with the delay.
+  and the delay changes it little.
 - *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
-  still creeps to its value, or whose swings die out, when the next press comes.
+  still creeps to its value, or whose swings die out, when the next press comes; *inf*: half
+  of a change never came before it.
 
 {scenes}
 

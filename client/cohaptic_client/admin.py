@@ -23,7 +23,7 @@ def admin(
     ] = "",
     force: Annotated[
         float | None,
-        typer.Option(help="Of force-budget: N for all together; without it, no limit."),
+        typer.Option(help="Largest force of all together [N], for force-budget; else no limit."),
     ] = None,
     token: Annotated[
         str,
@@ -31,7 +31,9 @@ def admin(
             envvar="COHAPTIC_TOKEN", show_default=False, help="Made by `cohaptic token --admin`."
         ),
     ] = "",
-    ca_file: Annotated[Path | None, typer.Option(help="Certificates that vouch for it.")] = None,
+    ca_file: Annotated[
+        Path | None, typer.Option(help="Certificates that vouch for the server.")
+    ] = None,
     insecure: Annotated[bool, typer.Option("--insecure", help="Send a token without TLS.")] = False,
 ) -> None:
     """See who is in a room; kick, mute, ban, freeze, reset.

@@ -228,7 +228,7 @@ def touch(
         float | None,
         typer.Option(
             help="Error that pi tolerates, eq. (17) [mm].",
-            show_default="eq. (18), 0.2 in and 1 out",
+            show_default="eq. (18), 0.2 mm going in and 1 mm coming out",
             rich_help_panel=_LAW,
         ),
     ] = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -11,9 +12,14 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand
 from cohaptic.vec import ZERO
-from cohaptic_client.devices.catalogue import device_kind, open_device, read_device, search
+from cohaptic_client.devices.catalogue import NAMES, device_kind, open_device, read_device, search
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.pulse import pulse, verdict
+
+_Device = Annotated[
+    str,
+    typer.Argument(help="NAME or NAME:KEY=VALUE,KEY=VALUE, as `cohaptic devices` prints it."),
+]
 
 devices = typer.Typer(
     help="Find haptic devices, and try them.",
@@ -36,7 +42,7 @@ def listed(context: typer.Context) -> None:
 
 
 @devices.command("pulse", cls=ChapterCommand)
-def knock(device: str) -> None:
+def knock(device: _Device) -> None:
     """Knock gently on the hand at a device, to see which it is."""
     choice = read_device(device)
     if choice.name == "simulated":
@@ -47,7 +53,7 @@ def knock(device: str) -> None:
 
 
 @devices.command(cls=ChapterCommand)
-def calibrate(device: str) -> None:
+def calibrate(device: _Device) -> None:
     """Measure a device with your help, and print its unit's file."""
     choice = read_device(device)
     run = device_kind(choice.name).calibrate
@@ -59,7 +65,9 @@ def calibrate(device: str) -> None:
 
 
 @devices.command(cls=ChapterCommand)
-def options(name: str) -> None:
+def options(
+    name: Annotated[str, typer.Argument(help=f"One of {', '.join(NAMES)}.")],
+) -> None:
     """List the options that may follow the name of a device."""
     kind = device_kind(name)
     typer.echo(f"{name}: {kind.summary}")

@@ -56,6 +56,14 @@ class Experiment:
     run: Callable[[Options, Progress], Outcome]
 
 
+def in_words() -> str:
+    """All names, in groups: "paper: fig07a, ...; users: ext2, ..."."""
+    groups: dict[str, list[str]] = {}
+    for name, module in _MODULES.items():
+        groups.setdefault(module.partition(".")[0], []).append(name)
+    return "; ".join(f"{group}: {', '.join(names)}" for group, names in groups.items())
+
+
 def choose(name: str) -> tuple[str, ...]:
     """The experiments that `name` selects; raises SettingError with the existing names."""
     if name == "all":

@@ -10,13 +10,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from cohaptic.errors import SettingError
-from cohaptic_experiments.catalogue import EXPERIMENTS, Experiment, choose, extra_libraries, load
+from cohaptic_experiments.catalogue import Experiment, choose, extra_libraries, in_words, load
 from cohaptic_experiments.outcome import Options, Outcome
 from cohaptic_experiments.report import show, write
 
 
 def experiment(
-    name: Annotated[str, typer.Argument(help=f"{', '.join(EXPERIMENTS)}, or all.")],
+    name: Annotated[str, typer.Argument(help=f"{in_words()}; or all.")],
     out: Annotated[Path, typer.Option(help="Folder for figures, data and summaries.")] = Path(
         "results"
     ),

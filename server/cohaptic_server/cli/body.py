@@ -27,7 +27,7 @@ def prepare(
         float, typer.Option(help="Rate of the simulation for them, 10 to 200 [Hz].")
     ] = 60.0,
 ) -> None:
-    """Do the long part once, so that `cohaptic serve` starts soon.
+    """Mesh and factorise an object, so that `serve` starts soon.
 
     It is kept under the content of the file and of the options, in the cache of this system or
     the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20).

@@ -154,7 +154,7 @@ SimulationHz = Annotated[
 Users = Annotated[
     int | None,
     typer.Option(
-        help="Prepare the object for so many users at once, or refuse where that cannot be.",
+        help="Make the mesh coarse enough for so many users at once; refuse where none is.",
         show_default="2 with --nonlinear, else none",
     ),
 ]

@@ -33,7 +33,7 @@ class GrantOptions:
         str,
         typer.Option(
             help="Room, or lab-* for all whose names begin so.",
-            show_default="that of the address, or main",
+            show_default="that of an invitation's address, or main",
         ),
     ] = ""
     sub: Annotated[
@@ -55,9 +55,9 @@ class GrantOptions:
         bool, typer.Option("--admin", help="May mute, kick and ban, freeze and reset.")
     ] = False
     record: Annotated[bool, typer.Option("--record", help="May record the others.")] = False
-    create: Annotated[bool, typer.Option("--create", help="May make rooms (of no effect yet).")] = (
-        False
-    )
+    create: Annotated[
+        bool, typer.Option("--create", help="May make rooms; no server has a use for it yet.")
+    ] = False
 
     def token(self, valid: str, room: str = MAIN) -> str:
         """The token.
