@@ -57,7 +57,8 @@ class Player:
         (folder / "examples").symlink_to(ROOT / "examples")
         liver: Any = trimesh.Scene()
         for part, radius in (("liver", 0.05), ("tumour", 0.015)):
-            liver.add_geometry(trimesh.creation.icosphere(2, radius), part, part)
+            ball: Any = trimesh.creation
+            liver.add_geometry(ball.icosphere(2, radius), part, part)
         liver.export(folder / "liver.glb")
         write_pair(folder)
 

@@ -18,6 +18,7 @@ from tests.server.shell.stage import visit
 
 pytestmark = [
     pytest.mark.live,
+    pytest.mark.usefixtures("terminal"),
     pytest.mark.skipif(sys.platform == "win32", reason="terminals of another kind"),
 ]
 

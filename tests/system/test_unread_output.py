@@ -22,6 +22,7 @@ from tests.server.shell.stage import Client, visit
 
 pytestmark = [
     pytest.mark.live,
+    pytest.mark.usefixtures("terminal"),
     pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals"),
 ]
 

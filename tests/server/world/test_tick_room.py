@@ -137,8 +137,9 @@ def test_a_hand_that_was_away_counts_again_at_once(small_balloon: Balloon) -> No
     before = state.tick
     state, _ = play(small_balloon, [touch(tick=before, fresh=False)], round(5.0 / DT), state)
     state, _ = play(small_balloon, [touch(tick=before)], RISE // 4, state)
-    for _ in range(2 * RISE):
-        state, patches = play(small_balloon, [touch(tick=state.tick)], 1, state)
+    for _ in range(2 * RISE - 1):
+        state, _ = play(small_balloon, [touch(tick=state.tick)], 1, state)
+    state, patches = play(small_balloon, [touch(tick=state.tick)], 1, state)
     assert state.users[1].delay.counted < 1.0
     assert norm(patches[1].own_force) > 0.1
 

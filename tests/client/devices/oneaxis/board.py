@@ -43,6 +43,7 @@ class Board:
         self._swallow = swallow
         self._board, self._host = os.openpty()
         tty.setraw(self._host)
+        os.set_blocking(self._board, False)  # a board does not wait for a host that is gone
         self.path = os.ttyname(self._host)
         self._ends = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -77,7 +78,8 @@ class Board:
         answer = self.rig.receive(data, now)
         if answer:
             self.answers += 1
-            os.write(self._board, self.instead or answer)
+            with contextlib.suppress(BlockingIOError):
+                os.write(self._board, self.instead or answer)
 
 
 def main() -> None:

@@ -35,6 +35,7 @@ class SerialBoard:
         self._swallow = swallow
         self._board, self._host = os.openpty()
         tty.setraw(self._host)
+        os.set_blocking(self._board, False)  # a board does not wait for a host that is gone
         self.path = os.ttyname(self._host)
         self._ends = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -69,7 +70,8 @@ class SerialBoard:
         a, b, c = (round(each) for each in self.counts)
         answer = f"[{self.model},{a},{b},{c},0,0,0,{error}]\n".encode()
         self.answers += 1
-        os.write(self._board, self.instead or answer)
+        with contextlib.suppress(BlockingIOError):
+            os.write(self._board, self.instead or answer)
 
     def _obey(self, line: bytes) -> int:
         inside, end, rest = line.partition(b"]")
