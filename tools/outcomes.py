@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -46,8 +47,12 @@ class Outcomes:
 
 def _why(report: pytest.TestReport | pytest.CollectReport) -> str:
     """Where a test failed and with which words, in one line; empty where it did not."""
-    crash = getattr(report.longrepr, "reprcrash", None)
+    crash: Any = getattr(report.longrepr, "reprcrash", None)
     if crash is None:
         return next(reversed(report.longreprtext.strip().splitlines()), "")
     words = next(iter(str(crash.message).splitlines()), "")
-    return f"{Path(crash.path).name}:{crash.lineno}: {words}"
+    # The line of the test tells more than that of a helper in which it waited.
+    entries: Any = getattr(report.longrepr, "reprtraceback", crash)
+    where: Any = getattr(next(iter(getattr(entries, "reprentries", ())), None), "reprfileloc", None)
+    where = where or crash
+    return f"{Path(where.path).name}:{where.lineno}: {words}"

@@ -54,6 +54,7 @@ def test_a_force_that_points_at_the_eye_is_read_by_its_ring(visitors: Open, room
     radii: list[float] = []
     for _ in range(2):
         forces.append(ann.steady_force())
+        ann.until(lambda: ring(ann, x, y) > 0.0, "a ring")
         radii.append(ring(ann, x, y))
         ann.page.mouse.wheel(0, -300)
         ann.page.mouse.wheel(0, -300)
