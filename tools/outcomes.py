@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -52,7 +52,6 @@ def _why(report: pytest.TestReport | pytest.CollectReport) -> str:
         return next(reversed(report.longreprtext.strip().splitlines()), "")
     words = next(iter(str(crash.message).splitlines()), "")
     # The line of the test tells more than that of a helper in which it waited.
-    entries: Any = getattr(report.longrepr, "reprtraceback", crash)
-    where: Any = getattr(next(iter(getattr(entries, "reprentries", ())), None), "reprfileloc", None)
-    where = where or crash
+    first: Any = cast(Any, report.longrepr).reprtraceback.reprentries[0]
+    where = getattr(first, "reprfileloc", None) or crash
     return f"{Path(where.path).name}:{where.lineno}: {words}"

@@ -56,9 +56,9 @@ class Player:
         self._ports = {"8765": "0", "9100": "0"}
         (folder / "examples").symlink_to(ROOT / "examples")
         liver: Any = trimesh.Scene()
+        shapes: Any = trimesh.creation
         for part, radius in (("liver", 0.05), ("tumour", 0.015)):
-            ball: Any = trimesh.creation
-            liver.add_geometry(ball.icosphere(2, radius), part, part)
+            liver.add_geometry(shapes.icosphere(2, radius), part, part)
         liver.export(folder / "liver.glb")
         write_pair(folder)
 

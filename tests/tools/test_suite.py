@@ -85,8 +85,11 @@ def test_second_time():
     seen.touch()
     assert not first
 
-def test_wrong():
+def wait():
     assert False
+
+def test_wrong():
+    wait()
 
 @pytest.mark.night
 def test_long():
@@ -111,7 +114,7 @@ def test_phases_of_a_real_run(tmp_path: Path) -> None:
     assert flaky.startswith("FLAKY ")
     assert "test_second_time   (live smoke: test_two.py:12: assert not True)" in flaky
     assert failed.startswith("FAILED ")
-    assert "test_wrong   (laws, in virtual time: test_two.py:15: assert False)" in failed
+    assert "test_wrong   (laws, in virtual time: test_two.py:18: assert False)" in failed
     assert verdict == "1 tests failed, 1 were tried again"
 
 
