@@ -11,6 +11,7 @@ const LASTS = 5; // s for which news are seen
 const LEAST_FELT = 0.05; // N, what a fingertip just tells apart from nothing
 /** For which a press that has ended counts [s], and how many lags of the room: its force leaves the object so slowly. */
 const [AFTER, LAGS] = [0.3, 3];
+const LONGEST = 32; // letters of two names that are told together: more would hide the object on a phone
 
 export interface Person {
   readonly user: number;
@@ -29,7 +30,7 @@ function together(who: readonly Person[], one: string, several: string): string 
   const [first, second, ...more] = who.map(called);
   if (first === undefined) return "";
   if (second === undefined) return `${first} ${one}`;
-  return `${more.length === 0 ? `${first} and ${second}` : "Others"} ${several}`;
+  return `${more.length === 0 && first.length + second.length <= LONGEST ? `${first} and ${second}` : "Others"} ${several}`;
 }
 
 export const pressWords = (who: readonly Person[]): string => together(who, "presses.", "press.");

@@ -33,4 +33,10 @@ describe("who presses", () => {
   it("is told together", () => {
     expect([[], [ann], [ann, bob], [ann, bob, cyd]].map(pressWords)).toEqual(["", "Ann presses.", "Ann and Bob press.", "Others press."]);
   });
+
+  it("is told in few words, however long the names are", () => {
+    const long = { user: 4, name: "W".repeat(32) };
+    expect(pressWords([ann, long])).toBe("Others press.");
+    expect(pressWords([long])).toBe(`${long.name} presses.`);
+  });
 });
