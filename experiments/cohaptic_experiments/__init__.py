@@ -5,7 +5,10 @@ A public name is imported from its module when it is first used.
 
 from typing import TYPE_CHECKING
 
+from cohaptic.compiled import use
 from cohaptic.lazy import lazy_names
+
+use("kernels")  # before the client's modules import one of them
 
 if TYPE_CHECKING:
     from cohaptic_experiments.catalogue import EXPERIMENTS as EXPERIMENTS

@@ -44,11 +44,13 @@ class Steps:
         step: Largest change of the force between two periods of 1 ms, over the force.
         error: Largest error against the exact body, over its force, at some places of the way.
         force: Mean [N].
+        lost: Time with less than half of the force, while it sets off [s].
     """
 
     step: float
     error: float
     force: float
+    lost: float
 
 
 def slide(
@@ -66,7 +68,7 @@ def slide(
     about = describe(body)
     way = Way(about.center, about.radius, depth, speed, 0.5 * math.pi, delay)
     forces = felt_along(body, way, "mesh")
-    first, last = (round(t / PERIOD) for t in way.steady)
+    start, first, last = (round(t / PERIOD) for t in (way.start, *way.steady))
     felt = forces[first:last]
     some = range(first, last, max(1, (last - first) // 16))
     reference = true_forces(exact, [way.at(i * PERIOD) for i in some])
@@ -75,4 +77,5 @@ def slide(
         float((np.abs(np.diff(felt)) / felt[1:]).max()),
         float((np.abs(there - reference) / reference).max()),
         float(felt.mean()),
+        PERIOD * int((forces[start:first] < 0.5 * forces[start]).sum()),
     )

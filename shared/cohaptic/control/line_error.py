@@ -32,7 +32,8 @@ _FURTHEST = 512  # points up or down: beyond them the last error counts, so that
 _ALIKE = 0.9986
 _TURNED = 0.985
 _STRANGE = 0.2
-# Distance from the line, in reaches, at which sphere or plane is no better.
+# Distance from the line, in reaches, at which sphere or plane is no better. From there to 1.4 times
+# as far it loses sight of the surface.
 _NEAR = 2.5
 # The same for the distance up to which the normal is set right, and the depth with it, as if the
 # vertices were turned. Where it was longer, or only the normal was turned, dragging with friction
@@ -60,7 +61,7 @@ Beside = tuple[float, float, float, float, float, float, float]
 _NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def _smooth(share: float) -> float:
+def smooth(share: float) -> float:
     """From 0 to 1 as a share goes from 0 to 1, level at both ends."""
     s = min(1.0, max(0.0, share))
     return s * s * (3.0 - 2.0 * s)
@@ -83,12 +84,19 @@ class LineError:
         self._apart: Final = min(_APART, _MOVED * moved / self._reach)
         self._points: Final[dict[int, Error]] = {}
 
+    def lost(self, probe: Vec3) -> float:
+        """How much plane or sphere has lost sight of the surface at a probe [m], from 0 to 1."""
+        away = sub(probe, self._base.x_free)
+        along = dot(away, self._base.normal)
+        near = _NEAR * self._reach
+        return smooth((dot(away, away) - along * along) / (near * near) - 1.0)
+
     def at(self, probe: Vec3, depth: float) -> Beside:
         """The error at a probe [m], and how far it is to believe the vertices.
 
         Args:
             probe: Position [m].
-            depth: Below plane or sphere [m].
+            depth: Of the probe, roughly [m].
         """
         place = min(max(depth / self._spacing, -float(_FURTHEST)), float(_FURTHEST))
         k = math.floor(place)
@@ -105,12 +113,12 @@ class LineError:
         away, n = sub(probe, self._base.x_free), self._base.normal
         along = dot(away, n)
         beside = max(0.0, dot(away, away) - along * along) / (self._reach * self._reach)
-        trust = _smooth((alike - _TURNED) / (_ALIKE - _TURNED))
+        trust = smooth((alike - _TURNED) / (_ALIKE - _TURNED))
         if trust < 1.0:
-            far = _smooth((alike - _STRANGE) / (_TURNED - _STRANGE))
-            trust += (far - trust) * _smooth(beside / (_NEAR * _NEAR))
+            far = smooth((alike - _STRANGE) / (_TURNED - _STRANGE))
+            trust += (far - trust) * smooth(beside / (_NEAR * _NEAR))
         apart = self._apart * self._apart
-        soft = 1.0 if beside >= apart else _smooth(beside / apart)
+        soft = 1.0 if beside >= apart else smooth(beside / apart)
         near = 1.0 - beside / (_TURNING * _TURNING)
         if near <= 0.0:
             return (trust, soft, depth_error, c_factor, 0.0, 0.0, 0.0)

@@ -2,7 +2,7 @@ cimport cython
 cimport libc.math as math
 from libc.stdint cimport int64_t
 
-cdef double MARGIN, OUTER, INNER, DEEPEST, FEW, UNKNOWN
+cdef double MARGIN, DEEPEST, FEW, UNKNOWN
 cdef Py_ssize_t FACT, VERTEX, SUPPORT_AT, C_II_AT, INNER_AT, NORMAL_AT
 
 
@@ -31,6 +31,7 @@ cdef class MeshFit:
     cdef int64_t[::1] near
     cdef Py_ssize_t gathered
     cdef readonly double deepest
+    cdef double reached
     cdef double center_x, center_y, center_z
 
     @cython.locals(k=Py_ssize_t, i=Py_ssize_t, fact=Py_ssize_t, at=Py_ssize_t, number=int64_t,
@@ -40,7 +41,8 @@ cdef class MeshFit:
                    along=double, spread=double, sx=double, sy=double, sz=double, nx=double,
                    ny=double, nz=double, dx=double, dy=double, dz=double, square=double, w=double,
                    ax=double, ay=double, az=double, ux=double, uy=double, uz=double,
-                   length=double, bending=double, foot=double, s=double, v=double[::1])
+                   length=double, bending=double, foot=double, deep=double,
+                   v=double[::1])
     cpdef object at(self, double px, double py, double pz, double depth)
     @cython.locals(square=double, share=double)
     cdef double below(self, double depth) noexcept

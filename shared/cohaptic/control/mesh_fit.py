@@ -17,10 +17,6 @@ SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a t
 # m that a probe may move before its near vertices are gathered again: 40 ms at 0.1 m/s. A larger
 # one makes every evaluation slower, a smaller one gathers more often.
 MARGIN = 0.004
-# Weighted share of inner vertices, whose faces are all known, between which plane or sphere (below
-# the first) and the neighbourhood (above the second) are mixed.
-OUTER = 0.05
-INNER = 0.5
 # Largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon.
 DEEPEST = 5.0
 FEW = 0.05  # sum of weights below which no vertex counts as near
@@ -116,6 +112,7 @@ class MeshFit:
         self.vertices = array("d", bytes(8 * VERTEX * self.count))
         self.near = array("q", bytes(8 * self.count))
         self.gathered = 0
+        self.reached = 0.0
         self.deepest = 1e-12
         self.center_x = self.center_y = self.center_z = math.inf
         self.begin()
@@ -145,14 +142,15 @@ class MeshFit:
             px: Probe, its first number [m].
             py: Its second [m].
             pz: Its third [m].
-            depth: Of the probe below plane or sphere, roughly its depth [m].
+            depth: Of the probe, roughly; of plane or sphere, or what the vertices said before [m].
 
         Returns:
-            Depth [m], the three numbers of the unit normal, c_ii [m/N], and trust: the weight
-            against plane or sphere, 0 to 1.
+            Depth [m], the three numbers of the unit normal, c_ii [m/N], and the weighted share of
+            inner vertices, whose faces are all known, 0 to 1.
         """
         dx, dy, dz = px - self.center_x, py - self.center_y, pz - self.center_z
-        if not dx * dx + dy * dy + dz * dz < MARGIN * MARGIN:
+        deep = depth if depth > 0.0 else -depth
+        if deep > self.reached or not dx * dx + dy * dy + dz * dz < MARGIN * MARGIN:
             self.gather(px, py, pz, depth)
         below = self.below(depth)
         total = inner = c = along = spread = sx = sy = sz = nx = ny = nz = 0.0
@@ -195,9 +193,7 @@ class MeshFit:
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
         if length > 1e-12:
             ux, uy, uz = nx * (1.0 / length), ny * (1.0 / length), nz * (1.0 / length)
-        s = (inner / (total + FEW) - OUTER) / (INNER - OUTER)
-        s = 0.0 if s < 0.0 else 1.0 if s > 1.0 else s
-        return depth, ux, uy, uz, c / total, s * s * (3.0 - 2.0 * s)
+        return depth, ux, uy, uz, c / total, inner / (total + FEW)
 
     def below(self, depth: float) -> float:
         """The squared depth that is subtracted from r^2 [m^2].
@@ -209,9 +205,12 @@ class MeshFit:
         return square / math.sqrt(1.0 + share * share)
 
     def gather(self, px: float, py: float, pz: float, depth: float) -> None:
-        """Collect each vertex whose weight can be positive before the probe moves by the margin."""
-        # A probe that moves by the margin is deeper by no more than that.
-        below = self.below((depth if depth > 0.0 else -depth) + MARGIN)
+        """Collect each vertex whose weight can be positive until the probe moves by the margin.
+
+        Or until it is deeper than `reached`, below which all are gathered.
+        """
+        self.reached = (depth if depth > 0.0 else -depth) + MARGIN
+        below = self.below(self.reached)
         v, found = self.vertices, 0
         for k in range(self.count):
             at = VERTEX * k
