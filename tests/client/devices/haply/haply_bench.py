@@ -23,8 +23,11 @@ PUSH: Vec3 = (0.5, -1.0, 2.0)
 def be_patient(patch: pytest.MonkeyPatch) -> None:
     """Let the driver wait for a service on a machine that is busy with other tests.
 
-    Its two threads notice a silence in the order that they have on an idle one.
+    Its two threads notice a silence in the order that they have on an idle one. A state that is old
+    since this machine was busy is no stall: it would take the force away for half a second, again
+    and again.
     """
+    patch.setattr(inverse3, "SILENCE", 20.0)
     patch.setattr(exchange, "GIVE_UP", 2.0)
     patch.setattr(inverse3, "GIVE_UP", 20.0)
     patch.setattr(inverse3, "_FIRST_ANSWER", 20.0)

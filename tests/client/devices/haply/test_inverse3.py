@@ -184,9 +184,12 @@ def test_a_tip_that_cannot_be_there_is_garbage(bench: Bench, where: dict[str, fl
     assert "is no state of a device" in bench.end_of(device)
 
 
-def test_a_service_that_stalls_holds_no_force_and_is_given_up(bench: Bench) -> None:
+def test_a_service_that_stalls_holds_no_force_and_is_given_up(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     device = bench.open()
     bench.press(device)
+    monkeypatch.setattr(inverse3, "SILENCE", SILENCE)
     bench.emulator.silent.set()
     stale = CLOCK.now() + SILENCE
     until(lambda: not device.read(CLOCK.now()).fresh or CLOCK.now() > stale + GIVE_UP)
@@ -200,6 +203,7 @@ def test_a_short_stall_is_survived_and_the_force_comes_back_slowly(
 ) -> None:
     device = bench.open()
     bench.press(device)
+    monkeypatch.setattr(inverse3, "SILENCE", SILENCE)
     bench.emulator.silent.set()
     until(lambda: not device.read(0.0).fresh)
     for k in range(1, 31):  # longer than the force takes to go
