@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.browser.conftest import Open
+from tests.browser.conftest import Open, Serve
 from tests.browser.room import Room
 from tests.browser.test_watch import picture
 from tests.browser.visitor import Look, Visitor
@@ -42,11 +42,11 @@ def ring(visitor: Visitor, x: float, y: float) -> float:
     return float(np.hypot(xs - (x - box["x"]), ys - (y - box["y"])).max(initial=0.0))
 
 
-def test_a_force_that_points_at_the_eye_is_read_by_its_ring(visitors: Open, room: Room) -> None:
+def test_a_force_that_points_at_the_eye_is_read_by_its_ring(visitors: Open, serve: Serve) -> None:
     """Where the ghost says to press, and where the camera does not lean."""
     ann = visitors(NEW)
     ann.page.emulate_media(reduced_motion="reduce")
-    ann.visit(room.address)
+    ann.visit(serve().address)  # a room of its own, since only the first hand is green
     ann.take_part("ann")
     ann.catch_up()
     x, y = ann.press()
