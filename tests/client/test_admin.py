@@ -21,6 +21,7 @@ from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.credentials.certificate import Certificate
 from cohaptic_server.shell.protection import Protection
+from tests.patience import PATIENCE
 from tests.server.access.some import ALL, RING, token
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.peers import hello
@@ -113,7 +114,11 @@ def test_a_number_is_a_users_and_not_the_name_of_another(balloon: Balloon) -> No
             done = await asyncio.to_thread(run, served.url, "kick", "2", *there)
             assert done == "done: kick bob"
             assert (await second.end())[0] == 4403
-            assert [m.hello.name for m in served.server.room.members.values()] == ["2"]
+            members = served.server.room.members
+            async with asyncio.timeout(PATIENCE):  # the end is told first
+                while len(members) > 1:
+                    await asyncio.sleep(0.01)
+            assert [m.hello.name for m in members.values()] == ["2"]
 
     beside(balloon, protection, check)
 
