@@ -1,0 +1,93 @@
+"""Files that a change touches, counted in the source."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+CORE = ("shared", "client/cohaptic_client", "server/cohaptic_server")
+PRODUCTION = ("shared", "client", "server", "web/src")
+_LAW = re.compile(r"\bLaw\b|\bLawName\b|\bLAWS\b|[\"'](proportional|predictive|pi)[\"']")
+_BRANCH = re.compile(
+    r"\blaw (is|is not|==|!=|in|not in) "
+    r"|\b(is|is not|==|!=) _?(Law\.)?(PREDICTIVE|PROPORTIONAL|PI)\b"
+    r"|\blaw\w* [!=]== "
+)
+_BODIES = "cohaptic_server.bodies"
+# Modules of bodies that define abilities and no body.
+_PROTOCOLS = (f"{_BODIES}.body", f"{_BODIES}.touched_body")
+
+
+def sources(folders: Iterable[str], suffixes: tuple[str, ...] = (".py", ".ts")) -> list[Path]:
+    """Files of our own below some folders of the checkout, sorted."""
+    found = (path for folder in folders for path in (ROOT / folder).rglob("*"))
+    return sorted(
+        path for path in found if path.suffix in suffixes and "node_modules" not in path.parts
+    )
+
+
+def naming(pattern: re.Pattern[str], folders: Iterable[str] = PRODUCTION) -> dict[Path, int]:
+    """Files with lines in which a pattern is found, and how many lines."""
+    counts = {
+        path: sum(bool(pattern.search(line)) for line in path.read_text("utf-8").splitlines())
+        for path in sources(folders)
+    }
+    return {path: count for path, count in counts.items() if count}
+
+
+def of_a_law() -> dict[Path, int]:
+    """Files that name the laws; a new one is looked for in each."""
+    return naming(_LAW)
+
+
+def law_branches() -> dict[Path, int]:
+    """Files with lines that ask which law it is."""
+    return naming(_BRANCH)
+
+
+def of_an_option(name: str) -> dict[Path, int]:
+    """Files that name an option of an object, such as `simplify`."""
+    return naming(re.compile(rf"\b{name}\b|--{name.replace('_', '-')}\b"))
+
+
+def asked_for_bodies() -> dict[Path, int]:
+    """Files outside the bodies that ask for a concrete body's class, by `isinstance`."""
+    counts = {
+        path: sum(1 for _ in _isinstances(ast.parse(path.read_text("utf-8"))))
+        for path in sources(("server", "client", "experiments"), (".py",))
+        if "bodies" not in path.parts
+    }
+    return {path: count for path, count in counts.items() if count}
+
+
+def _isinstances(tree: ast.Module) -> Iterator[ast.Call]:
+    bodies = {
+        alias.asname or alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(_BODIES)
+        for alias in node.names
+        if node.module not in _PROTOCOLS
+    }
+    for node in ast.walk(tree):
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id == "isinstance"
+            and {n.id for n in ast.walk(node.args[1]) if isinstance(n, ast.Name)} & bodies
+        ):
+            yield node
+
+
+def modules(folders: Iterable[str] = CORE) -> dict[Path, int]:
+    """Python modules that say more than a docstring, and their lines."""
+    found = {path: len(path.read_text("utf-8").splitlines()) for path in sources(folders, (".py",))}
+    return {path: lines for path, lines in found.items() if lines > 3}
+
+
+def comment_share(folders: Iterable[str] = CORE) -> float:
+    """Lines that are a comment or end with one, over all."""
+    lines = [line for path in modules(folders) for line in path.read_text("utf-8").splitlines()]
+    return sum(bool(re.search(r"(^|\s)# ", line)) for line in lines) / len(lines)
