@@ -10,27 +10,51 @@ from cohaptic.lazy import lazy_names
 
 if TYPE_CHECKING:
     from cohaptic_client.client import Client as Client
+    from cohaptic_client.devices.choice import DeviceChoice as DeviceChoice
     from cohaptic_client.devices.device import Device as Device
     from cohaptic_client.devices.device import DeviceInfo as DeviceInfo
     from cohaptic_client.devices.device import DeviceSample as DeviceSample
+    from cohaptic_client.devices.device_config import DeviceConfig as DeviceConfig
+    from cohaptic_client.devices.kind import DeviceKind as DeviceKind
+    from cohaptic_client.devices.kind import Found as Found
+    from cohaptic_client.devices.placing.options import PLACING_OPTIONS as PLACING_OPTIONS
+    from cohaptic_client.devices.placing.options import place as place
+    from cohaptic_client.devices.placing.options import placed_info as placed_info
+    from cohaptic_client.devices.placing.placed import Placed as Placed
     from cohaptic_client.devices.simulated import SimulatedDevice as SimulatedDevice
     from cohaptic_client.recorder import Recorder as Recorder
     from cohaptic_client.settings import ClientSettings as ClientSettings
 
 __all__ = [
+    "PLACING_OPTIONS",
     "Client",
     "ClientSettings",
     "Device",
+    "DeviceChoice",
+    "DeviceConfig",
     "DeviceInfo",
+    "DeviceKind",
     "DeviceSample",
+    "Found",
+    "Placed",
     "Recorder",
     "SimulatedDevice",
+    "place",
+    "placed_info",
 ]
 
 # The module that defines each public name.
 _HOMES = {
     "Client": "cohaptic_client.client",
     "Device": "cohaptic_client.devices.device",
+    "DeviceChoice": "cohaptic_client.devices.choice",
+    "DeviceConfig": "cohaptic_client.devices.device_config",
+    "DeviceKind": "cohaptic_client.devices.kind",
+    "Found": "cohaptic_client.devices.kind",
+    "PLACING_OPTIONS": "cohaptic_client.devices.placing.options",
+    "place": "cohaptic_client.devices.placing.options",
+    "placed_info": "cohaptic_client.devices.placing.options",
+    "Placed": "cohaptic_client.devices.placing.placed",
     "DeviceInfo": "cohaptic_client.devices.device",
     "DeviceSample": "cohaptic_client.devices.device",
     "SimulatedDevice": "cohaptic_client.devices.simulated",

@@ -17,7 +17,7 @@ from cohaptic.room_address import room_url
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic.vec import Vec3
-from cohaptic_client.devices.catalogue import NAMES, read_device
+from cohaptic_client.devices.catalogue import names, read_device
 
 if TYPE_CHECKING:
     from cohaptic.protocol.messages import FixedGains, GeometryName
@@ -56,7 +56,7 @@ def touch(
     ] = "",
     name: Annotated[str, typer.Option(help="The name that the others see.")] = "guest",
     device: Annotated[
-        str, typer.Option(metavar="NAME[:OPTIONS]", help=f"The device: {', '.join(NAMES)}.")
+        str, typer.Option(metavar="NAME[:OPTIONS]", help=f"The device: {', '.join(names())}.")
     ] = "simulated",
     law: Annotated[Law, typer.Option(help="Control law of the local model.")] = Law.PREDICTIVE,
     friction: Annotated[float, typer.Option(help="Coefficient of friction, 0 (none) to 2.")] = 0.0,

@@ -12,7 +12,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand
 from cohaptic.vec import ZERO
-from cohaptic_client.devices.catalogue import NAMES, device_kind, open_device, read_device, search
+from cohaptic_client.devices.catalogue import device_kind, names, open_device, read_device, search
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.pulse import pulse, verdict
 
@@ -66,7 +66,7 @@ def calibrate(device: _Device) -> None:
 
 @devices.command(cls=ChapterCommand)
 def options(
-    name: Annotated[str, typer.Argument(help=f"One of {', '.join(NAMES)}.")],
+    name: Annotated[str, typer.Argument(help=f"One of {', '.join(names())}.")],
 ) -> None:
     """List the options that may follow the name of a device."""
     kind = device_kind(name)

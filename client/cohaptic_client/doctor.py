@@ -20,7 +20,7 @@ from cohaptic import __version__
 from cohaptic.clock import resolution
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic.runtime.scheduling import memory_lock_limit
-from cohaptic_client.devices.catalogue import NAMES, search
+from cohaptic_client.devices.catalogue import names, search
 from cohaptic_client.devices.hid_devices import unknown_hid
 from cohaptic_client.devices.serial_ports import unknown_ports
 from cohaptic_client.news import is_real_time
@@ -183,7 +183,7 @@ def of_devices() -> Iterator[Finding]:
     for error in missing:
         yield Finding(error.device, error.problem, error.advice, absent=True)
     seen = {each.choice.split(":")[0] for each in found} | {error.device for error in missing}
-    unseen = [name for name in NAMES if name not in seen and name != "simulated"]
+    unseen = [name for name in names() if name not in seen and name != "simulated"]
     if unseen:
         yield Finding(", ".join(unseen), "not plugged in, or not seen by the system", absent=True)
     places = [each.where for each in found]

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cohaptic.extensions import added
+
 BALLOON, SPRING = "balloon", "spring"
-BODIES = (BALLOON, SPRING)  # by name; everything else is a file
+GROUP = "cohaptic.bodies"  # of entry points, each of which is called and returns a `Body`
 
 # Kinds of files, by their suffixes.
 SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
@@ -24,6 +26,11 @@ ORDER = 2  # of the elements; see docs/decisions/0013
 DAMPING_RATIO = 0.1
 MAX_MEMORY = 6e9  # bytes that preparing an object may take
 MAX_TIME = 1800.0  # s that filling it may take
+
+
+def names() -> list[str]:
+    """Names of all bodies that are no files: ours first, then those that packages add."""
+    return list(dict.fromkeys((BALLOON, SPRING, *added(GROUP))))
 
 
 def kind_of(name: str) -> str:

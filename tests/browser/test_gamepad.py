@@ -1,6 +1,6 @@
 """A gamepad at the page, in a browser whose `navigator.hid` is a stand-in.
 
-Its reports are the bytes of `client/cohaptic_client/devices/dualsense`, both ways: what the page
+Its reports are the bytes of `client/cohaptic_drivers/dualsense`, both ways: what the page
 sends is read by the layout that the driver writes. The browser's own WebHID is not part of this.
 """
 
@@ -10,12 +10,12 @@ from itertools import pairwise
 
 import pytest
 
-from cohaptic_client.devices.dualsense.reports import OFF, SIDES, encode
+from cohaptic_drivers.dualsense.reports import OFF, SIDES, encode
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
-from tests.client.devices.dualsense.pad_reports import pad_report
+from tests.drivers.dualsense.pad_reports import pad_report
 
 pytestmark = pytest.mark.live
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.cli.app import main
-from cohaptic_client.devices.catalogue import NAMES
+from cohaptic_client.devices.catalogue import names
 
 pytestmark = pytest.mark.live
 
@@ -71,7 +71,7 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         (["--name", ""], "name is ''; it must be 1 to 32 printable characters"),
         (
             ["--device", "nonsense"],
-            f"device is 'nonsense'; it must be one of: {', '.join(NAMES)}",
+            f"device is 'nonsense'; it must be one of: {', '.join(names())}",
         ),
         (
             ["--record", "/nowhere/x.npz"],

@@ -16,15 +16,15 @@ from cohaptic.errors import DeviceError, SettingError
 from cohaptic.vec import norm
 from cohaptic_client import devices_cli
 from cohaptic_client.devices import serial_ports
-from cohaptic_client.devices.haply import inverse3
-from cohaptic_client.devices.oneaxis import link as oneaxis_link
-from cohaptic_client.devices.oneaxis import oneaxis_kind
-from cohaptic_client.devices.woodenhaptics import wooden_kind
 from cohaptic_client.devices_cli import devices
 from cohaptic_client.doctor import doctor
-from tests.client.devices.haply.emulator import EmulatedArm, HaplyEmulator
-from tests.client.devices.haply.haply_bench import be_patient
+from cohaptic_drivers.haply import inverse3
+from cohaptic_drivers.oneaxis import link as oneaxis_link
+from cohaptic_drivers.oneaxis import oneaxis_kind
+from cohaptic_drivers.woodenhaptics import wooden_kind
 from tests.client.devices.until import SteadyClock, until
+from tests.drivers.haply.emulator import EmulatedArm, HaplyEmulator
+from tests.drivers.haply.haply_bench import be_patient
 
 pytestmark = [
     pytest.mark.live,
@@ -115,7 +115,7 @@ def plugged() -> Iterator[contextlib.ExitStack]:
 def test_a_serial_board_says_what_it_is(
     monkeypatch: pytest.MonkeyPatch, plugged: contextlib.ExitStack
 ) -> None:
-    from tests.client.devices.woodenhaptics.serial_board import SerialBoard
+    from tests.drivers.woodenhaptics.serial_board import SerialBoard
 
     boards = [SerialBoard(model=2), SerialBoard(model=3)]
     for board in boards:
@@ -142,7 +142,7 @@ def test_a_serial_board_says_what_it_is(
 def test_a_one_axis_board_is_found_asked_knocked_with_and_calibrated(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, plugged: contextlib.ExitStack
 ) -> None:
-    from tests.client.devices.oneaxis.board import Board
+    from tests.drivers.oneaxis.board import Board
 
     boards = [Board(), Board(), Board()]
     for board in boards:

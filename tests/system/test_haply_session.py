@@ -1,6 +1,6 @@
 """A whole session with a force-feedback device: server, two clients, and its service, as processes.
 
-The device's service is the emulator of `tests/client/devices/haply`, over its real websocket.
+The device's service is the emulator of `tests/drivers/haply`, over its real websocket.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic.status.report import TouchStatus
-from cohaptic_client.devices.haply.exchange import SILENCE
-from cohaptic_client.devices.haply.inverse3 import MIDDLE
 from cohaptic_client.devices.placing.placed import AFTER_LOSS, RETURN_TIME
+from cohaptic_drivers.haply.exchange import SILENCE
+from cohaptic_drivers.haply.inverse3 import MIDDLE
 from cohaptic_server.demo.analysis import Recording
 from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
@@ -40,7 +40,7 @@ class Service:
     """The emulator as a process of its own."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-m", "tests.client.devices.haply.emulator", "049D"]
+        command = [sys.executable, "-m", "tests.drivers.haply.emulator", "049D"]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )

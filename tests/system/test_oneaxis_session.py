@@ -1,6 +1,6 @@
 """A whole session with a one-axis board: server, two clients, and the real firmware, as processes.
 
-The board is that of `tests/client/devices/oneaxis`, behind a pseudo-terminal.
+The board is that of `tests/drivers/oneaxis`, behind a pseudo-terminal.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Rig:
     """The board as a process of its own."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-m", "tests.client.devices.oneaxis.board"]
+        command = [sys.executable, "-m", "tests.drivers.oneaxis.board"]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )

@@ -1,4 +1,7 @@
-"""Devices by name. A driver is imported when it is chosen, and no other is."""
+"""Devices by name. A driver is imported when it is chosen, and no other is.
+
+Two are here; all others are added by packages, `cohaptic_drivers` among them.
+"""
 
 from __future__ import annotations
 
@@ -7,31 +10,37 @@ from importlib import import_module
 from typing import cast
 
 from cohaptic.errors import DeviceError, SettingError
+from cohaptic.extensions import ExtensionError, added, load
 from cohaptic_client.devices.choice import DeviceChoice, split_choice
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.kind import DeviceKind, Found
 
-# The module that has the `KIND` of each name. The next device is one line here.
-_HOMES = {
+GROUP = "cohaptic.devices"  # of entry points, each a `DeviceKind`
+# The module that has the `KIND` of each that is here.
+_HERE = {
     "simulated": "cohaptic_client.devices.simulated_kind",
-    "dualsense": "cohaptic_client.devices.dualsense.dualsense_kind",
-    "forcedimension": "cohaptic_client.devices.vendor.forcedimension",
-    "haply": "cohaptic_client.devices.haply.inverse3",
-    "oneaxis": "cohaptic_client.devices.oneaxis.oneaxis_kind",
     "spacemouse": "cohaptic_client.devices.spacemouse",
-    "touch": "cohaptic_client.devices.vendor.touch",
-    "woodenhaptics": "cohaptic_client.devices.woodenhaptics.wooden_kind",
 }
 
-NAMES = tuple(_HOMES)
+
+def names() -> list[str]:
+    """Names of all devices, the simulated one first."""
+    return ["simulated", *sorted({*_HERE, *added(GROUP)} - {"simulated"})]
 
 
 def device_kind(name: str) -> DeviceKind:
-    """The driver called `name`; raises SettingError with the names that exist."""
-    if name not in _HOMES:
-        raise SettingError("device", repr(name), f"one of: {', '.join(NAMES)}")
-    return cast(DeviceKind, import_module(_HOMES[name]).KIND)
+    """The driver called `name`.
+
+    Raises:
+        SettingError: There is none; the error has the names that exist.
+        ExtensionError: The package that adds it is broken.
+    """
+    if name in _HERE:
+        return cast(DeviceKind, import_module(_HERE[name]).KIND)
+    if name not in added(GROUP):
+        raise SettingError("device", repr(name), f"one of: {', '.join(names())}")
+    return load(GROUP, name, DeviceKind)
 
 
 def read_device(text: str) -> DeviceChoice:
@@ -56,9 +65,11 @@ def search() -> tuple[list[Found], list[DeviceError]]:
     """Devices of this machine, and what was missing to look for others."""
     found: list[Found] = []
     missing: list[DeviceError] = []
-    for name in NAMES:
+    for name in names():
         try:
             found += device_kind(name).find()
         except DeviceError as error:
             missing.append(error)
+        except ExtensionError as error:
+            missing.append(DeviceError(name, error.problem, f"install {error.package} anew"))
     return found, missing

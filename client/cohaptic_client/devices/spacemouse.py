@@ -15,7 +15,7 @@ from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.hid_devices import Entry, hidapi, open_first, try_hid
 from cohaptic_client.devices.kind import DeviceKind, Found
-from cohaptic_client.devices.placing.options import OPTIONS, scale_of, turn_of
+from cohaptic_client.devices.placing.options import PLACING_OPTIONS, scale_of, turn_of
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_client.devices.placing.workspace import Workspace
 from cohaptic_client.devices.spacemouse_reports import Motion, decode, without_dead_band
@@ -190,7 +190,12 @@ def find_mice() -> list[Found]:
 
 
 KIND = DeviceKind(
-    _NAME, "a 3Dconnexion SpaceMouse, which only senses", OPTIONS[:2], _info, _open, find_mice
+    _NAME,
+    "a 3Dconnexion SpaceMouse, which only senses",
+    PLACING_OPTIONS[:2],
+    _info,
+    _open,
+    find_mice,
 )
 
 

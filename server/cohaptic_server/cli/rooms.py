@@ -40,7 +40,7 @@ from cohaptic_server.rooms.tables import AccessTable
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.protection import Protection
-from cohaptic_server.touchable import BODIES, is_file
+from cohaptic_server.touchable import is_file, names
 
 _WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
 # Of `cohaptic serve` with one room, where it asks everybody for a token. Passed over silently, it
@@ -179,8 +179,8 @@ def _check_objects(path: Path, config: RoomsConfig) -> None:
     problems: list[str] = []
     for name, table in config.rooms.items():
         key = f"rooms.{name}"
-        if not is_file(table.body) and table.body not in BODIES:
-            known = ", ".join(sorted(BODIES))
+        if not is_file(table.body) and table.body not in names():
+            known = ", ".join(names())
             problems.append(f"{key}.body is {table.body!r}; it must be one of: {known}, or a file")
         if table.users is not None and table.users > table.max_users:
             problems.append(f"{key}.users is {table.users}; it must be at most {key}.max_users")

@@ -16,14 +16,14 @@ from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, User
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.monitoring.logs import LogFormat, LogStyle, set_up_log
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.touchable import BODIES, KINDS
+from cohaptic_server.touchable import KINDS, names
 
 # Chapters of the help, behind the options that most people need.
 _PEOPLE, _WEB, _LOG = "People in the room", "Browsers and proxies", "Log"
 
 BodyName = Annotated[
     str,
-    typer.Option(help=f"The object: {', '.join(BODIES)}, or a mesh file: {' '.join(KINDS)}."),
+    typer.Option(help=f"The object: {', '.join(names())}, or a mesh file: {' '.join(KINDS)}."),
 ]
 Nonlinear = Annotated[
     bool,

@@ -17,7 +17,7 @@ from cohaptic_server.objects.catalogue import build_body, elastic_of
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
-from cohaptic_server.touchable import BALLOON, BODIES
+from cohaptic_server.touchable import BALLOON, names
 
 FIX = "z < 15%"  # default rule for an object: it stands on its foot
 
@@ -28,8 +28,8 @@ def check_body(scene: Scene, name: str) -> None:
     Raises:
         SettingError: It cannot.
     """
-    if name in BODIES and name != BALLOON:
-        why = f"{BALLOON} or a file: hands feel nothing of each other on this one"
+    if name in names() and name != BALLOON:
+        why = f"{BALLOON} or a file: on this one no places for the hands are known"
         raise SettingError("body of the demonstration", repr(name), why)
     if scene.drags and name != BALLOON:
         why = f"{BALLOON}: on no other is it known where one finger drags another"

@@ -8,15 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
 
 from cohaptic.compiled import describe, use
-from cohaptic.errors import SettingError
+from cohaptic.errors import CohapticError, SettingError
+from cohaptic.extensions import ExtensionError, added, load
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.modal.modal_body import ModalBody
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.progress import Progress
-from cohaptic_server.touchable import BALLOON, BODIES, SPRING, is_file
+from cohaptic_server.touchable import BALLOON, GROUP, SPRING, is_file, names
 
 if TYPE_CHECKING:
     from cohaptic_server.objects.demand import Demand
@@ -41,6 +43,7 @@ def _spring(damping: float) -> Body:
     return Spring(SpringSettings(b_o=damping * SpringSettings().k_o))
 
 
+_PARTS = ("name", "mesh", "contact_radius", "respond")  # of the Protocol `Body`
 # Constructors from B_o over K_o, by name and by whether the body is nonlinear.
 _NAMED: dict[tuple[str, bool], Callable[[float], Body]] = {
     (BALLOON, False): _balloon,
@@ -75,6 +78,7 @@ def build_body(
     Raises:
         SettingError: The name is not in the catalogue, or an option does not fit the body.
         BodyError: The file is no object that can be touched.
+        ExtensionError: The package that adds the body is broken.
     """
     if nonlinear and not use("kernels"):
         # A tick would take a second: the loops over elements are only fast as compiled modules.
@@ -82,16 +86,33 @@ def build_body(
         raise SettingError("body with --nonlinear", repr(name), limit)
     if is_file(name):
         return _from_file(Path(name), options, nonlinear, damping, hz, demand, progress, late)
-    if name not in BODIES:
-        raise SettingError("body", repr(name), f"one of: {', '.join(sorted(BODIES))}, or a file")
-    if (name, nonlinear) not in _NAMED:
-        names = sorted(other for other, is_nonlinear in _NAMED if is_nonlinear)
-        known = f"one of: {', '.join(names)}, or a file"
+    if name not in names():
+        raise SettingError("body", repr(name), f"one of: {', '.join(names())}, or a file")
+    ours = (name, False) in _NAMED
+    if nonlinear and (name, True) not in _NAMED:
+        finite = sorted(other for other, is_nonlinear in _NAMED if is_nonlinear)
+        known = f"one of: {', '.join(finite)}, or a file"
         raise SettingError("body with --nonlinear", repr(name), known)
     plain = not nonlinear and damping == 0.0
     if plain and options is not None and options != type(options)(options.path):
         raise SettingError("body", repr(name), "a file, for options that describe a file")
-    return _NAMED[name, nonlinear](damping)
+    return _NAMED[name, nonlinear](damping) if ours else _added(name, damping)
+
+
+def _added(name: str, damping: float) -> Body:
+    """A body that a package adds; raises ExtensionError where it makes none."""
+    make: Any = load(GROUP, name, type, FunctionType)
+    package = added(GROUP)[name].value.partition(":")[0]
+    try:
+        made = make()
+    except CohapticError:
+        raise
+    except Exception as error:  # code of others: one sentence says whose it is
+        raise ExtensionError(GROUP, name, package, f"{type(error).__name__}: {error}") from error
+    absent = [part for part in _PARTS if not hasattr(made, part)]
+    if absent:
+        raise ExtensionError(GROUP, name, package, f"its body has no {absent[0]}")
+    return Viscous(made, damping) if damping else made
 
 
 def _from_file(

@@ -28,7 +28,7 @@ from cohaptic_server.guard.limits import Limits
 from cohaptic_server.rooms.config_errors import ConfigError, KeyProblem, problems_of
 from cohaptic_server.rooms.tables import AccessTable, AdminTable, Table
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.touchable import DAMPING_RATIO
+from cohaptic_server.touchable import DAMPING_RATIO, is_file
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
 DIVIDER = "__"
@@ -306,11 +306,6 @@ def _is_of_a_service(name: str, value: str) -> bool:
 def is_plain_balloon(room: RoomTable) -> bool:
     """Whether the body of a room is the one of `prebuilt`."""
     return room.body == "balloon" and not room.nonlinear and room.relaxation == 0.0
-
-
-def is_file(body: str) -> bool:
-    """Whether a body is a path: it has a suffix or a folder, as in the catalogue."""
-    return bool(Path(body).suffix) or "/" in body or "\\" in body
 
 
 def _placed(table: RoomTable, folder: Path) -> RoomTable:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.metadata import entry_points
+from types import FunctionType
 
 import typer
 
 from cohaptic import __version__, compiled
 from cohaptic.cli.chapters import ChapterCommand
 from cohaptic.errors import CohapticError, SettingError
+from cohaptic.extensions import ExtensionError, added, load
 from cohaptic.runtime.heeded import signals_heeded
 
 
@@ -79,16 +80,22 @@ def build_app(only: str | None = None) -> typer.Typer:
     ) -> None:
         """Several people touch one soft object over a network and feel each other through it."""
 
-    installed = entry_points(group="cohaptic.commands")
-    ordered = sorted(installed, key=lambda entry: _ORDER.get(entry.name, len(_ORDER)))
-    for entry in installed.select(name=only or "") or ordered:
-        command = entry.load()
+    names = sorted(added(_GROUP), key=lambda name: _ORDER.get(name, len(_ORDER)))
+    for name in [only] if only in names else names:
+        try:
+            command = load(_GROUP, name, typer.Typer, FunctionType)
+        except ExtensionError as error:
+            if name == only:
+                raise
+            typer.echo(f"cohaptic: {error}", err=True)  # the other commands are there
+            continue
         if isinstance(command, typer.Typer):
-            app.add_typer(command, name=entry.name)
-        else:
-            app.command(name=entry.name, cls=ChapterCommand)(command)
+            app.add_typer(command, name=name)
+        elif isinstance(command, FunctionType):
+            app.command(name=name, cls=ChapterCommand)(command)
     return app
 
 
+_GROUP = "cohaptic.commands"  # of entry points, each a function or a typer.Typer
 _SECRETS = ("COHAPTIC_KEYS", "COHAPTIC_TOKEN")
 _ORDER = {"demo": 0, "serve": 1, "touch": 2, "body": 3, "stability": 4}  # as a newcomer meets them

@@ -180,7 +180,7 @@ def test_a_command_that_waits_for_a_server(
 def test_a_calibration_that_waits_for_its_user(start: Start) -> None:
     if shutil.which("cc") is None:
         pytest.skip("the firmware of the board needs a C compiler")
-    from tests.client.devices.oneaxis.board import Board
+    from tests.drivers.oneaxis.board import Board
 
     board = Board()
     try:

@@ -1,7 +1,7 @@
 /**
  * Where the tip is: the trigger moves it inward, the sticks move where it starts from. Pure.
  *
- * `client/cohaptic_client/devices/dualsense/cursor.py` in TypeScript.
+ * `client/cohaptic_drivers/dualsense/cursor.py` in TypeScript.
  */
 
 import { add, along, cross, scale, unit, type Vec3 } from "../model/vec";

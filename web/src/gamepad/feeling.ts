@@ -1,7 +1,7 @@
 /**
  * What a finger at the trigger feels of a force: resistance, and rumble of changes. Pure.
  *
- * `client/cohaptic_client/devices/dualsense/feeling.py` in TypeScript.
+ * `client/cohaptic_drivers/dualsense/feeling.py` in TypeScript.
  */
 
 import { dot, lerp, norm, sub, type Vec3, ZERO } from "../model/vec";

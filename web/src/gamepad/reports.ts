@@ -1,7 +1,7 @@
 /**
  * Reports of a DualSense over USB: bytes in, what is held; what is to be felt, bytes out. Pure.
  *
- * `client/cohaptic_client/devices/dualsense/reports.py` in TypeScript, for the right trigger.
+ * `client/cohaptic_drivers/dualsense/reports.py` in TypeScript, for the right trigger.
  */
 
 export const VENDOR = 0x054c;

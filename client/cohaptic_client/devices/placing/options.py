@@ -11,7 +11,7 @@ from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.placing.placed import Placed, RawDevice
 from cohaptic_client.devices.placing.workspace import Workspace, seen_from_world
 
-OPTIONS = (
+PLACING_OPTIONS = (
     ("scale", "metres in the world for a metre of the device, 0.2 to 5"),
     ("turn", "of the device about the vertical, degrees"),
     ("place", "where its middle is put: front (of the body), top or center"),

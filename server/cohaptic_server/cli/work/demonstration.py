@@ -28,7 +28,7 @@ from cohaptic_server.demo.set_up import FIX, check_body, serve_options, set_up
 from cohaptic_server.demo.summary import show
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.shell.listener import page_address
-from cohaptic_server.touchable import BODIES, is_file
+from cohaptic_server.touchable import is_file
 
 _WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
 
@@ -65,7 +65,7 @@ def demonstrate(
         scene = replace(scene, duration=_WITHOUT_TERMINAL)
     check_output("--json", json)
     check_body(scene, body)
-    if not (options.auto or options.fix or options.fix_mesh) and body not in BODIES:
+    if not (options.auto or options.fix or options.fix_mesh) and is_file(body):
         options = replace(options, fix=FIX)
     told: list[str] = []
     with progress_bar(f"preparing {body}") as progress:

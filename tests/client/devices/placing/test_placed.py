@@ -14,7 +14,7 @@ from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
 from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.placing.options import OPTIONS, place, placed_info
+from cohaptic_client.devices.placing.options import PLACING_OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import LOSS_TIME, RETURN_TIME, Placed, return_time
 from cohaptic_client.devices.placing.workspace import Workspace
 from tests.client.plane import CONFIG
@@ -214,7 +214,7 @@ def test_where_the_hand_is_at_the_start_can_be_its_middle() -> None:
 def test_an_option_outside_its_limits_is_named(options: str) -> None:
     with pytest.raises(SettingError, match="arm:" + options.partition("=")[0]):
         placed_info(config(options).choice, INFO)
-    assert options.partition("=")[0] in dict(OPTIONS)
+    assert options.partition("=")[0] in dict(PLACING_OPTIONS)
 
 
 def test_letting_go_and_closing_are_passed_on() -> None:

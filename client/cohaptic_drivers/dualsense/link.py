@@ -1,0 +1,123 @@
+"""The way to the pad: a thread of its own reads reports, and writes one when something changes.
+
+To write is to wait for the USB frame: nothing for the loop's thread. The thread is a watchdog as
+well: a loop that gives nothing, and a pad that tells nothing, get no resistance and no rumble.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+
+from cohaptic.clock import Clock
+from cohaptic.errors import DeviceError
+from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
+from cohaptic_client.devices.hid_devices import HidDevice
+from cohaptic_drivers.dualsense.reports import (
+    NAME,
+    OFF,
+    SIZE,
+    Effects,
+    Held,
+    Side,
+    decode,
+    encode,
+)
+
+SILENCE = 0.02  # s; of the pad, or of the loop: five of its periods
+LEAST_GAP = 0.004  # s between two reports to the pad
+_WAIT = 4  # ms for a report
+_MOST_STALE = 128  # reports in one turn; twice the queue of Linux
+_MOST_BAD = 20  # reports in a row that are none
+_JOIN = 0.25  # s for the thread to end
+
+
+class PadLink:
+    """The way to a pad.
+
+    Args:
+        device: Open; this object closes it.
+        side: Trigger that is used.
+        clock: By which silence is timed.
+    """
+
+    def __init__(self, device: HidDevice, side: Side, clock: Clock) -> None:
+        self._device, self._side, self._clock = device, side, clock
+        self._told: Held | None = None
+        self._trouble: DeviceError | None = None
+        # One value, so that the thread never sees the effects of one call with the time of another.
+        self._given: tuple[Effects, float] = (OFF, clock.now())
+        self._sent: Effects | None = None  # None until the pad was told anything
+        self._bad = 0
+        self._ends = False
+        self._thread = threading.Thread(target=self._run, name=NAME, daemon=True)
+        self._thread.start()
+
+    def poll(self) -> Held | None:
+        """The newest report since the last call; raises DeviceError when the pad is gone."""
+        if self._trouble is not None:
+            raise self._trouble
+        told, self._told = self._told, None
+        return told
+
+    def give(self, effects: Effects) -> None:
+        """Have the pad do this; raises as `poll`."""
+        if self._trouble is not None:
+            raise self._trouble
+        self._given = (effects, self._clock.now())
+
+    def release(self) -> None:
+        """Nothing to be felt any more; for another thread."""
+        self._given = (OFF, self._clock.now())
+
+    def close(self) -> None:
+        """Nothing to be felt, then release the pad; may be called twice."""
+        self._ends = True
+        if threading.current_thread() is not self._thread:
+            self._thread.join(_JOIN)
+
+    def _run(self) -> None:
+        prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
+        try:
+            heard = written = self._clock.now()
+            while not self._ends:
+                spoke, now = self._take(), self._clock.now()
+                heard = now if spoke else heard
+                effects, at = self._given
+                if now - at > SILENCE or now - heard > SILENCE:
+                    effects = OFF
+                if effects != self._sent and (self._sent is None or now - written >= LEAST_GAP):
+                    written = now
+                    self._write(effects)
+        except OSError as error:
+            advice = "plug it in again, then start again"
+            self._trouble = DeviceError(NAME, f"it was unplugged ({error})", advice)
+        except DeviceError as error:
+            self._trouble = error
+        except Exception as error:
+            self._trouble = DeviceError(NAME, f"its driver failed: {error!r}")
+        for _ in range(2):  # each for itself: one that fails may be followed by one that does not
+            with contextlib.suppress(Exception):
+                self._write(OFF)
+        with contextlib.suppress(Exception):
+            self._device.close()
+
+    def _take(self) -> bool:
+        """Take the newest report; whether there was one."""
+        report, spoke = self._device.read(SIZE, _WAIT), False
+        for _ in range(_MOST_STALE):
+            if not report:
+                break
+            told = decode(report, self._side)
+            self._bad = 0 if told is not None else self._bad + 1
+            if self._bad >= _MOST_BAD:
+                raise DeviceError(NAME, "what comes from it is no report of a DualSense")
+            spoke = spoke or told is not None
+            self._told = told or self._told
+            report = self._device.read(SIZE)
+        return spoke
+
+    def _write(self, effects: Effects) -> None:
+        if self._device.write(encode(effects, self._side)) < 0:
+            raise OSError("write failed")
+        self._sent = effects

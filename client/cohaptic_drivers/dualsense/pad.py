@@ -1,0 +1,141 @@
+"""A DualSense as a device in its own frame: right, away from the user, up."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from cohaptic.errors import DeviceError
+from cohaptic.vec import ZERO, Vec3, norm
+from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+from cohaptic_drivers.dualsense.cursor import (
+    Cursor,
+    Room,
+    moved,
+    position,
+    pull_of,
+    velocity,
+)
+from cohaptic_drivers.dualsense.feeling import CONTACT, NOTHING_FELT, felt
+from cohaptic_drivers.dualsense.link import LEAST_GAP, SILENCE
+from cohaptic_drivers.dualsense.reports import MOST, NAME, Effects, Held
+
+GIVE_UP = 0.25  # s; of silence, after which it is gone
+_RATE = 250.0  # Hz; of its reports, by users' measurements (the Edge: 1 kHz)
+
+
+class Link(Protocol):
+    """The way to a pad; no call waits for it."""
+
+    def poll(self) -> Held | None:
+        """The newest that the pad told since the last call; raises DeviceError when gone."""
+        ...
+
+    def give(self, effects: Effects) -> None:
+        """Have the pad do this; raises as `poll`."""
+        ...
+
+    def release(self) -> None:
+        """Nothing to be felt any more; for another thread."""
+        ...
+
+    def close(self) -> None:
+        """Nothing to be felt, then release the pad."""
+        ...
+
+
+class Pad:
+    """The tip of a DualSense near an object round the origin of the device's frame.
+
+    Args:
+        link: To the pad; this object closes it.
+        first: What it told at first.
+        room: In which the tip moves.
+        start: Where the tip is along the trigger's direction at first [m].
+        full: Force that full resistance of the trigger stands for [N].
+    """
+
+    def __init__(self, link: Link, first: Held, room: Room, *, start: float, full: float) -> None:
+        self.info = pad_info(room.depth, full)
+        self._link, self._held, self._room, self._full = link, first, room, full
+        self._cursor = Cursor(base=start)
+        self._feeling = NOTHING_FELT
+        self._force = ZERO
+        self._now: float | None = None
+        # s; of the pad, while this object was read: a process that stood still heard nothing.
+        self._silent = 0.0
+        self._closed = False
+
+    def read(self, now: float) -> DeviceSample:
+        """Move the tip up to `now`; while the pad is silent it stands.
+
+        Raises:
+            DeviceError: The pad was unplugged, is silent for too long, or is closed.
+        """
+        if self._closed:
+            raise DeviceError(NAME, "it is closed", "open it again")
+        told = self._link.poll()
+        dt = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
+        self._now = now
+        if told is not None:
+            self._held, self._silent = told, 0.0
+        else:
+            self._silent += dt
+        if self._silent > GIVE_UP:
+            problem = f"it has been silent for {1e3 * self._silent:.0f} ms"
+            raise DeviceError(NAME, problem, "see to its cable")
+        axes = self._room.axes
+        if self._silent > SILENCE:
+            where = position(self._cursor, axes)
+            return DeviceSample(where, ZERO, buttons=self._held.buttons, fresh=False)
+        contact = norm(self._force) > CONTACT
+        self._cursor = moved(self._cursor, self._held, dt, self._room, contact=contact)
+        return DeviceSample(
+            position(self._cursor, axes),
+            velocity(self._cursor, axes),
+            buttons=self._held.buttons,
+        )
+
+    def write(self, force: Vec3) -> None:
+        """Have `force` [N] felt, as far as a trigger can; raises as `read`."""
+        if self._closed:
+            raise DeviceError(NAME, "it is closed", "open it again")
+        self._force = force
+        self._feeling = felt(
+            self._feeling,
+            force,
+            pull=pull_of(self._cursor, self._room),
+            inward=self._room.axes.inward,
+            full=self._full,
+            now=self._now or 0.0,
+        )
+        self._link.give(self._feeling.effects)
+
+    def release(self) -> None:
+        """Nothing to be felt any more; for another thread."""
+        self._link.release()
+
+    def close(self) -> None:
+        """Nothing to be felt, then release the pad; may be called twice."""
+        if not self._closed:
+            self._closed = True
+            self._link.close()
+
+
+def pad_info(depth: float, full: float) -> DeviceInfo:
+    """Abilities of a pad; `full` is what its resistance stands for, not what was measured.
+
+    Args:
+        depth: Way of the tip over the whole way of the trigger [m].
+        full: Force that full resistance stands for [N].
+    """
+    return DeviceInfo(
+        "dualsense, not calibrated in newtons",
+        max_force=full,
+        # A brake stores no energy, so that none of its stiffness is unstable; as the SpaceMouse.
+        max_stiffness=1000.0,
+        resolution=depth / MOST,
+        latency=1.0 / _RATE + LEAST_GAP,
+        rate=_RATE,
+        force_axes=1,
+        lets_go=SILENCE,
+    )

@@ -1,0 +1,128 @@
+"""Finds out of a handle what its file has to say: counts of a metre, and two directions.
+
+The user moves the handle by hand along a ruler with the motor off. Then the motor nudges it, gently
+and for a moment, one way and then the other. Which way is which decides between an object that
+pushes back and one that pulls the hand in, so a handle that moves by itself (its own weight, a hand
+on it) is no answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cohaptic.clock import Clock
+from cohaptic.errors import DeviceError
+from cohaptic.runtime.signals_put_off import signals_put_off
+from cohaptic_drivers.oneaxis.frames import NAME, Description, Report
+from cohaptic_drivers.oneaxis.link import BoardLink
+
+WAY = 0.04  # m along the arc, that the user moves the handle
+_FEWEST = 40  # counts of that way; with fewer it would be felt as steps of a millimetre
+NUDGE = 0.25  # of the board's limit, in the end
+NUDGE_TIME = 0.6  # s at most; our firmware's own ramp takes half a second
+_ENOUGH = 0.003  # m; so far moved, the nudge ends
+_PERIOD = 0.001  # s
+_ANSWER = 0.5  # s for a report
+_REST = 0.2  # s without a motion, after which the handle rests
+_UNSEEN = 0.05  # s without a look, as on a busy machine, of which nobody knows that it rested
+_LONGEST_REST = 3.0  # s that it may take to come to rest
+_STILL = 0.1  # of `_ENOUGH`; so far a handle may creep that rests
+
+
+def calibrate(
+    link: BoardLink, board: Description, clock: Clock, ask: Callable[[str], None]
+) -> list[str]:
+    """Lines of the file of the unit at hand.
+
+    Args:
+        link: To its board, without a current.
+        board: What it said of itself.
+        clock: For the nudge.
+        ask: Tells the user what to do, and returns once it is done.
+
+    Raises:
+        DeviceError: The handle did not move as it was asked to, or the board is gone.
+    """
+    ask("Hold the handle in its middle, and keep it there")
+    start = _counts(link, clock)
+    ask(f"Move it {1e3 * WAY:.0f} mm along its arc, away from you, and hold it there")
+    way = _counts(link, clock) - start
+    if abs(way) < _FEWEST:
+        problem = f"its sensor told {abs(way)} counts for {1e3 * WAY:.0f} mm"
+        raise DeviceError(NAME, problem, "see that the sensor turns with the handle")
+    sensor = 1 if way > 0 else -1
+    per_metre = abs(way) / WAY
+    ask("Put the handle into its middle and let go of it: the motor will nudge it")
+    moved = _way_of_motor(link, clock, NUDGE * board.limit, _ENOUGH * per_metre)
+    lines = [f"counts_per_metre = {per_metre:.0f}", f"sensor_direction = {sensor}"]
+    if moved == 0:
+        lines.append("# The handle did not move: motor_direction = 1 or -1 has to be found by hand")
+    else:
+        lines.append(f"motor_direction = {sensor * moved}")
+    lines.append("# N m/A, of the motor's data sheet, without which there is no force:")
+    return [*lines, "# torque_constant = "]
+
+
+def _counts(link: BoardLink, clock: Clock) -> int:
+    """Where the handle is; the question is a command of no current."""
+    end = clock.now() + _ANSWER
+    link.poll()
+    while True:
+        link.give(0.0)
+        told = link.poll()
+        if told is not None:
+            return _whole(told).counts
+        if clock.now() >= end:
+            raise DeviceError(NAME, "its board does not answer", "see to its cable")
+        clock.sleep_until(clock.now() + _PERIOD)
+
+
+def _way_of_motor(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
+    """1 where a positive current moves the handle toward growing counts, else -1; 0 if unknown."""
+    ways = list[int]()
+    for current in (amperes, -amperes):
+        _await_rest(link, clock, max(1.0, _STILL * enough))
+        ways.append(_nudge(link, clock, current, enough))
+    one, other = ways
+    if one * other > 0:
+        problem = "its handle moved the same way with either current"
+        raise DeviceError(NAME, problem, "let go of it, on a board that stands level")
+    return (one > 0) - (one < 0) if other else 0
+
+
+def _await_rest(link: BoardLink, clock: Clock, still: float) -> None:
+    """Return once the handle has moved by no more than `still` counts for `_REST`."""
+    end = clock.now() + _LONGEST_REST
+    place = _counts(link, clock)
+    since = looked = clock.now()
+    while looked - since < _REST:
+        if looked > end:
+            advice = "let go of it, on a board that stands level"
+            raise DeviceError(NAME, "its handle does not come to rest", advice)
+        before, now, looked = looked, _counts(link, clock), clock.now()
+        if abs(now - place) > still or looked - before > _UNSEEN:
+            place, since = now, looked
+
+
+def _nudge(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
+    """Counts by which a current that grows moves the handle, until that is enough; 0 for less."""
+    start, begin = _counts(link, clock), clock.now()
+    moved = 0
+    with signals_put_off() as ended:
+        try:
+            while (passed := clock.now() - begin) < NUDGE_TIME and abs(moved) < enough:
+                if ended():
+                    break
+                link.give(amperes * passed / NUDGE_TIME)
+                told = link.poll()
+                moved = moved if told is None else _whole(told).counts - start
+                clock.sleep_until(clock.now() + _PERIOD)
+        finally:
+            link.give(0.0)
+    return moved if abs(moved) >= enough else 0
+
+
+def _whole(told: Report) -> Report:
+    if told.faulty:
+        raise DeviceError(NAME, "its board says that its sensor failed", "see to its magnet")
+    return told

@@ -1,0 +1,175 @@
+"""An arm of this family as a device in its own frame, whatever board it hangs on."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from cohaptic.errors import DeviceError
+from cohaptic.vec import ZERO, Vec3, add, is_finite, lerp, norm, scale, sub
+from cohaptic_client.devices.device import DeviceInfo, DeviceSample
+from cohaptic_drivers.woodenhaptics.kinematics import (
+    Pose,
+    joint_angles,
+    motor_currents,
+    pose_at,
+    resolution,
+)
+from cohaptic_drivers.woodenhaptics.reports import Told
+from cohaptic_drivers.woodenhaptics.unit import Unit
+
+NAME = "woodenhaptics"
+SILENCE = 0.02  # s; of a board, after which its last counts are old
+GIVE_UP = 0.25  # s; of silence, after which it is gone
+SERIAL_LETS_GO = 0.1  # s; of the host, after which the serial board switches its motors off
+# s; a count is 0.06 mm, in a period of 1 ms 60 mm/s: of that a fifth is left
+_FILTER = 0.004
+# m between two reports; 30 m/s at 1 kHz are no hand. Counters that were zeroed, or garbage.
+_JUMP = 0.03
+_FASTEST = 1.5  # m/s; what a hand may go meanwhile, where the board was silent for longer
+
+
+class Link(Protocol):
+    """The way to a board; no call waits for it."""
+
+    def poll(self, now: float) -> Told | None:
+        """The newest that the board told since the last call; raises DeviceError when gone."""
+        ...
+
+    def give(self, milliamps: Vec3) -> None:
+        """Have these currents sent; raises as `poll`."""
+        ...
+
+    def release(self) -> None:
+        """No currents, at once; for another thread."""
+        ...
+
+    def close(self) -> None:
+        """No currents, then release the board."""
+        ...
+
+
+class WoodenArm:
+    """An arm in its own frame: right, away from the user, up.
+
+    Args:
+        unit: As it was built.
+        link: To its board; this object closes it.
+        first: What it told at first.
+        force: Whether its motors are used.
+        home_here: Whether it is in its home pose now, whatever its counters say.
+        switch: Whether its board has a button.
+        lets_go: Without a command for so long there are no currents any more [s].
+    """
+
+    def __init__(
+        self,
+        unit: Unit,
+        link: Link,
+        first: Told,
+        *,
+        force: bool = True,
+        home_here: bool = False,
+        switch: bool = False,
+        lets_go: float = SERIAL_LETS_GO,
+    ) -> None:
+        self._unit, self._link, self._force = unit, link, force
+        self.info = arm_info(unit, force=force, switch=switch, lets_go=lets_go)
+        self._zero = first.counts if home_here else ZERO
+        pose = self._pose_of(first)
+        if pose is None:
+            raise DeviceError(
+                NAME,
+                f"its encoders tell {first.counts}, a pose that it cannot have",
+                "hold it in its home pose and press its calibration button, or add home=here",
+            )
+        self._pose, self._velocity, self._button = pose, ZERO, first.button
+        self._heard: float | None = None  # when the newest report came
+        self._now: float | None = None  # of the last reading
+        # s; of the board, while this object was read: a process that stood still heard nothing.
+        self._silent = 0.0
+        self._closed = False
+
+    def read(self, now: float) -> DeviceSample:
+        """The newest state.
+
+        Raises:
+            DeviceError: The board is gone or silent, or tells what cannot be.
+        """
+        if self._closed:
+            raise DeviceError(NAME, "it is closed", "open it again")
+        if self._heard is None:
+            self._heard = now
+        told = self._link.poll(now)
+        passed = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
+        self._now = now
+        self._silent += passed
+        if told is not None:
+            self._learn(told, now)
+        if self._silent > GIVE_UP:
+            problem = f"its board has been silent for {1e3 * self._silent:.0f} ms"
+            raise DeviceError(NAME, problem, "see to its cable")
+        return DeviceSample(
+            self._pose.position,
+            self._velocity,
+            buttons=int(self._button),
+            fresh=self._silent <= SILENCE,
+        )
+
+    def write(self, force: Vec3) -> None:
+        """Give `force` [N], as far as the motors' currents allow; raises as `read`."""
+        if self._closed:
+            raise DeviceError(NAME, "it is closed", "open it again")
+        if not self._force or not is_finite(force):
+            force = ZERO
+        amperes = motor_currents(self._unit, self._pose.jacobian, force)
+        self._link.give(scale(amperes, 1e3))
+
+    def release(self) -> None:
+        """Take the force off the hand; for another thread."""
+        self._link.release()
+
+    def close(self) -> None:
+        """No currents, then release the board; may be called twice."""
+        if not self._closed:
+            self._closed = True
+            self._link.close()
+
+    def _learn(self, told: Told, now: float) -> None:
+        pose = self._pose_of(told)
+        assert self._heard is not None
+        dt = now - self._heard
+        most = _JUMP + _FASTEST * max(0.0, dt)
+        if pose is None or norm(sub(pose.position, self._pose.position)) > most:
+            raise DeviceError(
+                NAME,
+                "its encoders jumped",
+                "was it calibrated in use? Hold it in its home pose, then start again",
+            )
+        if dt > SILENCE:
+            self._velocity = ZERO
+        elif dt > 0.0:
+            measured = scale(sub(pose.position, self._pose.position), 1.0 / dt)
+            self._velocity = lerp(self._velocity, measured, dt / (_FILTER + dt))
+        else:  # two reports at one time: the way of both counts for the next
+            return
+        self._pose, self._button, self._heard = pose, told.button, now
+        self._silent = 0.0
+
+    def _pose_of(self, told: Told) -> Pose | None:
+        counts = sub(told.counts, self._zero)
+        return pose_at(self._unit, joint_angles(self._unit, add(counts, ZERO)))
+
+
+def arm_info(unit: Unit, *, force: bool, switch: bool, lets_go: float) -> DeviceInfo:
+    """Abilities of a unit."""
+    return DeviceInfo(
+        NAME,
+        max_force=unit.max_force if force else 0.0,
+        max_stiffness=unit.max_stiffness,
+        max_damping=unit.max_damping,
+        resolution=resolution(unit),
+        latency=0.001,
+        force_axes=3 if force else 0,
+        switch=switch,
+        lets_go=lets_go,
+    )

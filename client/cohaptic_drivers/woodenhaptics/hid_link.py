@@ -1,0 +1,152 @@
+"""The HID boards: a thread of its own reads a report and writes one, in turn.
+
+To write is to wait for the USB frame, a millisecond and now and then several: nothing for the
+loop's thread. The thread is a watchdog as well: a loop that gives nothing gets no currents.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+
+from cohaptic.clock import Clock
+from cohaptic.errors import DeviceError
+from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_client.devices.hid_devices import Entry, HidDevice, hidapi, open_first
+from cohaptic_drivers.woodenhaptics.arm import NAME, SILENCE
+from cohaptic_drivers.woodenhaptics.reports import GENERATIONS, Reports, Told, input_size
+
+# Vendor and product: the default of the mbed library, and of a Teensy's raw HID.
+PRODUCTS = ((0x1234, 0x0006), (0x16C0, 0x0486))
+
+_WAIT = 10  # ms for a report; then the board is kicked by a command
+# s; of a board, after which it gets no currents. The loop, which notices after `SILENCE`, lets the
+# hand go without a jerk by then; a report that comes late costs no force.
+_LOST = 0.03
+_MOST_STALE = 128  # reports in one turn; twice the queue of Linux
+_MOST_BAD = 20  # reports in a row that are none
+_JOIN = 0.25  # s for the thread to end
+
+
+class HidLink:
+    """The way to a HID board.
+
+    Args:
+        device: Open; this object closes it.
+        reports: Their layout.
+        clock: By which the loop's silence is timed.
+    """
+
+    def __init__(self, device: HidDevice, reports: Reports, clock: Clock) -> None:
+        self._device, self._reports, self._clock = device, reports, clock
+        self._told: Told | None = None
+        self._trouble: DeviceError | None = None
+        self._given, self._at = ZERO, clock.now()
+        self._bad = 0
+        self._ends = False
+        self._thread = threading.Thread(target=self._run, name=NAME, daemon=True)
+        self._thread.start()
+
+    def poll(self, now: float) -> Told | None:
+        """The newest report since the last call; raises DeviceError when the board is gone."""
+        if self._trouble is not None:
+            raise self._trouble
+        told, self._told = self._told, None
+        return told
+
+    def give(self, milliamps: Vec3) -> None:
+        """Have these currents sent with the next report."""
+        if self._trouble is not None:
+            raise self._trouble
+        self._given, self._at = milliamps, self._clock.now()
+
+    def release(self) -> None:
+        """No currents with the next report; for another thread."""
+        self._given = ZERO
+
+    def close(self) -> None:
+        """No currents, then release the board; may be called twice."""
+        self._ends = True
+        if threading.current_thread() is not self._thread:
+            self._thread.join(_JOIN)
+
+    def _run(self) -> None:
+        prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
+        try:
+            heard = self._clock.now()
+            while not self._ends:
+                spoke, now = self._take(), self._clock.now()
+                heard = now if spoke else heard
+                idle = now - self._at > SILENCE or now - heard > _LOST
+                self._write(ZERO if idle else self._given)
+        except OSError as error:
+            advice = "plug it in again, then start again"
+            self._trouble = DeviceError(NAME, f"it was unplugged ({error})", advice)
+        except DeviceError as error:
+            self._trouble = error
+        except Exception as error:
+            self._trouble = DeviceError(NAME, f"its driver failed: {error!r}")
+        with contextlib.suppress(Exception):
+            for _ in range(2):
+                self._write(ZERO)
+        with contextlib.suppress(Exception):
+            self._device.close()
+
+    def _take(self) -> bool:
+        """Take the newest report; whether there was one. A board that waits has to be written to
+        before it sends the first.
+        """
+        size = self._reports.size
+        report, spoke = self._device.read(size, _WAIT), False
+        for _ in range(_MOST_STALE):
+            if not report:
+                return spoke
+            spoke = True
+            told = self._reports.decode(bytes(report))
+            self._bad = 0 if told is not None else self._bad + 1
+            if self._bad >= _MOST_BAD:
+                raise DeviceError(NAME, "what comes from its board is no report of it")
+            self._told = told or self._told
+            if self._reports.waits:
+                return True
+            report = self._device.read(size)
+        return True
+
+    def _write(self, milliamps: Vec3) -> None:
+        if self._device.write(self._reports.encode(milliamps)) < 0:
+            raise OSError("write failed")
+
+
+def hid_boards() -> list[Entry]:
+    """HID interfaces of this machine that have the ids of such boards."""
+    hid = hidapi(NAME)
+    return [entry for vendor, product in PRODUCTS for entry in hid.enumerate(vendor, product)]
+
+
+def open_hid(generation: str, number: int, clock: Clock) -> tuple[HidLink, Reports]:
+    """The HID board of this machine.
+
+    Args:
+        generation: Its name, or "auto" to tell it by the length of its reports.
+        number: Which of several, from 1.
+        clock: Of this process.
+
+    Raises:
+        DeviceError: There is none, or it may not be opened, or it is something else.
+    """
+    entries = hid_boards()
+    if not entries:
+        raise DeviceError(NAME, "no board was found", "plug it in, and switch its power on")
+    if not 1 <= number <= len(entries):
+        raise DeviceError(NAME, f"there is no board {number}", f"boards are 1 to {len(entries)}")
+    device, _ = open_first(NAME, "a board", [entries[number - 1]])
+    size = input_size(bytes(device.get_report_descriptor()))
+    known = {reports.size: reports for reports in GENERATIONS.values()}
+    reports = known.get(size)
+    if reports is None or generation not in ("auto", reports.name):
+        device.close()
+        wanted = "8, 14 or 64" if reports is None else f"{GENERATIONS[generation].size}"
+        problem = f"what has its USB id sends reports of {size} bytes, not of {wanted}"
+        raise DeviceError(NAME, problem, "it is another device, or another generation: board=auto")
+    return HidLink(device, reports, clock), reports

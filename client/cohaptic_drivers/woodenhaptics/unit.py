@@ -1,0 +1,135 @@
+"""One arm as it was built: its lengths, gears, encoders and motors, from its kind and a file.
+
+The constants of the three kinds are those of the maintainers' host library of 2026. A wrong torque
+constant scales every force, and a wrong direction turns a spring into its opposite, so a file of
+the unit at hand overrides them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+from cohaptic.errors import SettingError
+from cohaptic.vec import Vec3
+from cohaptic_drivers.unit_file import read_unit_file
+
+_LONGEST = 10_000  # bytes of a unit's file; a full one has 500
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """An arm with three motors.
+
+    Args:
+        kind: Its kinematics: woodenhaptics, vintage or polhem.
+        model: Number that its serial board tells.
+        capstans: Diameters on the motors [mm].
+        drums: Diameters on the bodies [mm].
+        lengths: Of its links [m]; those of a Polhem are in `polhem.py`.
+        origin: Of the workspace, from the base [m]; toward the user, user's right, up.
+        counts: Of an encoder per turn of its motor.
+        home: Added to the counts, which are zero in the home pose.
+        torque_constants: Of the motors [N m/A].
+        directions: Of motor and encoder against the body, each 1 or -1.
+        max_current: Through a motor [A].
+        max_force: At the tip [N].
+        max_stiffness: That it renders stably [N/m].
+        max_damping: That it renders stably [N s/m].
+        confirmed: Whether a file says so of the very unit at hand.
+    """
+
+    kind: str
+    model: int
+    capstans: Vec3
+    drums: Vec3
+    lengths: Vec3
+    origin: Vec3
+    counts: Vec3
+    home: Vec3
+    torque_constants: Vec3
+    directions: Vec3
+    max_current: float = 3.0
+    max_force: float = 5.0
+    max_stiffness: float = 1000.0
+    max_damping: float = 8.0
+    confirmed: bool = False
+
+
+# 3 A is the full scale of the older boards, and what the motors stand for a while; the serial board
+# gives up to 6 A to a unit whose file allows it.
+UNITS = {
+    "woodenhaptics": Unit(
+        "woodenhaptics", 3, (10.0, 10.0, 10.0), (160.0, 120.0, 120.0), (0.080, 0.205, 0.245),
+        (0.220, 0.0, 0.080), (2000.0, 2000.0, 2000.0), (0.0, 0.0, -6000.0),
+        (0.0259, 0.0259, 0.0259), (1.0, -1.0, -1.0),
+    ),
+    "polhem": Unit(
+        "polhem", 1, (28.8534, 13.6981, 13.7281), (175.0, 100.0, 100.0), (0.0, 0.0, 0.0),
+        (0.2045, 0.0, 0.0325), (4096.0, 4096.0, 4096.0), (8312.0, -10366.0, 19764.0),
+        (0.0603, 0.0538, 0.0538), (1.0, -1.0, 1.0), max_stiffness=2000.0, max_damping=1.0,
+    ),
+    "vintage": Unit(
+        "vintage", 2, (13.0, 10.0, 10.0), (117.0, 77.0, 77.0), (0.0, 0.138, 0.112),
+        (0.138, 0.0, -0.097), (4000.0, 4000.0, 4000.0), (0.0, 7700.0, 0.0),
+        (0.0234, 0.0234, 0.0234), (-1.0, 1.0, -1.0),
+    ),
+}  # fmt: skip
+
+# Key of the file: lowest and highest value of each number.
+_TRIPLES = {
+    "capstans": (1.0, 100.0),
+    "drums": (1.0, 1000.0),
+    "lengths": (0.0, 1.0),
+    "origin": (-1.0, 1.0),
+    "counts": (100.0, 1e6),
+    "home": (-1e6, 1e6),
+    "torque_constants": (1e-3, 1.0),
+    "directions": (-1.0, 1.0),
+}
+# The serial board zeroes what is above 6 A, so no more is ever asked of it.
+_NUMBERS = {
+    "max_current": (0.1, 6.0),
+    "max_force": (0.1, 30.0),
+    "max_stiffness": (10.0, 1e4),
+    "max_damping": (0.1, 100.0),
+}
+
+
+def read_unit(kind: str, path: str) -> Unit:
+    """The unit of a kind, with what its file says instead; without a path as the kind is built.
+
+    Raises:
+        SettingError: The file cannot be read, or has a key or a value that is none.
+    """
+    unit = UNITS[kind]
+    if not path:
+        return unit
+    raw = read_unit_file(path, _LONGEST)
+    return replace(unit, confirmed=True, **{key: _value(key, raw[key], path) for key in raw})
+
+
+def _value(key: str, value: Any, path: str) -> Any:
+    name = f"{key} in {path}"
+    if key in _TRIPLES:
+        low, high = _TRIPLES[key]
+        limit = f"three numbers from {low:g} to {high:g}"
+        listed: list[Any] = list(cast(Iterable[Any], value)) if isinstance(value, list) else []
+        if len(listed) != 3:
+            raise SettingError(name, str(cast(object, value)), limit)
+        numbers = [_number(name, each, low, high, limit) for each in listed]
+        if key == "directions" and any(abs(each) != 1.0 for each in numbers):
+            raise SettingError(name, listed, "three of 1 and -1")
+        return tuple(numbers)
+    if key in _NUMBERS:
+        low, high = _NUMBERS[key]
+        return _number(name, value, low, high, f"a number from {low:g} to {high:g}")
+    known = ", ".join((*_TRIPLES, *_NUMBERS))
+    raise SettingError(f"key of {path}", repr(key), f"one of: {known}")
+
+
+def _number(name: str, value: Any, low: float, high: float, limit: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise SettingError(name, value, limit)
+    return float(value)

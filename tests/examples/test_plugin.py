@@ -1,0 +1,118 @@
+"""The package of `examples/plugin`, installed as a user installs it."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from cohaptic import extensions
+from cohaptic.errors import DeviceError, SettingError
+from cohaptic.simulated.hand import Hand
+from cohaptic_client import DeviceConfig
+from cohaptic_client.devices.catalogue import device_kind, names, open_device, read_device
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.testing import check_body
+
+pytestmark = pytest.mark.live
+
+PLUGIN = Path(__file__).parents[2] / "examples/plugin"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder, source = tmp_path_factory.mktemp("site"), tmp_path_factory.mktemp("source") / "plugin"
+    shutil.copytree(PLUGIN, source)  # a build leaves files beside the source
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
+    options = ["--no-build-isolation", "--target", str(folder), str(source)]
+    subprocess.run([*install, *options], check=True)
+    return folder
+
+
+@pytest.fixture
+def tracker(installed: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """The module of the device, with the package on the path."""
+    monkeypatch.syspath_prepend(installed)
+    extensions.added.cache_clear()
+    yield importlib.import_module("cohaptic_example.tracker")
+    extensions.added.cache_clear()
+
+
+@pytest.mark.usefixtures("tracker")
+def test_the_drum_is_a_body_by_its_name_and_keeps_the_laws() -> None:
+    check_body(build_body("drum"))
+    assert build_body("drum", damping=1.0).name == "drum"
+    with pytest.raises(SettingError, match="--nonlinear is 'drum'"):
+        build_body("drum", nonlinear=True)
+
+
+def test_the_drum_gives_way_as_a_membrane_does(tracker: ModuleType) -> None:
+    """In the middle of a round membrane, a pressure over a small disc of radius a, Timoshenko:
+    u = F / (2 pi T) (ln(R / a) + 1 / 4) at the middle of the disc itself, for an even pressure."""
+    from cohaptic_server.testing.contacts import press_vertex
+
+    drum = build_body("drum")
+    load = press_vertex(drum, 0, 1.0)
+    u = drum.respond([load]).displacement[:, 0]
+    ring = [k for k in range(len(u)) if 0.04 < math.dist(drum.mesh.vertices[k], (0, 0, 0)) < 0.13]
+    assert len(ring) > 100
+    for k in ring:
+        r = math.dist(drum.mesh.vertices[k], (0, 0, 0))
+        assert -u[k] == pytest.approx(math.log(0.15 / r) / (2.0 * math.pi * 100.0), rel=0.02)
+
+
+def test_the_tracker_goes_where_a_datagram_says(tracker: ModuleType) -> None:
+    assert "tracker" in names()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        port = other.getsockname()[1]
+    choice = read_device(f"tracker:port={port},place=center")
+    config = DeviceConfig(choice, (0.0, 0.0, 0.0), 0.1, Hand(), None)
+    device = open_device(config)
+    try:
+        with pytest.raises(DeviceError, match=f"port {port} cannot be had"):
+            tracker.Tracker(port)
+        assert not device.read(0.0).fresh
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as camera:
+
+            def say(words: bytes, now: float) -> tuple[float, float, float]:
+                camera.sendto(words, ("127.0.0.1", port))
+                sample = device.read(now)
+                assert sample.fresh
+                return sample.position
+
+            assert say(b"0.01 0.02 0.03", 0.01) == pytest.approx((0.01, 0.02, 0.03))
+            moved = say(b"0.011 0.02 0.03", 0.02)
+            assert moved == pytest.approx((0.011, 0.02, 0.03))
+            assert device.read(0.021).velocity == pytest.approx((0.1, 0.0, 0.0))
+            for garbage in (b"", b"1 2", b"nan 0 0", b"inf 0 0", b"9 9 9", b"a b c", b"1 0 0"):
+                assert say(garbage, 0.03) == moved
+        assert not device.read(1.0).fresh
+    finally:
+        device.close()
+        device.close()
+
+
+@pytest.mark.usefixtures("tracker")
+def test_the_command_line_knows_both(installed: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(installed)}
+    run = [sys.executable, "-m", "cohaptic"]
+    told = subprocess.run(
+        [*run, "devices", "options", "tracker"], env=environment, capture_output=True, text=True
+    )
+    assert "port: on which it listens" in told.stdout
+    refused = subprocess.run(
+        [*run, "serve", "--body", "drums"], env=environment, capture_output=True, text=True
+    )
+    assert refused.returncode == 2
+    assert "one of: balloon, spring, drum, or a file" in refused.stderr
+    assert device_kind("tracker").name == "tracker"

@@ -1,0 +1,129 @@
+"""Packages of others that add commands, devices and bodies, and broken ones among them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cohaptic import extensions
+from cohaptic.cli.app import build_app
+from cohaptic.errors import SettingError
+from cohaptic.extensions import ExtensionError, added, load
+from cohaptic_client.devices.catalogue import device_kind, names, search
+from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_server.objects.catalogue import build_body
+
+DEVICES, BODIES = "cohaptic.devices", "cohaptic.bodies"
+MODULE = """
+from cohaptic_client import DeviceInfo, DeviceKind, Found
+
+INFO = DeviceInfo("glove", max_force=1.0, max_stiffness=100.0)
+KIND = DeviceKind("glove", "a glove", (), lambda choice: INFO, lambda config: None,
+                  lambda: [Found("glove", "on a hand")])
+NOT_A_KIND = 3.0
+
+def no_body():
+    return object()
+
+def fails():
+    raise RuntimeError("its data is missing")
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The metadata of an installed package; write `entry_points.txt` into it."""
+    (tmp_path / "cohaptic_gloves.py").write_text(MODULE)
+    about = tmp_path / "gloves-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: gloves\nVersion: 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    extensions.added.cache_clear()
+    yield about
+    extensions.added.cache_clear()
+
+
+def adds(package: Path, group: str, **entries: str) -> None:
+    """Let the package add entries to a group."""
+    lines = [f"{name} = cohaptic_gloves:{what}" for name, what in entries.items()]
+    (package / "entry_points.txt").write_text("\n".join([f"[{group}]", *lines]) + "\n")
+    extensions.added.cache_clear()
+
+
+@pytest.fixture
+def only_gloves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look for no other device, which would look at this machine."""
+    monkeypatch.setattr("cohaptic_client.devices.catalogue.names", lambda: ["glove", "simulated"])
+
+
+def test_a_device_of_a_package_is_known_by_its_name(package: Path) -> None:
+    adds(package, DEVICES, glove="KIND")
+    assert "glove" in names()
+    assert names() == ["simulated", *sorted(names()[1:])]
+    assert device_kind("glove").summary == "a glove"
+
+
+@pytest.mark.usefixtures("only_gloves")
+def test_it_is_looked_for(package: Path) -> None:
+    adds(package, DEVICES, glove="KIND")
+    found, missing = search()
+    assert [each.choice for each in found] == ["glove"]
+    assert missing == []
+
+
+def test_our_own_devices_are_nobody_elses(package: Path) -> None:
+    adds(package, DEVICES, simulated="KIND")
+    assert device_kind("simulated").name == "simulated"
+
+
+@pytest.mark.parametrize(
+    ("what", "why"),
+    [
+        ("NOT_A_KIND", "cohaptic_gloves:NOT_A_KIND is a float and no DeviceKind"),
+        ("ABSENT", "AttributeError: module 'cohaptic_gloves' has no attribute 'ABSENT'"),
+    ],
+)
+@pytest.mark.usefixtures("only_gloves")
+def test_a_broken_package_is_named_and_the_others_are_found(
+    package: Path, what: str, why: str
+) -> None:
+    adds(package, DEVICES, glove=what)
+    with pytest.raises(ExtensionError) as caught:
+        device_kind("glove")
+    assert str(caught.value) == f"glove, which the package gloves adds, cannot be used: {why}"
+    _, missing = search()
+    assert ("glove", why) in [(error.device, error.problem) for error in missing]
+
+
+def test_a_broken_command_leaves_the_others(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    adds(package, "cohaptic.commands", knit="ABSENT")
+    commands = build_app().registered_commands
+    assert {"serve", "touch"} <= {command.name for command in commands}
+    assert "knit, which the package gloves adds, cannot be used" in capsys.readouterr().err
+    with pytest.raises(ExtensionError, match="knit"):
+        build_app(only="knit")
+
+
+@pytest.mark.parametrize(
+    ("what", "why"), [("no_body", "its body has no name"), ("fails", "its data is missing")]
+)
+def test_a_body_that_is_none_is_refused(package: Path, what: str, why: str) -> None:
+    adds(package, BODIES, glove=what)
+    with pytest.raises(ExtensionError, match=f"glove, which the package .* adds, .*{why}"):
+        build_body("glove")
+
+
+def test_an_unknown_body_is_answered_with_those_that_packages_add(package: Path) -> None:
+    adds(package, BODIES, glove="no_body")
+    with pytest.raises(SettingError, match="one of: balloon, spring, glove, or a file"):
+        build_body("mitten")
+
+
+def test_entries_are_sorted_and_loaded_as_what_they_are(package: Path) -> None:
+    adds(package, "cohaptic.tests", b="KIND", a="INFO")
+    assert list(added("cohaptic.tests")) == ["a", "b"]
+    assert load("cohaptic.tests", "b", DeviceKind).name == "glove"
