@@ -36,6 +36,7 @@ _PLACES = {
     "FOLDER": "kept",
     "0.0.0.0": "127.0.0.1",
 }
+_TOUCHED = re.compile(r"touched for \d+ of \d+ s, at most")  # the summary of a visit
 _LISTENING = re.compile(r"^listening wss?://[^:]+:(\d+)", re.M)
 CLOCK = SystemClock()
 _ADMIN = re.compile(r"admin port http://127\.0\.0\.1:(\d+)")
@@ -133,16 +134,22 @@ class Player:
         if order == ["serve"]:
             self._serve(words)
             return
-        done = subprocess.run(
-            words, cwd=self._folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, timeout=10 * PATIENCE, check=False,
-        )  # fmt: skip
+        done = self._run(words)
+        if order == ["touch"] and done.returncode == 0 and not _TOUCHED.search(done.stdout):
+            # A busy machine needs more than these seconds until a hand is at the surface.
+            done = self._run([*words, "--duration", str(6 * TOUCH)])
         # The doctor's status is its verdict on this machine.
         well = (0, 1) if order == ["doctor"] else (0,)
         assert done.returncode in well, f"{command}\n{done.stdout[-2000:]}"
         if order == ["touch"]:  # a visit that was meant to end ends so, and leaves a summary
             assert "trying again" not in done.stdout
-            assert re.search(r"touched for \d+ of \d+ s, at most", done.stdout), done.stdout
+            assert _TOUCHED.search(done.stdout), done.stdout
+
+    def _run(self, words: list[str]) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            words, cwd=self._folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, timeout=10 * PATIENCE, check=False,
+        )  # fmt: skip
 
     def _serve_if_none(self) -> None:
         """Pages that tell of clients take a server for granted."""
