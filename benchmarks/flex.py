@@ -38,10 +38,10 @@ import json_report
 from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.surface.accept import nearest_point
 from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
 PERIOD = 1.0 / 60.0  # s

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from cohaptic_client import enter_key
-from cohaptic_client.enter_key import EnterKey
+from cohaptic_client import touching
+from cohaptic_client.touching import EnterKey
 from tests.patience import PATIENCE
 
 if sys.platform == "win32":
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.live
 def ends(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, int]]:
     """A pseudo-terminal that is standard input: the user's end and the process's."""
     user, process = os.openpty()
-    monkeypatch.setattr(enter_key, "AGAIN", 0.001)
+    monkeypatch.setattr(touching, "AGAIN", 0.001)
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(fileno=lambda: process))
     yield user, process
     for end in (user, process):

@@ -1,13 +1,99 @@
-"""The simulated device, as the catalogue knows it."""
+"""The simulated device, as the catalogue knows it, and its presets.
+
+A preset gives the simulated device the limits of a real one, in its mechanics too. Force, stiffness
+and damping that may be rendered are those that CHAI3D ships for each device (`src/devices`), those
+of the Inverse3 from a fork of it; forces are short-time maxima. Everything else is an ASSUMPTION,
+of the size that data sheets and measurements of such devices report, and has not been checked on
+one:
+
+- the physical damping b is just what Colgate's bound asks for at that stiffness and 1 kHz,
+  b = K T / 2: the authors judged the stiffness usable. Nothing is left of it for the passivity
+  layer, whose budget is 0: the room's lag has to do without (science 3.8);
+- the apparent mass and the Coulomb friction of the tip, the step of its sensors, and the time from
+  a motion to its report.
+"""
 
 from __future__ import annotations
+
+from typing import Final
 
 from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.kind import DeviceKind
-from cohaptic_client.devices.presets import PRESETS
 from cohaptic_client.devices.simulated import INFO, SimulatedDevice
+
+_PERIOD: Final = 0.001  # s, of the loops for which the stiffness was judged usable
+
+
+def _preset(
+    name: str,
+    *,
+    force: float,
+    stiffness: float,
+    damping: float,
+    mass: float,
+    friction: float,
+    step: float,
+    latency: float,
+) -> DeviceInfo:
+    """A preset.
+
+    Args:
+        name: For people.
+        force: Largest [N].
+        stiffness: Largest that is rendered stably [N/m].
+        damping: Largest that may be rendered [N s/m].
+        mass: Apparent, of the tip [kg].
+        friction: Of the mechanics [N].
+        step: Of the sensors [m].
+        latency: From a motion to its report [s].
+    """
+    return DeviceInfo(
+        name,
+        max_force=force,
+        max_stiffness=stiffness,
+        damping=0.5 * stiffness * _PERIOD,
+        stall=1.0,  # as for every simulated hand
+        max_damping=damping,
+        inertia=mass,
+        friction=friction,
+        resolution=step,
+        latency=latency,
+    )
+
+
+PRESETS: Final = {
+    "touch": _preset(
+        "simulated Touch", force=3.3, stiffness=400.0, damping=4.0,
+        mass=0.045, friction=0.26, step=55e-6, latency=0.001,
+    ),
+    "omni": _preset(
+        "simulated Phantom Omni", force=3.3, stiffness=700.0, damping=5.0,
+        mass=0.045, friction=0.26, step=55e-6, latency=0.001,
+    ),
+    "desktop": _preset(
+        "simulated Phantom Desktop", force=7.9, stiffness=1000.0, damping=5.0,
+        mass=0.045, friction=0.06, step=23e-6, latency=0.001,
+    ),
+    "falcon": _preset(
+        "simulated Falcon", force=8.0, stiffness=3000.0, damping=20.0,
+        mass=0.1, friction=0.4, step=64e-6, latency=0.001,
+    ),
+    "omega3": _preset(
+        "simulated omega.3", force=12.0, stiffness=5000.0, damping=30.0,
+        mass=0.22, friction=0.2, step=10e-6, latency=0.0005,
+    ),
+    "lambda7": _preset(
+        "simulated lambda.7", force=12.0, stiffness=8000.0, damping=30.0,
+        mass=0.3, friction=0.3, step=2e-6, latency=0.0005,
+    ),
+    "inverse3": _preset(
+        "simulated Inverse3", force=10.0, stiffness=1000.0, damping=6.0,
+        mass=0.12, friction=0.2, step=10e-6, latency=0.001,
+    ),
+}  # fmt: skip
+
 
 _RIG = "rig"  # no preset: the rig of `INFO`
 

@@ -27,7 +27,7 @@ class Unit:
         model: Number that its serial board tells.
         capstans: Diameters on the motors [mm].
         drums: Diameters on the bodies [mm].
-        lengths: Of its links [m]; those of a Polhem are in `polhem.py`.
+        lengths: Of its links [m]; those of a Polhem are in `kinematics.py`.
         origin: Of the workspace, from the base [m]; toward the user, user's right, up.
         counts: Of an encoder per turn of its motor.
         home: Added to the counts, which are zero in the home pose.

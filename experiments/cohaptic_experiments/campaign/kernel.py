@@ -14,8 +14,7 @@ import numpy as np
 from cohaptic import vec
 from cohaptic.control import friction as coulomb
 from cohaptic.control.friction import Compliance3, FrictionState, friction_step, normal_shift, times
-from cohaptic.control.predictive import predictive_force
-from cohaptic.control.proportional import proportional_force
+from cohaptic.control.law import predictive_force, proportional_force
 from cohaptic.control.proportional_integral import (
     IntegralState,
     Thresholds,

@@ -3,6 +3,8 @@
 An invitation begins a session. The token of the session is signed by the server, goes to this one
 client, and brings it back with the same grants, also when the invitation has ended meanwhile, or
 was good for one time: for as long as the owner says.
+
+A token that may be used once is remembered when it was used, in a memory that is bounded.
 """
 
 from __future__ import annotations
@@ -15,8 +17,57 @@ from importlib import import_module
 from cohaptic_server.access.denied import Denied, forbidden
 from cohaptic_server.access.grants import OPEN, Grants
 from cohaptic_server.access.keys import KeyRing
-from cohaptic_server.access.remembered import Used
-from cohaptic_server.access.used_tokens import UsedTokens
+from cohaptic_server.access.remembered import MOST_USED, Used
+
+
+class UsedTokens:
+    """Names of tokens that were used and have not ended yet.
+
+    Args:
+        most: How many are remembered.
+    """
+
+    def __init__(self, most: int = MOST_USED) -> None:
+        self._most = most
+        self._ends: dict[str, float] = {}
+
+    def __len__(self) -> int:
+        return len(self._ends)
+
+    def recall(self, jti: str, ends: float) -> None:
+        """Count a token as used that an earlier process has taken; arguments as for `use`."""
+        if len(self._ends) < self._most:
+            self._ends[jti] = ends
+
+    def use(self, jti: str, ends: float, now: float) -> None:
+        """Count a token as used.
+
+        Args:
+            jti: Its name.
+            ends: When it is refused for its age, in any case [s].
+            now: Time [s].
+
+        Raises:
+            Denied: As for `check`.
+        """
+        self.check(jti, now)
+        self._ends[jti] = ends
+
+    def check(self, jti: str, now: float) -> None:
+        """Raise Denied where a token was used before, or too many are remembered.
+
+        Args:
+            jti: Its name.
+            now: Time [s].
+        """
+        if self._ends.get(jti, now) > now:
+            raise Denied("the token was used before, and it is good for one time")
+        if len(self._ends) >= self._most:
+            self._ends = {name: end for name, end in self._ends.items() if end > now}
+        if len(self._ends) >= self._most:
+            later = "try again later"
+            raise Denied(f"{self._most} tokens for one time are in use, the limit", later)
+
 
 # s after which a session needs an invitation to come back, a long day in a lab. One that is
 # connected stays.

@@ -1,6 +1,7 @@
 """The interface between a hyperelastic body and the Newton iteration that finds its equilibrium.
 
-`balloon/filled_sheet.py` and `rubber_solid/rubber_tetrahedra.py` implement it; `newton.py` uses it.
+`balloon/rubber_balloon.py` and `rubber_solid/rubber_tetrahedra.py` implement it; `newton.py` uses
+it.
 """
 
 from __future__ import annotations

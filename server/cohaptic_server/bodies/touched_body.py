@@ -2,6 +2,8 @@
 
 Both are computed on first use and at most once: a table of compliances may take a minute, and a
 room without mesh patches needs none.
+
+The vertices round a contact that one patch needs, its window, are chosen in compiled loops.
 """
 
 from __future__ import annotations
@@ -15,10 +17,52 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MAX_COMPLIANCE
 from cohaptic_server.bodies.body import Body, Load, Prefetching
-from cohaptic_server.mesh.contact_windows import ContactWindows
 from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.search.window_vertices import WindowVertices
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.touch_mesh import APART, TouchMesh, thinned
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ContactWindows:
+    """The search for windows on a surface and its touch mesh, and where it leaves what it finds.
+
+    Args:
+        search: For one window after the other.
+        vertices: Of the surface, rising, shape (n,); the first `search.count` hold.
+        fitted: Those of them that the touch mesh has and that face as the contact does, as indices
+            into `vertices`, shape (n,); the first `search.fits` hold.
+        touched: Vertices of the touch mesh that are carried, rising, shape (t,); the first
+            `search.carries` hold.
+        carried: The same as indices into `vertices`, shape (t,).
+    """
+
+    search: WindowVertices
+    vertices: Ints
+    fitted: Ints
+    touched: Ints
+    carried: Ints
+
+    @classmethod
+    def on(cls, mesh: SurfaceMesh, touch: TouchMesh) -> ContactWindows:
+        """The search on a whole surface and its touch mesh."""
+        n, t = len(mesh.vertices), len(touch.vertices)
+        vertices, fitted = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
+        touched, carried = touch.found, np.zeros(t, dtype=np.int64)
+        search = WindowVertices(
+            mesh.near_tree.tree,
+            touch.search.tree,
+            touch.window,
+            touched,
+            touch.vertices,
+            mesh.normals,
+            vertices,
+            fitted,
+            carried,
+        )
+        return cls(search, vertices, fitted, touched, carried)
+
 
 _ROUNDING = 1e-6  # of the largest C_ii; less below zero is rounding, of a vertex that is held
 

@@ -1,7 +1,11 @@
-"""Options of who may come in and how it is secured, and what a server makes of them."""
+"""Options of who may come in and how it is secured, and what a server makes of them.
+
+A server listens beyond this machine only where somebody has decided that strangers may come in.
+"""
 
 from __future__ import annotations
 
+import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +14,6 @@ import typer
 
 from cohaptic.errors import SettingError
 from cohaptic.written import at_home
-from cohaptic_server.access.exposure import Exposure
 from cohaptic_server.cli.option_groups import takes
 from cohaptic_server.cli.spans import seconds_of
 from cohaptic_server.guard.proxies import NETWORK, network_of
@@ -158,3 +161,49 @@ def _proxy(said: str) -> str:
 
 
 takes_access = takes(AccessOptions, "Who may come in")
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """Who reaches a server, and what it was told about that.
+
+    Args:
+        host: That it listens on.
+        keys: Whether it has keys.
+        open: Whether it was told to take in anybody.
+        tls: Whether it has a certificate.
+        insecure: Whether it was told to do without.
+        behind_proxy: Whether a proxy brings strangers.
+    """
+
+    host: str
+    keys: bool = False
+    open: bool = False
+    tls: bool = False
+    insecure: bool = False
+    behind_proxy: bool = False
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this machine reaches it directly."""
+        try:
+            return ipaddress.ip_address(self.host.strip("[]")).is_loopback
+        except ValueError:
+            return self.host == "localhost"
+
+    @property
+    def admits_anybody(self) -> bool:
+        """Whether one without a token comes in."""
+        return self.open or not self.keys
+
+    def check(self) -> None:
+        """Raise SettingError, with what to type, where nobody has decided who may come in."""
+        lacks: list[str] = []
+        if not (self.keys or self.open) and (self.behind_proxy or not self.is_local):
+            lacks.append("--keys FILE (made by: cohaptic key FILE) or --open for anybody")
+        if not (self.tls or self.insecure) and not self.is_local:
+            lacks.append("--tls-cert FILE --tls-key FILE or --insecure")
+        if lacks:
+            way = " through a proxy" if self.is_local else ""
+            where = f"{self.host or 'every address'}, where other machines come in{way}"
+            raise SettingError("host", where, f"given with {', and with '.join(lacks)}")

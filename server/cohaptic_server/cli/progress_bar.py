@@ -1,8 +1,13 @@
-"""Shows the phases of a long preparation on a terminal, and ends it in one sentence on Ctrl-C."""
+"""Shows the phases of a long preparation on a terminal, and ends it in one sentence on Ctrl-C.
+
+Ctrl-C ends a block of work wherever it comes, also in a callback whose exceptions Python forgets.
+"""
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
@@ -10,8 +15,56 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.cli.interruptible import interruptible
 from cohaptic_server.progress import TimeLeft
+
+
+@contextmanager
+def interruptible() -> Generator[Callable[[], None], None, None]:
+    """Ctrl-C within ends the block with KeyboardInterrupt.
+
+    Python raises it between two lines of whatever runs just then. In a finaliser (`__del__`), in a
+    callback from C or of the garbage collector, it is printed and forgotten, and the work would go
+    on to its end. Here it is remembered, and raised again by the function that is yielded and at
+    the end of the block. Where Ctrl-C means something else already, or in another thread than the
+    main one, which hears no signals, nothing is changed.
+
+    Yields:
+        A function that the work calls now and then; it raises KeyboardInterrupt once one has come.
+    """
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    ):
+        yield lambda: None
+        return
+    came = False
+
+    def note(_number: int, _frame: object) -> None:
+        nonlocal came
+        came = True
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if came:
+            raise KeyboardInterrupt
+
+    def told(problem: sys.UnraisableHookArgs) -> None:
+        # What is not forgotten needs no traceback either.
+        if not isinstance(problem.exc_value, KeyboardInterrupt):
+            others(problem)
+
+    others, sys.unraisablehook = sys.unraisablehook, told
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield check
+        check()
+    except Exception:
+        check()  # a child hears of it too, and that it has ended may be what went wrong
+        raise
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.unraisablehook = others
+
 
 INTERRUPTED = (
     "cohaptic: interrupted; what was finished is kept, and the same command goes on from there"

@@ -4,16 +4,20 @@ At an admissible place no other part of the body is within a hand's width in fro
 no fixed vertex is near, the fixed part lies behind the surface, and the body is thick enough to
 press into. Among these the hand that presses is felt most where C_ij is large beside C_ii, and best
 where it is negative: there the surface moves out under a press, as on the far side of a balloon.
+
+A finger near a rim would touch the face beside the one that it presses on: rims are passed over.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from cohaptic.control.friction import tangents
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic.simulated.hand import Hand, Place
@@ -25,8 +29,9 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.thickness import depth_under, is_smooth
-from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.rims import is_met_squarely
+from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.displacement_field import ZeroField
 
 _CANDIDATES = 400  # vertices, spread over the surface
 _PRESSED = 6  # admissible candidates at which a press is tried
@@ -224,3 +229,33 @@ def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> P
         tuple((C[0] / np.diag(C)).tolist()),
         tuple(np.linalg.norm(x - x[0], axis=1).tolist()),
     )
+
+
+# In contact radii, below the surface and beside the vertex: on the middle of a rim a finger stands
+# as on the edge of a knife.
+_INSIDE, _ASIDE = 0.05, 0.1
+_SQUARE = 0.9  # cosine, about 25 degrees: a finger that comes so far aslant still presses
+
+
+def is_met_squarely(body: Body, vertices: Ints) -> npt.NDArray[np.bool_]:
+    """Whether a finger that presses in along each vertex's normal touches there, shape (k,).
+
+    On a rim that is narrower than a fingertip the contact slides to the face beside it, and a hand
+    that comes from the side presses past the object.
+
+    Args:
+        body: At rest.
+        vertices: Of its surface, shape (k,).
+    """
+    return np.array([_meets_squarely(body, k) for k in vertices.tolist()], dtype=np.bool_)
+
+
+def _meets_squarely(body: Body, vertex: int) -> bool:
+    x, n, radius = body.mesh.vertices[vertex], body.mesh.normals[vertex], body.contact_radius
+    beside = [sign * np.array(t) for sign, t in product((-1.0, 1.0), tangents(vec3(n)))]
+    for way in (np.zeros(3), *beside):
+        tip = x + radius * (_ASIDE * way - _INSIDE * n)
+        found = locate(body.mesh, tip, ZeroField(), radius=radius)
+        if float(found.normal @ n) < _SQUARE:
+            return False
+    return True

@@ -15,14 +15,13 @@ from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watc
 from cohaptic_server.access.admission import session_over
 from cohaptic_server.room.company.gathering import Gathering
 from cohaptic_server.room.entrance import Entrance
-from cohaptic_server.room.latency import Data
+from cohaptic_server.room.latency import Data, latencies, refusal, set_latency
 from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.reception import Reception, tell_others
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.renaming import rename
 from cohaptic_server.room.session import ServerSession
-from cohaptic_server.room.set_latency import latencies, refusal, set_latency
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 

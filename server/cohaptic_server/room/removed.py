@@ -10,7 +10,7 @@ from cohaptic.protocol.control.message import Name
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.access.denied import forbidden
 from cohaptic_server.access.remembered import MOST_REMOVED, Pardon, Record, Removal
-from cohaptic_server.room.seats.lookalikes import looks_like
+from cohaptic_server.room.seats.names import looks_like
 
 _NAME: TypeAdapter[str] = TypeAdapter(Name)
 KICKED_FOR = 300.0  # s; long enough to calm down, and to be told why

@@ -18,7 +18,7 @@ from cohaptic_server.monitoring.logs import PLAIN, LogStyle
 from cohaptic_server.monitoring.metrics import RoomHealth, RoomMetrics, ServerHealth
 from cohaptic_server.rooms.config import RoomsConfig, is_plain_balloon
 from cohaptic_server.rooms.directory import LocalDirectory
-from cohaptic_server.rooms.front import Front, Place
+from cohaptic_server.rooms.front import Front, Place, Site
 from cohaptic_server.rooms.keeper import House, Keeper
 from cohaptic_server.rooms.listing import RoomState, room_of
 from cohaptic_server.rooms.process.handing_over import CAN_HAND_OVER
@@ -26,7 +26,6 @@ from cohaptic_server.rooms.process.reports import Allow
 from cohaptic_server.rooms.process.room_process import Build, Protect
 from cohaptic_server.rooms.process.starter import keep_starter, room_processes
 from cohaptic_server.rooms.seats import SeatPool
-from cohaptic_server.rooms.site import Site
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.listener import open_doors, url_of
 from cohaptic_server.shell.protection import Protection

@@ -1,4 +1,7 @@
-"""Who may come in and how much they may ask for, at this server: the budgets with their clock."""
+"""Who may come in and how much they may ask for, at this server: the budgets with their clock.
+
+It counts what came, went and was turned away since the start of the server.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,50 @@ import asyncio
 import logging
 import socket
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from cohaptic.clock import Clock
+from cohaptic.errors import CloseCode
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.log_lines import LogLines
 from cohaptic_server.guard.meter import Meter
 from cohaptic_server.guard.proxies import Proxies
 from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources
 from cohaptic_server.room.peer import LogLine
-from cohaptic_server.shell.traffic import Traffic
+
+_CAUSES = {code.value: code.name.lower() for code in CloseCode}
+# Of the library and ours; neither tells of a refusal.
+_PEACEFUL = (1000, 1001, CloseCode.SERVER_STOPS.value, CloseCode.OBJECT_CHANGED.value)
+
+
+@dataclass(slots=True)
+class Traffic:
+    """Counters of one process. Their keys are this program's words, never a peer's.
+
+    Attributes:
+        received: Bytes of all connections, after TLS.
+        sent: Bytes of messages and of the bodies of responses, before TLS.
+        refused: Sessions that the server has closed, and requests that it has not served, by cause.
+        spent: Connections that were closed because a budget was spent, by budget.
+    """
+
+    received: int = 0
+    sent: int = 0
+    refused: Counter[str] = field(default_factory=Counter[str])
+    spent: Counter[str] = field(default_factory=Counter[str])
+
+    def end(self, close: tuple[int, str] | None) -> None:
+        """Count the end of a session, if the server has closed it for a reason.
+
+        Args:
+            close: Code and reason; None if the peer has gone by itself.
+        """
+        if close is not None and close[0] not in _PEACEFUL:
+            self.refused[_CAUSES.get(close[0], "other")] += 1
+
 
 log = logging.getLogger("cohaptic.server")
 

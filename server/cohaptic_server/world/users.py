@@ -30,9 +30,8 @@ from cohaptic_server.world.displacement_field import (
     KnownFields,
     ZeroField,
 )
-from cohaptic_server.world.lags.anticipated import NOTHING, Anticipation, Carried
-from cohaptic_server.world.patch_geometry import Windows
-from cohaptic_server.world.state import Release, Touch, UserState
+from cohaptic_server.world.patch import Windows
+from cohaptic_server.world.state import NOTHING, Anticipation, Carried, Release, Touch, UserState
 
 
 def vectors(rows: Sequence[Sequence[float]]) -> Floats:

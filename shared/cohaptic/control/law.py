@@ -2,6 +2,18 @@
 
 A law maps the surface as evaluated at the probe to the normal force on the hand; its memory is an
 argument and a result. It applies no limits: the client's `safety.py` does, once and last.
+
+The predictive law (science 3.3 and 3.8). The server sends the surface free of this client's own
+force; the client solves its own contact at the haptic rate. Its own force is not part of the
+delayed loop, so alone it is exact at any delay.
+
+Its gain is the object's own stiffness, K_i = 1 / C_ii, or the device's limit where that is less;
+no integral makes up for that limit, since such an integral generates energy (3.8).
+
+The paper's proportional law (section 3). It presses on the surface as the simulation returned it,
+own indentation included, so its own force returns to it one round trip late: stable alone iff k_h <
+k_o (8), for every delay (science 3.1); with other contacts iff rho(|C| diag(k_h)) < 1 under any
+delay (3.2).
 """
 
 from __future__ import annotations
@@ -11,8 +23,6 @@ from enum import Enum
 from typing import Final, NamedTuple
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.predictive import predictive_force
-from cohaptic.control.proportional import proportional_force, proportional_stiffness
 from cohaptic.control.proportional_integral import (
     IntegralState,
     Thresholds,
@@ -152,3 +162,41 @@ def local_force(
         # Once the integral has settled the surface follows the probe: K_o is felt.
         stiffness = f / d_free if d_free > 0.0 else stiffness
     return memory, LocalForce(f, f - stiffness * d_alone, sight.c_ii * f, stored)
+
+
+def predictive_force(depth_free: float, k_h: float) -> float:
+    """Normal force f = K (x_h - x_free).
+
+    Args:
+        depth_free: Of the probe below the surface free of its own force [m].
+        k_h: Gain K_i, at most 1 / C_ii [N/m].
+
+    Returns:
+        Force on the hand along the outward normal [N].
+    """
+    return k_h * depth_free if depth_free > 0.0 else 0.0
+
+
+def proportional_force(depth: float, k_h: float) -> float:
+    """Normal force of L(z) = K_h.
+
+    Args:
+        depth: Of the probe below the surface as the simulation returned it, x_o [m].
+        k_h: Gain [N/m]; stable alone iff k_h < k_o, eq. (8).
+
+    Returns:
+        Force on the hand along the outward normal [N].
+    """
+    return k_h * depth if depth > 0.0 else 0.0
+
+
+def proportional_stiffness(k_h: float, c_ii: float) -> float:
+    """Stiffness felt at the probe in steady state, by eq. (11).
+
+    With x_o = K_h x_h / (K_h + K_o) the force is K_h (x_h - x_o) = K_h K_o x_h / (K_h + K_o).
+
+    Args:
+        k_h: Gain [N/m].
+        c_ii: Compliance of the contact, 1 / K_o [m/N].
+    """
+    return k_h / (1.0 + k_h * c_ii)

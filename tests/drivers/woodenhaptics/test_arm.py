@@ -7,7 +7,7 @@ import pytest
 from cohaptic.errors import DeviceError
 from cohaptic.testing.manual_clock import ManualClock
 from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client.loop.running.letting_go import Release
+from cohaptic_client.loop.running.entry import Release
 from cohaptic_drivers.woodenhaptics.arm import WoodenArm
 from cohaptic_drivers.woodenhaptics.reports import Told, command_line
 from cohaptic_drivers.woodenhaptics.serial_link import SerialLink

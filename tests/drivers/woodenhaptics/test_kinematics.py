@@ -12,10 +12,10 @@ from cohaptic_drivers.woodenhaptics.kinematics import (
     Columns,
     joint_angles,
     motor_currents,
+    polhem_position,
     pose_at,
     resolution,
 )
-from cohaptic_drivers.woodenhaptics.polhem import polhem_position
 from cohaptic_drivers.woodenhaptics.unit import UNITS, Unit
 from tests.strategies import vectors
 

@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.access.exposure import Exposure
+from cohaptic_server.cli.access_options import Exposure
 
 HERE = ["127.0.0.1", "127.0.0.9", "::1", "[::1]", "localhost"]
 ELSEWHERE = ["0.0.0.0", "::", "", "10.0.0.1", "lab.example", "localhost.lab.example", "::2"]

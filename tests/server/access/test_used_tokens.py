@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic_server.access.admission import UsedTokens
 from cohaptic_server.access.denied import Denied
-from cohaptic_server.access.used_tokens import UsedTokens
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.floats(0.0, 10.0)), max_size=40))

@@ -12,8 +12,7 @@ import pytest
 from cohaptic_server.bodies.balloon import constant_volume_solver
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings
 from cohaptic_server.bodies.balloon.constant_volume_solver import ConstantVolumeFactor
-from cohaptic_server.bodies.balloon.filled_sheet import FilledSheet
-from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.balloon.rubber_balloon import FilledSheet, RubberBalloon
 from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.newton import MAX_STEPS, SOFTENING, NewtonIteration

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic_server.cli.compiling_beside import COMPILE, compiling_beside
+from cohaptic_server.cli.work.demonstration import COMPILE, compiling_beside
 from tests.patience import PATIENCE
 
 pytestmark = [

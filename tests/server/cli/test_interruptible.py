@@ -10,8 +10,7 @@ from collections.abc import Callable
 
 import pytest
 
-from cohaptic_server.cli.interruptible import interruptible
-from cohaptic_server.cli.progress_bar import INTERRUPTED, progress_bar
+from cohaptic_server.cli.progress_bar import INTERRUPTED, interruptible, progress_bar
 
 
 class Interrupted:

@@ -4,7 +4,7 @@ import webbrowser
 
 import pytest
 
-from cohaptic_server.demo.browser import in_terminal
+from cohaptic_server.cli.work.demonstration import in_terminal
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.objects.surface.accept import nearest_point
 from tests.examples_of_laws import examples
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from cohaptic_server.monitoring.admin_process import status
 from cohaptic_server.monitoring.known import Known
 from cohaptic_server.monitoring.metrics import RoomHealth, TimeCounts
 from cohaptic_server.monitoring.overview import Status, overview, quantile, since_then
-from cohaptic_server.monitoring.pages import status
 from tests.server.monitoring.some import health, room, ticking, times, user
 
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.http.routes import Request
+from cohaptic_server.monitoring.admin_process import answer
 from cohaptic_server.monitoring.known import Known
 from cohaptic_server.monitoring.overview import Status
-from cohaptic_server.monitoring.pages import answer
 from tests.server.monitoring.some import health, room, ticking, user
 
 

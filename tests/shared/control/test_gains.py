@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.gains import ALPHA, choose_gains, coupled_stiffness, largest_integral
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.sampled_room import room_radius
+from cohaptic.control.stability.several_contacts import room_radius
 from tests.examples_of_laws import examples
 from tests.system.spectral import random_compliance
 

@@ -11,10 +11,10 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
 from cohaptic.vec import Vec3, dot, norm, sub
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.surface.accept import nearest_point
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.soft_ring import ring
 

@@ -1,4 +1,14 @@
-"""The expensive parts of a solid, computed once: its factor and its far field."""
+"""The expensive parts of a solid, computed once: its stiffness, the factor of it, its far field.
+
+The stiffness is that of linear elastic tetrahedra of four nodes or ten: isotropic Hooke with Lame's
+lambda = E nu / ((1 + nu)(1 - 2 nu)) and mu = E / (2 (1 + nu)). With H_ab = integral of grad N_a (x)
+grad N_b over an element, the block between its nodes a and b is
+
+    K_ab = lambda H_ab + mu H_ab' + mu tr(H_ab) 1.
+
+The edges are straight, so grad N_a = sum_i D_ai(L) g_i with g_i the constant gradients of the four
+barycentric coordinates L, and H_ab = V sum_ij mean(D_ai D_bj) g_i (x) g_j: exact, no quadrature.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +23,12 @@ from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
-from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.cholesky.factor import Factor, FactorReader
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.cholesky.plan import Plan, plan_of
 from cohaptic_server.cholesky.symbolic import graph_of_elements
-from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.numeric import Mask
+from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
+from cohaptic_server.numeric import Floats, Ints, Mask
 from cohaptic_server.process_memory import give_back
 from cohaptic_server.progress import Progress
 
@@ -139,3 +148,65 @@ def make_parts(
         lambda share: progress("pressing", share),
     )
     return SolidParts(shape, factor, far_field)
+
+
+_CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes
+
+
+def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_array:
+    """Stiffness of a solid, no node fixed, shape (3 n, 3 n) [N/m].
+
+    Args:
+        mesh: Corners of the tetrahedra.
+        elements: Nodes of each tetrahedron, the corners first, shape (m, 4) or (m, 10).
+        n: Number of nodes.
+        moduli: Of each tetrahedron.
+    """
+    lame, mu = moduli.lame, moduli.mu
+    means = _linear_means() if elements.shape[1] == 4 else _quadratic_means()
+    total = sp.csr_array((3 * n, 3 * n))
+    for start in range(0, len(elements), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        tets, nodes = mesh.tets[part], elements[part]
+        g = gradients(mesh.vertices, tets)
+        V = volumes(mesh.vertices, tets)
+        outer = np.einsum("m,mip,mjq->mijpq", V, g, g, optimize=True)
+        H = np.einsum("abij,mijpq->mapbq", means, outer, optimize=True)
+        trace = np.einsum("mapbp->mab", H)
+        blocks = lame[part, None, None, None, None] * H
+        blocks += mu[part, None, None, None, None] * np.swapaxes(H, 2, 4)
+        blocks += np.einsum("m,mab,pq->mapbq", mu[part], trace, np.eye(3), optimize=True)
+        total = total + _scatter(blocks, nodes, n)
+    return sp.csr_array(total)
+
+
+def _linear_means() -> Floats:
+    """mean(D_ai D_bj) of N_a = L_a, for which D = 1; shape (4, 4, 4, 4)."""
+    return np.asarray(np.einsum("ai,bj->abij", np.eye(4), np.eye(4)))
+
+
+def _quadratic_means() -> Floats:
+    """mean(D_ai D_bj) of N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q, shape (10, 10, 4, 4).
+
+    D is linear in L, D_ai = c_ai0 + sum_k c_aik L_k, and over a tetrahedron the mean of L_k is 1/4,
+    that of L_k L_l is 1/20, of L_k^2 is 1/10.
+    """
+    c = np.zeros((10, 4, 5))  # [node, barycentric gradient, 1 and L_0..3]
+    for a in range(4):
+        c[a, a, 0], c[a, a, 1 + a] = -1.0, 4.0
+    for e, (p, q) in enumerate(EDGES):
+        c[4 + e, p, 1 + q] = c[4 + e, q, 1 + p] = 4.0
+    mean = np.full((5, 5), 0.05) + 0.05 * np.eye(5)
+    mean[0, :] = mean[:, 0] = 0.25
+    mean[0, 0] = 1.0
+    return np.asarray(np.einsum("aik,kl,bjl->abij", c, mean, c, optimize=True))
+
+
+def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
+    """Sum element blocks (m, a, 3, a, 3) into a sparse (3 n, 3 n)."""
+    # Indices of four bytes, which any matrix that fits into memory has, take half of the memory.
+    dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1).astype(np.int32)
+    rows = np.repeat(dof, dof.shape[1], axis=1).ravel()
+    columns = np.tile(dof, (1, dof.shape[1])).ravel()
+    matrix = sp.coo_array((blocks.reshape(-1), (rows, columns)), shape=(3 * n, 3 * n))
+    return sp.csr_array(matrix)

@@ -1,12 +1,20 @@
-"""Performs a demonstration: its processes, its view, and the comparison with the truth."""
+"""Performs a demonstration: its processes, its view, and the comparison with the truth.
+
+In a checkout, modules are compiled beside the demonstration for the next one (docs/decisions/0075),
+by a process of the lowest priority (`compiling/beside.py`), which ends with the demonstration.
+Whatever happens to that process, the demonstration goes on.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
+import sys
 import tempfile
 import threading
-from collections.abc import Generator
+import webbrowser
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,18 +22,18 @@ import typer
 from rich.console import Console
 
 from cohaptic.cli.output import check_output
+from cohaptic.compiled import PLAIN
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.cli.compiling_beside import compiling_beside
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
-from cohaptic_server.demo.browser import open_page
 from cohaptic_server.demo.live_view import watch
-from cohaptic_server.demo.processes import DemoFailed, Stage
+from cohaptic_server.demo.processes import DemoFailed, Process, Stage
 from cohaptic_server.demo.result import DemoResult, evaluate
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.demo.set_up import FIX, check_body, serve_options, set_up
 from cohaptic_server.demo.summary import show
+from cohaptic_server.http.page_files import has_page, load_page
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
@@ -146,3 +154,66 @@ def _stop_on_interrupt() -> threading.Event:
     signal.signal(signal.SIGINT, interrupted)
     signal.signal(signal.SIGTERM, interrupted)
     return stop
+
+
+def open_page(address: str) -> bool:
+    """Open the page; False if it was not built, or no browser has a window of its own.
+
+    A browser that runs in the terminal would hide the live view.
+    """
+    if not has_page(load_page()):
+        return False
+    try:
+        browser = webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return not in_terminal(browser) and browser.open(address)
+
+
+def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
+    """Whether a browser runs in the terminal that started it."""
+    return isinstance(browser, webbrowser.GenericBrowser) and not isinstance(
+        browser, webbrowser.BackgroundBrowser
+    )
+
+
+COMPILE = "COHAPTIC_COMPILE"  # 0: never beside a demonstration; `hatch_build.py` knows it too
+_CHECKOUT = Path(__file__).parents[3]
+
+
+@contextlib.contextmanager
+def compiling_beside(
+    tell: Callable[[str], None], log: Path, checkout: Path = _CHECKOUT
+) -> Generator[None, None, None]:
+    """Have a process beside the block that compiles what is not compiled.
+
+    Args:
+        tell: Called by a thread with one line, if there is something to compile.
+        log: File for what the process has to say besides.
+        checkout: Where the sources are, if they are there.
+    """
+    if not _wanted(checkout):
+        yield
+        return
+    try:
+        process = Process(log=log, module="compiling.beside", folder=checkout)
+    except OSError:
+        yield  # no process to be had
+        return
+
+    def tell_first() -> None:
+        with contextlib.suppress(DemoFailed):  # there is nothing to do
+            tell(process.first_line())
+
+    threading.Thread(target=tell_first, daemon=True).start()
+    try:
+        yield
+    finally:
+        process.wait()
+
+
+def _wanted(checkout: Path) -> bool:
+    # Windows has no groups of processes that end at one stroke.
+    if sys.platform == "win32" or not (checkout / "compiling/beside.py").is_file():
+        return False
+    return os.environ.get(COMPILE) != "0" and os.environ.get(PLAIN, "0") in ("", "0")

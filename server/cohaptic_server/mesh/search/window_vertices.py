@@ -1,4 +1,4 @@
-"""Vertices of a window round a contact: the inner loops of `mesh/contact_windows.py`.
+"""Vertices of a window round a contact: the inner loops of `bodies/touched_body.py`.
 
 A window holds vertices of the whole surface. Some of them are those of the touch mesh, by their own
 numbers. All that a patch needs is found in one call, and left in arrays that the caller gave.

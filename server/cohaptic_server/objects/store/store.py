@@ -2,6 +2,9 @@
 
 Both are stored under keys of content: tetrahedra under the bytes of the file and all options that
 influence them; parts of a solid under the tetrahedra, the fixed vertices and the material.
+
+A factor is kept by itself from the end of factoring until its object is stored as a whole. It is in
+double precision, which the presses on the surface need; the stored object may have less.
 """
 
 from __future__ import annotations
@@ -27,11 +30,50 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared, prepare
-from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
-from cohaptic_server.objects.store.checkpoint import Checkpoint
+from cohaptic_server.objects.store.cache import (
+    SUFFIX,
+    entry_path,
+    load_entry,
+    save_entry,
+    warn_unusable,
+)
 from cohaptic_server.objects.store.stored_factor import PREFIX, StoredFactor
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
+
+_LABEL = "factor of an interrupted preparation"
+
+
+class Checkpoint:
+    """The factor of an object that is not stored yet, in a file beside the object's.
+
+    Args:
+        path: Path of the object's entry.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path.with_name(f"{path.name.removesuffix(SUFFIX)}-factor{SUFFIX}")
+
+    def load(self) -> Factor | None:
+        """The factor of an interrupted preparation; None if there is none that is intact."""
+        arrays = load_entry(self._path, _LABEL)
+        if arrays is None:
+            return None
+        try:
+            factor = factor_file.from_arrays(arrays)
+        except BodyError as error:
+            warn_unusable(_LABEL, error)
+            return None
+        return factor if factor.fronts[-1].lower.dtype == np.float64 else None
+
+    def save(self, factor: Factor) -> None:
+        """Keep a factor until `remove`."""
+        save_entry(self._path, _LABEL, factor_file.to_arrays(factor, np.float64))
+
+    def remove(self) -> None:
+        """Forget it: the object is stored."""
+        self._path.unlink(missing_ok=True)
+
 
 # Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
 # have a number each: fTetWild takes minutes, and does not give the same mesh twice.

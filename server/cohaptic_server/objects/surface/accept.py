@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError
-from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints
@@ -107,3 +106,14 @@ def farthest(points: Floats, x: Floats, tets: Ints) -> float:
     mesh = SurfaceMesh(x[used], renamed.reshape(-1, 3))
     taken = points[:: max(1, len(points) // _DEVIATION_SAMPLES)]
     return max(float(np.linalg.norm(nearest_point(mesh, p) - p)) for p in taken)
+
+
+def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
+    """Nearest point of the resting surface to `p` (3,) [m], shape (3,) [m].
+
+    It is sought on the face of the nearest quadrature point and on that face's neighbours.
+    """
+    x, y, z = p.tolist()
+    near = mesh.contacts.near
+    near.nearest(x, y, z)
+    return np.array(near.foot)

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from cohaptic.protocol.control.company import Aim, Follower
 from cohaptic_server.guard.budget import FULL
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.mailbox import Mailbox
-from cohaptic_server.room.watch.watcher import Watcher
+from cohaptic_server.room.watch.watcher import Mailbox, Watcher
 
 LONG_AGO = float("-inf")
 

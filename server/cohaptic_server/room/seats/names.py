@@ -3,16 +3,24 @@
 A name in use goes only to who says its secret, at once. Without one it may be taken over
 after a while of silence, from the same address. When a connection was lost, and not ended by either
 side, its name is kept for who had it.
+
+No two users may have names that look alike. A name has a skeleton, as in Unicode Technical Standard
+39; names with the same one look alike. The table is a part of the standard's: letters of Cyrillic,
+Greek and Armenian that are drawn as Latin ones in common fonts, digits and signs that are drawn as
+letters, and dashes and apostrophes. Blanks do not count. Letters of one case that are drawn as
+those of the other are told apart, and so are accents.
 """
+# ruff: noqa: RUF001 (letters that can be taken for others are the matter here)
 
 from __future__ import annotations
 
 import hmac
+import unicodedata
 from collections import Counter
 from dataclasses import dataclass
+from functools import lru_cache
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic_server.room.seats.lookalikes import looks_like
 
 REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
 KEPT_FOR = 60.0  # s for which a name is kept; who is away for longer begins anew
@@ -129,3 +137,40 @@ class KeptNames:
     def _names_of(self, name: str, claim: Claim) -> list[str]:
         kept = self._kept.items()
         return [n for n, (whose, _) in kept if n == name or claim.is_session_of(whose)]
+
+
+# Each letter of the first line looks like the one below it.
+_ALIKE = (
+    # Cyrillic
+    "аеорсухіјѕһԁԛԝѵӏАВЕКМНОРСТХУІЈЅԌԚԜѴӀ",
+    "aeopcyxijshdqwvlABEKMHOPCTXYlJSGQWVl",
+    # Greek
+    "αοσνρυιγχκΑΒΕΖΗΙΚΜΝΟΡΤΥΧϳϲ",
+    "aoovpuiyxkABEZHlKMNOPTYXjc",
+    # Armenian
+    "ոսօհցզՕՍԼ",
+    "nuohgqOUL",
+    # Latin, and signs. A capital I, a one and a bar are drawn as a small l.
+    "ıɑɡǀI1|0",
+    "iaglllll",
+    "‐‒–—−‘’ʼʹ`",
+    "-----'''''",
+)
+_MAP = {
+    ord(theirs): ours
+    for looks, like in zip(_ALIKE[::2], _ALIKE[1::2], strict=True)
+    for theirs, ours in zip(looks, like, strict=True)
+} | {ord("0"): "O"}
+
+
+@lru_cache(maxsize=4096)  # of names of at most 32 characters: those of the room, and of the removed
+def skeleton(name: str) -> str:
+    """What a name looks like: the same for all that look alike."""
+    plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", name))
+    drawn = "".join(plain.split()).translate(_MAP).replace("rn", "m")
+    return unicodedata.normalize("NFD", drawn)
+
+
+def looks_like(one: str, other: str) -> bool:
+    """Whether one name can be taken for the other, which it may be."""
+    return skeleton(one) == skeleton(other)

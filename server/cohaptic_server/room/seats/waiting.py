@@ -12,8 +12,7 @@ from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.messages import Called, Hello, Place
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.seats.lookalikes import looks_like
-from cohaptic_server.room.seats.names import Claim
+from cohaptic_server.room.seats.names import Claim, looks_like
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.session import ServerSession
 

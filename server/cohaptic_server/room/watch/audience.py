@@ -11,8 +11,7 @@ from cohaptic.protocol.watch_messages import WatchedUser, Watching
 from cohaptic_server.access.grants import OPEN, Grants
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.scene_encoder import SceneEncoder
-from cohaptic_server.room.watch.user_records import displacement, records
+from cohaptic_server.room.watch.scene_encoder import SceneEncoder, displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.world.users import WorldState
 

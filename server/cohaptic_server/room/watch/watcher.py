@@ -5,6 +5,9 @@
 
 No frame waits here: one that cannot be sent now is replaced by a newer one. So a slow page gets
 fewer frames and never older ones, and costs two frames of memory at most.
+
+All other news for the page waits in a mailbox, in which newer news takes the place of older news. A
+page that reads slowly hears less, and never of a state that has passed; what waits is bounded.
 """
 
 from __future__ import annotations
@@ -29,7 +32,41 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
-from cohaptic_server.room.watch.mailbox import Mailbox
+
+MOST_POINTED = 16  # people whose newest place waits; who pointed first is left out first
+
+
+class Mailbox:
+    """Encoded messages of `control/company.py` that wait for one watcher."""
+
+    def __init__(self) -> None:
+        self._company: str | None = None
+        self._aimed: str | None = None
+        self._pointed: dict[object, str] = {}
+
+    def put_company(self, text: str) -> None:
+        """Who is here now."""
+        self._company = text
+
+    def put_aimed(self, text: str) -> None:
+        """From where the one who is followed looks now."""
+        self._aimed = text
+
+    def put_pointed(self, who: object, text: str) -> None:
+        """At what somebody points now."""
+        self._pointed.pop(who, None)
+        self._pointed[who] = text
+        while len(self._pointed) > MOST_POINTED:
+            self._pointed.pop(next(iter(self._pointed)))
+
+    def take(self) -> list[str]:
+        """Remove and return what waits: who is here first, since the rest is about them."""
+        waits = [text for text in (self._company, self._aimed) if text is not None]
+        waits += self._pointed.values()
+        self._company = self._aimed = None
+        self._pointed.clear()
+        return waits
+
 
 IN_FLIGHT = 2  # scenes that may be unacknowledged: one in flight, one being drawn
 SLOW_AFTER = 2.0  # s behind, after which a watcher counts as slow

@@ -1,4 +1,10 @@
-"""The process of one room: the ordinary server, whose connections are handed to it."""
+"""The process of one room: the ordinary server, whose connections are handed to it.
+
+A room may go before ordinary processes, by a real-time priority. Threads of equal real-time
+priority are not preempted for each other: on two cores, two rooms whose ticks take longer than a
+period would stop every other room for good. A room that takes more than its share of a core
+therefore loses its priority until it takes less.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +33,6 @@ from cohaptic_server.monitoring.gather import Gatherer
 from cohaptic_server.monitoring.logs import LogStyle, set_up_log
 from cohaptic_server.rooms.process.channel import Channel, open_channel
 from cohaptic_server.rooms.process.handing_over import HandedDoor
-from cohaptic_server.rooms.process.precedence import Precedence
 from cohaptic_server.rooms.process.reports import (
     NO_SEATS,
     Allow,
@@ -44,6 +49,42 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
+
+# Of a core. A tick within half of its period leaves others their turn in each of theirs.
+MOST = 0.5
+LESS = 0.25
+CALM = 5.0  # s below `LESS` before it goes first again: one that swings about the limit does not
+
+
+class Precedence:
+    """Of one room.
+
+    Attributes:
+        first: Whether it goes before ordinary processes.
+    """
+
+    def __init__(self) -> None:
+        self.first = True
+        self._calm_since: float | None = None
+
+    def see(self, share: float, now: float) -> bool:
+        """Take in what its ticks took lately; returns whether `first` changed.
+
+        Args:
+            share: Of a core that its ticks want: processor time of one over their period.
+            now: Time [s].
+        """
+        before = self.first
+        if share > MOST:
+            self.first, self._calm_since = False, None
+        elif share > LESS:
+            self._calm_since = None
+        elif not self.first:
+            if self._calm_since is None:
+                self._calm_since = now
+            self.first = now - self._calm_since >= CALM
+        return self.first != before
+
 
 REPORT_EVERY = 0.25  # s; a tenth of the shortest lease
 # s, of a room that sleeps: to wake for a report costs it more than all else. Its seats are told at

@@ -4,6 +4,9 @@ asyncio makes a transport, a protocol, a task and timers of a connection, for 0.
 that is silent needs none of them. The set is the system's (epoll): it tells who has spoken, and
 takes no time for those who have not. Bytes are looked at, not taken: whoever serves the connection
 reads all of them. As they stay, it is their arrival that is told, and not their presence.
+
+A connection is worth a transport once it has said the head of a request, or a hello. Bytes that are
+neither are passed on too, and are judged where they are read.
 """
 
 from __future__ import annotations
@@ -14,7 +17,31 @@ import sys
 from collections import OrderedDict
 from dataclasses import dataclass
 
-from cohaptic_server.shell.doors.first_bytes import MOST, has_asked
+from cohaptic.protocol.websocket_frames import END_OF_HEAD
+
+MOST = (
+    4096  # bytes that are looked at; of a longer head, or hello of TLS, the rest is not waited for
+)
+_HANDSHAKE = b"\x16"  # of TLS: the type of a record, two bytes of version, two of its length follow
+_RECORD_HEAD = 5
+
+
+def has_asked(seen: bytes, *, tls: bool) -> bool:
+    """Whether it has asked for something.
+
+    Args:
+        seen: All that has come so far, or the first `MOST` bytes of it; not empty.
+        tls: Whether it has to begin with a handshake.
+    """
+    if len(seen) >= MOST:
+        return True
+    if not tls:
+        return END_OF_HEAD in seen or not seen[:1].isalpha()
+    if seen[:1] != _HANDSHAKE:
+        return True
+    length = _RECORD_HEAD + int.from_bytes(seen[3:_RECORD_HEAD])
+    return len(seen) >= max(length, _RECORD_HEAD)
+
 
 CAN_HOLD = sys.platform == "linux"
 # Times that a connection is looked at. A head comes in one piece or two; who sends it byte by byte

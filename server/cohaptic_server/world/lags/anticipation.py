@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.lags.anticipated import Anticipation, Carried
+from cohaptic_server.world.state import Anticipation, Carried
 from cohaptic_server.world.users import Applied, Tracked
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, anticipated
 from cohaptic.control.stability.lag_choice import coupling_radius
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.lags.anticipated import NOTHING, Anticipation
 from cohaptic_server.world.lags.room_loop import RoomLoop
 from cohaptic_server.world.lags.turning import LONGEST_TURN, Turned
 from cohaptic_server.world.loads import contact_axes
+from cohaptic_server.world.state import NOTHING, Anticipation
 
 # By which the smallest eigenvalue of two hands on a rigid plate, -1, may be missed.
 ROUNDING = 1e-6

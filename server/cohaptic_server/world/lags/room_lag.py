@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from cohaptic.control.room_lag import RoomLag
-from cohaptic.control.stability.anticipation import lag_of_hands
+from cohaptic.control.stability.anticipation import lag_of_hands, lag_where_turned
 from cohaptic.control.stability.lag_choice import EXACT, choose_lag, margin
-from cohaptic.control.stability.turned_answers import lag_where_turned
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
 from cohaptic_server.world.lags.planning import Planned
 from cohaptic_server.world.lags.room_loop import RoomLoop

@@ -4,22 +4,27 @@ Each law is a fixed-point iteration of the forces on each other through the body
 with M = C for the paper's laws and M = C off its diagonal for the predictive one (science 3.2,
 3.3). Without delay it converges iff rho(K M) < 1; under any bounded delays, different for each user
 and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker 1969). An integral makes the loop
-depend on its delays: `sampled_room.py` takes them one by one.
+depend on its delays: the sampled room takes them one by one.
 
 The paper's laws get gains below that. The predictive law keeps K_i = 1 / C_ii with any number of
 others, and where the delays do not allow that the room's lag makes it stable (science 3.8).
+
+In a sampled room forces go out once in a simulation period, and each loop delay is a whole number
+of periods. It is exact for any gains, with the paper's integral and with the room's lag (science
+3.8), which is stepped as the server does. `room_roots.py` is its counterpart in continuous time.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cohaptic.control.gains import ALPHA, choose_gains
 from cohaptic.control.law import Gains, Law
-from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, lag_needed
-from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
+from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 from cohaptic.errors import SettingError
 
@@ -167,3 +172,58 @@ def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Float
     k_o = 1.0 / np.diag(C)
     radius = spectral_radius(k_o[:, None] * np.abs(loop_matrix(C, law)))
     return np.asarray(k_o * min(1.0, alpha / radius if radius > 0.0 else 1.0))
+
+
+Ints = npt.NDArray[np.int64]
+
+
+def loop_matrix(C: Floats, law: Law) -> Floats:
+    """M of the iteration f <- K (x_h - M f), shape (n, n) [m/N]."""
+    return C - np.diag(np.diag(C)) if law is Law.PREDICTIVE else C
+
+
+def room_radius(
+    C: Floats,
+    gains: Sequence[Gains],
+    law: Law,
+    delays: Ints,
+    simulation_period: float,
+    lag: float = 0.0,
+) -> float:
+    """Spectral radius of a whole room over one simulation period; stable iff < 1.
+
+    At tick k user i receives the body's response to everybody's forces of tick k - delays[i]. Only
+    its own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's side
+    is a change of variables.
+
+    Args:
+        C: Contact compliance, shape (n, n) [m/N].
+        gains: Of each user.
+        law: Of everybody.
+        delays: Simulation periods round each user's loop, at least 1, shape (n,).
+        simulation_period: N T [s].
+        lag: Of the room, through which every force enters the body [s].
+    """
+    n, longest = len(C), int(delays.max())
+    M = loop_matrix(C, law)
+    k_h = np.array([g.k_h for g in gains])
+    # The predictive law has no integral, whatever its gains say.
+    integrals = 0.0 if law is Law.PREDICTIVE else simulation_period
+    rate = np.array([g.integral_gain for g in gains]) * integrals
+    # State: the integrals, then everybody's forces behind the lag of the last `longest` ticks.
+    A = np.zeros((n * (longest + 1),) * 2)
+    seen = np.zeros((n, len(A)))  # depth of each probe, held still, below its surface
+    for i in range(n):
+        seen[i, n * delays[i] : n * (delays[i] + 1)] = -M[i]
+    own = np.zeros((n, len(A)))
+    own[:, :n] = np.eye(n)
+    A[:n] = own + rate[:, None] * seen
+    A[np.flatnonzero(rate == 0.0)] = 0.0  # no integral: it stays at zero
+    old = kept(lag, simulation_period)
+    A[n : 2 * n] = (1.0 - old) * (k_h[:, None] * seen + own)
+    A[n : 2 * n, n : 2 * n] += old * np.eye(n)
+    for age in range(2, longest + 1):
+        A[n * age : n * (age + 1), n * (age - 1) : n * age] = np.eye(n)
+    if not rate.any():
+        return spectral_radius(A[n:, n:])
+    return spectral_radius(A)

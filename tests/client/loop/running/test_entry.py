@@ -19,7 +19,7 @@ from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.running import entry
-from cohaptic_client.loop.running.signals import (
+from cohaptic_client.loop.running.entry import (
     _ENDING,  # pyright: ignore[reportPrivateUsage]
     _IGNORED,  # pyright: ignore[reportPrivateUsage]
 )

@@ -9,7 +9,7 @@ import pytest
 from cohaptic.errors import DeviceError
 from cohaptic.testing.manual_clock import ManualClock
 from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client.loop.running.letting_go import ZEROS, Release
+from cohaptic_client.loop.running.entry import ZEROS, Release
 from cohaptic_client.loop.running.watchdog import Watchdog
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME
 from tests.client.loop.running.rigs import Rig

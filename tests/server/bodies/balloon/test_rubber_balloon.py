@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.bodies.balloon import filled_sheet
+from cohaptic_server.bodies.balloon import rubber_balloon
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.constant_volume_solver import ConstantVolumeFactor
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
@@ -129,7 +129,7 @@ def test_what_a_tick_does_is_bounded(small: RubberBalloon, monkeypatch: pytest.M
             made += 1
             super().__init__(workspace, blocks, g)
 
-    monkeypatch.setattr(filled_sheet, "ConstantVolumeFactor", Counting)
+    monkeypatch.setattr(rubber_balloon, "ConstantVolumeFactor", Counting)
     response, counts = small.respond([]), list[int]()
     for f in [5.0] * 10 + [200.0] * 20 + [0.0] * 60:
         before = made

@@ -13,10 +13,10 @@ from cohaptic_server.bodies.solid.far_field import FarField
 from cohaptic_server.bodies.solid.far_field_build import build_far_field
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.nearest import nearest_point
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.surface.accept import nearest_point
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 from tests.examples_of_laws import examples

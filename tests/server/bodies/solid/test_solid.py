@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.green_columns import GreenColumns
-from cohaptic_server.bodies.solid.parts import stiffness_of
+from cohaptic_server.bodies.solid.parts import stiffness, stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.solid.stiffness import stiffness
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.rigid_motions import rigid_motions
@@ -206,7 +205,7 @@ def test_an_object_held_nowhere_or_everywhere_is_refused(
 
 def test_chunks_of_the_assembly_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     body = small(2, 0.3)
-    monkeypatch.setattr("cohaptic_server.bodies.solid.stiffness._CHUNK", 7)
+    monkeypatch.setattr("cohaptic_server.bodies.solid.parts._CHUNK", 7)
     shape = body.shape
     again = stiffness(shape.tets, shape.elements, len(shape.nodes), shape.moduli)
     assert abs(again - stiffness_of(shape)).max() < 1e-12 * abs(again).max()

@@ -6,7 +6,7 @@ import pytest
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.auto.base import Side, flat_share, likely_base
+from cohaptic_server.objects.auto.diagnose import Side, flat_share, likely_base
 from cohaptic_server.objects.fix_rule import fixed_by_rule
 from cohaptic_server.testing.blocks import block
 

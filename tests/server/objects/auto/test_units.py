@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.objects.auto.units import likely_scale
+from cohaptic_server.objects.auto.diagnose import likely_scale
 from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
 
 

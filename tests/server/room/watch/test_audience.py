@@ -24,8 +24,12 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
-from cohaptic_server.room.watch.scene_encoder import MAX_SURFACE_BYTES, SceneEncoder
-from cohaptic_server.room.watch.user_records import displacement, records
+from cohaptic_server.room.watch.scene_encoder import (
+    MAX_SURFACE_BYTES,
+    SceneEncoder,
+    displacement,
+    records,
+)
 from cohaptic_server.room.watch.watcher import SIGN_OF_LIFE, Watcher
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.tick import advance

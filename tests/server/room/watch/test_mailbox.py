@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from cohaptic_server.room.watch.mailbox import MOST_POINTED, Mailbox
+from cohaptic_server.room.watch.watcher import MOST_POINTED, Mailbox
 
 
 def test_newer_news_takes_the_place_of_older_news_and_is_heard_once() -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.rooms.process.precedence import CALM, LESS, MOST, Precedence
+from cohaptic_server.rooms.process.room_process import CALM, LESS, MOST, Precedence
 
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=60))

@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.lags.anticipated import NOTHING, Anticipation, Carried
 from cohaptic_server.world.lags.anticipation import anticipate, remember
 from cohaptic_server.world.loads import contact_axes
-from cohaptic_server.world.state import UserState
+from cohaptic_server.world.state import NOTHING, Anticipation, Carried, UserState
 from cohaptic_server.world.users import Applied, Tracked
 from tests.server.touches import contact_at, side, touch, user_of
 

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, anticipated
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.lags.anticipated import NOTHING
 from cohaptic_server.world.lags.planning import (
     MOST_ANSWERED,
     MOST_TURNED,
@@ -21,7 +20,7 @@ from cohaptic_server.world.lags.planning import (
 )
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.lags.turning import Turned
-from cohaptic_server.world.state import UserState
+from cohaptic_server.world.state import NOTHING, UserState
 from tests.server.touches import touch, user_of
 from tests.server.world.lags.lag_rooms import DT, Room, room_coupling, rooms
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
-from cohaptic.control.stability.sampled_room import room_radius
+from cohaptic.control.stability.several_contacts import room_radius
 from tests.examples_of_laws import examples
 from tests.shared.control.stability.rooms import draw
 

@@ -9,8 +9,12 @@ from cohaptic.control.gains import ALPHA
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.lag_choice import coupling_matrix, lag_needed
 from cohaptic.control.stability.room_roots import growth
-from cohaptic.control.stability.sampled_room import loop_matrix, room_radius
-from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains
+from cohaptic.control.stability.several_contacts import (
+    couple,
+    largest_uniform_gains,
+    loop_matrix,
+    room_radius,
+)
 from cohaptic.errors import SettingError
 from tests.examples_of_laws import examples
 from tests.system.spectral import random_compliance
