@@ -28,8 +28,7 @@ from big_mesh import SIZES, solid
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.solid.response import SolidResponse
-from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.solid.solid import Solid, SolidResponse
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.shell.column_worker import ColumnWorker

@@ -8,10 +8,10 @@ import pytest
 from cohaptic.control.law import Law
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import COLUMNS, Row
+from cohaptic_client.client import state_in_words, status_before_touch, touch_status
 from cohaptic_client.network.timing import LinkTiming, Passage
 from cohaptic_client.news import law_in_words, silence_in_words
 from cohaptic_client.settings import ClientSettings
-from cohaptic_client.status import state_in_words, status_before_touch, touch_status
 
 SETTINGS = ClientSettings(url="ws://127.0.0.1:1", name="left")
 ROW = Row(*[0.0] * len(COLUMNS))._replace(tick=7, scale=1.0, fx=3.0, fy=4.0, wanted=5.0)

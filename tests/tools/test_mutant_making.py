@@ -13,7 +13,7 @@ from mutant_making import Mutant, is_valid, mutants, sample
 
 ROOT = Path(__file__).parents[2]
 FILES = (
-    "client/cohaptic_client/loop/energy.py",
+    "client/cohaptic_client/loop/passivity.py",
     "client/cohaptic_client/loop/safety.py",
     "server/cohaptic_server/access/tokens.py",
     "shared/cohaptic/control/law.py",

@@ -5,12 +5,9 @@ places.py      places on any surface at which hands feel each other
 set_up.py      the body, and the hands on it
 processes.py   starts and ends the processes (the only file here that does)
 live_view.py   the live view of all users
-browser.py     opens the page, if there is a browser that does not need this terminal
 
 analysis.py    recordings on one time grid, and the windows that are measured
 comparison.py  the measured force on each hand beside its reference
-drag.py        the same along the surface, for a hand that drags another's material
-replay.py      the forces without a network, from recorded tips and forces
 lateness.py    the delay of a force
 rest.py        whether a force rests, creeps or oscillates
 result.py      the result as a value, and as JSON

@@ -1,4 +1,8 @@
-"""Properties of an object from a file, in numbers and sentences, for `cohaptic body inspect`."""
+"""Properties of an object from a file, in numbers and sentences, for `cohaptic body inspect`.
+
+Among them are the quality of its tetrahedra, and the time of a tick on it, measured on this
+machine.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +10,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import Clock
+from cohaptic.control.law import Law
+from cohaptic.vec import Vec3
 from cohaptic_server.bodies.modal.modes import HIGHEST
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.solid.vibration import lowest_frequency
-from cohaptic_server.inspection.tet_quality import Quality, quality
-from cohaptic_server.inspection.tick_cost import USERS, TickCost, tick_cost
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.sampling import spread_over
-from cohaptic_server.mesh.tetrahedra import volumes
+from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
 from cohaptic_server.mesh.thickness import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
@@ -24,6 +30,130 @@ from cohaptic_server.objects.inertia.inertia import WATER
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared
+from cohaptic_server.world.state import Touch
+from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import WorldState
+
+USERS = (1, 8)
+_TICKS = 31
+_PERIOD = 1.0 / 60.0  # s
+
+
+@dataclass(frozen=True, slots=True)
+class TickCost:
+    """Times of one solid on one machine.
+
+    Args:
+        ticks: Median time of a tick for each number of users, with all columns there [s].
+        column_latency: Time until the columns of a new contact are there [s].
+        users: The numbers.
+    """
+
+    ticks: tuple[float, ...]
+    column_latency: float
+    users: tuple[int, ...] = USERS
+
+
+def tick_cost(solid: Solid, clock: Clock, users: tuple[int, ...] = USERS) -> TickCost:
+    """Time ticks with presses spread over the surface.
+
+    From then on the solid answers from its far field until columns are there.
+
+    Args:
+        solid: The solid.
+        clock: Clock for the measurement.
+        users: Numbers of users.
+    """
+    mesh = solid.mesh
+    free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
+    vertices = free[spread_over(mesh.vertices[free], max(users))]
+    solid.in_background()
+    with threadpool_limits(limits=1):  # as on the server
+        start = clock.now()
+        _ticks(solid, vertices[:1], clock, 1)
+        solid.solve_missing(64)
+        latency = clock.now() - start
+        medians = tuple(
+            float(np.median(_ticks(solid, vertices[:count], clock, _TICKS))) for count in users
+        )
+    return TickCost(medians, latency, users)
+
+
+def _ticks(
+    solid: Solid, vertices: np.ndarray[tuple[int], np.dtype[np.int64]], clock: Clock, n: int
+) -> list[float]:
+    x, out = solid.mesh.vertices[vertices], solid.mesh.normals[vertices]
+    state, times = WorldState(), list[float]()
+    for tick in range(n):
+        touches = [
+            Touch(
+                user=user + 1,
+                law=Law.PREDICTIVE,
+                max_stiffness=1000.0,
+                max_force=10.0,
+                probe=_vec(x[user] - 0.001 * out[user]),
+                force=_vec(0.5 * out[user]),
+                seq=tick + 1,
+                tick=tick,
+                t_client=tick * _PERIOD,
+                arrived=tick * _PERIOD,
+            )
+            for user in range(len(vertices))
+        ]
+        start = clock.now()
+        state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
+        times.append(clock.now() - start)
+        # On a server a thread beside the tick solves for the missing columns.
+        while len(solid.missing) and not solid.pending:
+            solid.solve_missing(64)
+    return times
+
+
+def _vec(a: Floats) -> Vec3:
+    return (float(a[0]), float(a[1]), float(a[2]))
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """Dihedral angles and volume ratios of a mesh of tetrahedra.
+
+    A volume ratio is the volume of a tetrahedron over that of the regular one with the same longest
+    edge: 1 for a regular tetrahedron, 0 for a flat one.
+
+    Args:
+        min_dihedral: Smallest dihedral angle [degrees]; 70.5 in a regular tetrahedron.
+        max_dihedral: Largest dihedral angle [degrees].
+        median_ratio: Median volume ratio.
+        min_ratio: Least volume ratio.
+        slivers: Number of tetrahedra whose ratio is below 0.01.
+    """
+
+    min_dihedral: float
+    max_dihedral: float
+    median_ratio: float
+    min_ratio: float
+    slivers: int
+
+
+def quality(tets: TetMesh) -> Quality:
+    """Measure the quality of a mesh."""
+    g = gradients(tets.vertices, tets.tets)
+    n = g / np.linalg.norm(g, axis=2, keepdims=True)
+    # The gradient of a corner's shape function points inwards, normal to the opposite face.
+    cosines = [-np.einsum("mi,mi->m", n[:, a], n[:, b]) for a, b in EDGES]
+    angles = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+    x = tets.vertices
+    edges = np.stack([x[tets.tets[:, a]] - x[tets.tets[:, b]] for a, b in EDGES], axis=1)
+    longest = np.sqrt(np.einsum("mei,mei->me", edges, edges).max(axis=1))
+    ratio = volumes(x, tets.tets) * 6.0 * 2.0**0.5 / longest**3
+    return Quality(
+        float(angles.min()),
+        float(angles.max()),
+        float(np.median(ratio)),
+        float(ratio.min()),
+        int((ratio < 0.01).sum()),
+    )
+
 
 # Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
 QUASI_STATIC = 0.2

@@ -2,12 +2,14 @@
 
 A sample is state: each user writes only its own, the newest replaces the last, and silence lets it
 go. Joining and leaving are events.
+
+The number of users is bounded by the room's own limit, and by its share of the server's seats.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
@@ -29,7 +31,6 @@ from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.room.member import Member, chosen_gains
 from cohaptic_server.room.moderation import Muted
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
-from cohaptic_server.room.seats.seating import Seating
 from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.force_limits import within_budget
@@ -37,6 +38,69 @@ from cohaptic_server.world.rest import is_at_rest, pass_over
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState
+
+
+@dataclass(slots=True)
+class Seating:
+    """Of users, or of watchers.
+
+    Args:
+        most: Of the room.
+        who: Such as "users".
+        instead: What who finds no seat can do.
+
+    Attributes:
+        held: Seats of the server that the room holds; None where it has them to itself.
+        wanted: That it is to hold; those in use are given back when somebody leaves.
+    """
+
+    most: int
+    who: str
+    instead: str = ""
+    held: int | None = None
+    wanted: int = 0
+
+    def allow(self, wanted: int, used: int) -> None:
+        """Hold so many from now on, or as many more as are in use."""
+        self.wanted = wanted
+        self.held = max(wanted, used)
+
+    def give_back(self, used: int) -> int:
+        """Hold no more than is wanted or in use; returns how many that are."""
+        if self.held is None:
+            return self.most
+        self.held = min(self.held, max(self.wanted, used))
+        return self.held
+
+    @property
+    def limit(self) -> int:
+        """How many may sit now."""
+        return self.most if self.held is None else min(self.most, self.held)
+
+    def check(self, present: int, kept: int = 0, promised: int = 0) -> None:
+        """Raise RemoteProtocolError if there is no seat for one more.
+
+        Args:
+            present: How many are here.
+            kept: How many more seats wait for those whose connections were just lost.
+            promised: How many more are for those who came before and wait.
+        """
+        limit = self.limit
+        if present + kept + promised < limit:
+            return
+        words = (
+            f"at most {limit}"
+            if limit == self.most
+            else (f"at most {limit}: the other rooms of this server have its other seats")
+        )
+        if kept:
+            words += f"; {kept} of them kept a few seconds for who lost the connection: try again"
+        if promised:
+            words += f"; {promised} wait for a place already"
+        count = present + kept + promised + 1
+        name = f"number of {self.who}"
+        raise RemoteProtocolError(name, count, words + self.instead, CloseCode.ROOM_FULL)
+
 
 RESET_AFTER = 2.0 * RELEASE_TIME  # s; by then every force has faded
 STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next one

@@ -3,16 +3,288 @@
     check_body(MyBody())              # a linear body: displacements add up
     check_body(MyRubber(), linear=False)
 
-The laws are the functions of `body_laws.py`; an error names the broken one.
+Each law is a function that asserts it; an error names the broken one. They are the invariants of
+science 3.6, as far as they can be observed through the `Body` Protocol, and those properties of a
+body on which the control laws of science 3.1 and 3.3 rely.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
 
-from cohaptic_server.bodies.body import Body
-from cohaptic_server.testing.body_laws import LAWS, LINEAR_LAWS, Subject
-from cohaptic_server.testing.contacts import pressed, soft_contacts
+from cohaptic_server.bodies.body import Body, Load, Response
+from cohaptic_server.bodies.touched_body import Surveyed
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.contacts import depth, depths, pressed, settled, soft_contacts
+
+_EXACT = 1e-6  # relative; columns are kept in single precision
+_TANGENT = 2e-3  # relative; differences of a nonlinear body, dropped loads of a viscous one
+_TABLE = 0.05  # relative; a client scales the table by the exact C_ii of each patch
+_TABLE_PRESSES = 12  # vertices of the table that are pressed on, roughly
+_DIFFERENCE = 0.02  # step of a force difference over the force
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A body under check and the loads that press it.
+
+    Args:
+        body: The body.
+        linear: Whether displacements under several loads add up.
+        loads: A few distant contacts, each with a force of its own.
+        forces: Their forces, shape (c,) [N].
+        scale: Displacement that the loads cause, for tolerances [m].
+    """
+
+    body: Body
+    linear: bool
+    loads: list[Load]
+    forces: Floats
+    scale: float
+
+
+def rest_is_rest(subject: Subject) -> None:
+    """Without force nothing moves and no energy is stored; C needs no force."""
+    body, c = subject.body, len(subject.loads)
+    for loads in ([], pressed(subject.loads, np.zeros(c))):
+        response = body.respond(loads)
+        _near(response.displacement, 0.0, _EXACT * subject.scale, "displacement at rest")
+        assert abs(response.energy) <= _energy_scale(subject) * _EXACT, "energy at rest"
+        assert response.compliance.shape == (len(loads), len(loads)), "shape of C"
+
+
+def compliance_is_symmetric_and_definite(subject: Subject) -> None:
+    """C = C' (Maxwell and Betti), and no combination of forces moves against itself."""
+    for response in (subject.body.respond(subject.loads), settled(subject.body, subject.loads)):
+        C = response.compliance
+        size = np.abs(C).max()
+        _near(C, C.T, _EXACT * size, "C and its transpose")
+        least = np.linalg.eigvalsh(0.5 * (C + C.T)).min()
+        # Points of a rigid plate move together: an eigenvalue of zero is allowed.
+        assert least >= -_EXACT * size, f"smallest eigenvalue of C is {least:g} m/N"
+
+
+def own_force_dents_inward(subject: Subject) -> None:
+    """A contact moves along its own force, at once and in the end."""
+    for load in subject.loads:
+        first = depth(load, subject.body.respond([load]))
+        last = depth(load, settled(subject.body, [load]))
+        assert first > 0.0, f"a press moves its contact by {first:g} m"
+        assert last > 0.0, f"a press holds its contact at {last:g} m"
+
+
+def reciprocity(subject: Subject) -> None:
+    """A small force at one contact moves another as much as the same force there moves the one."""
+    share = 0.01
+    loads = pressed(subject.loads, np.full(len(subject.loads), share * subject.forces.min()))
+    moved = np.array([depths(loads, settled(subject.body, [load])) for load in loads])
+    limit = _EXACT if subject.linear else 0.05
+    _near(moved, moved.T, limit * np.abs(moved).max(), "depths and their transpose")
+
+
+def compliance_is_the_steady_tangent(subject: Subject) -> None:
+    """C is the derivative of the steady depths by the forces, at the present loads.
+
+    Delays act on the steady compliance (science 3.1); a C below half of it is not safe (3.3).
+    """
+    body, loads = subject.body, subject.loads
+    steady = settled(body, loads)
+    C = steady.compliance
+    for i, force in enumerate(subject.forces):
+        h = _DIFFERENCE * force
+        up, down = (
+            settled(body, pressed(loads, subject.forces + s * h * np.eye(len(loads))[i]), steady)
+            for s in (1.0, -1.0)
+        )
+        slope = (depths(loads, up) - depths(loads, down)) / (2.0 * h)
+        _near(C[:, i], slope, _TANGENT * np.abs(C).max(), f"C and differences by force {i}")
+
+
+def displacements_add_up(subject: Subject) -> None:
+    """Of a linear body: superposition and proportionality."""
+    body, loads = subject.body, subject.loads
+    both = settled(body, loads).displacement
+    apart = sum(settled(body, [load]).displacement for load in loads)
+    _near(both, np.asarray(apart), _tolerance(subject), "displacement and the sum over loads")
+    half = settled(body, pressed(loads, 0.5 * subject.forces)).displacement
+    _near(2.0 * half, both, _tolerance(subject), "twice the displacement under half of the loads")
+
+
+def compliance_does_not_depend_on_load(subject: Subject) -> None:
+    """Of a linear body: K_o does not change with load."""
+    at_rest = subject.body.respond(pressed(subject.loads, np.zeros(len(subject.loads))))
+    C, loaded = at_rest.compliance, settled(subject.body, subject.loads).compliance
+    _near(loaded, C, _EXACT * np.abs(C).max(), "C under load and at rest")
+
+
+def energy_is_half_the_work(subject: Subject) -> None:
+    """Of a linear body: the energy under steady loads is f' C f / 2."""
+    steady = settled(subject.body, subject.loads)
+    half = 0.5 * float(subject.forces @ steady.compliance @ subject.forces)
+    _near(np.array(steady.energy), half, _TANGENT * half, "energy and half of the work")
+
+
+def energy_is_paid_for(subject: Subject) -> None:
+    """In no tick does the stored energy grow by more than the work of the forces on the body."""
+    body, count = subject.body, len(subject.loads)
+    rng = np.random.default_rng(0)
+    response = body.respond(pressed(subject.loads, np.zeros(count)))
+    for tick in range(60):
+        share = rng.uniform(0.0, 1.0, count) if 8 <= tick < 40 else np.full(count, tick < 8)
+        loads = pressed(subject.loads, share * subject.forces)
+        previous, response = response, body.respond(loads, response)
+        moved = depths(loads, response) - depths(loads, previous)
+        work = float((share * subject.forces) @ moved)
+        gain = response.energy - previous.energy
+        limit = work + _TANGENT * _energy_scale(subject)
+        assert gain <= limit, f"{gain:g} J stored for {work:g} J of work in tick {tick}"
+        assert response.energy >= -_EXACT * _energy_scale(subject), "stored energy is negative"
+
+
+def energy_is_a_potential(subject: Subject) -> None:
+    """Between steady states the energy changes by the work along the way, there and back."""
+    body, loads = subject.body, subject.loads
+    shares = np.concatenate([np.linspace(0.0, 1.0, 9), np.linspace(1.0, 0.0, 9)[1:]])
+    states: list[tuple[Floats, Floats, float]] = []
+    response: Response | None = None
+    for share in shares.tolist():
+        response = settled(body, pressed(loads, share * subject.forces), response)
+        states.append((share * subject.forces, depths(loads, response), response.energy))
+    work = 0.0
+    for (f, x, _), (g, y, energy) in pairwise(states):
+        work += 0.5 * float((f + g) @ (y - x))
+        limit = 0.01 * _energy_scale(subject)
+        assert abs(energy - work) <= limit, f"energy {energy:g} J after work of {work:g} J"
+
+
+def order_of_loads_does_not_matter(subject: Subject) -> None:
+    """A permutation of the loads permutes C and leaves the rest."""
+    body, loads = subject.body, subject.loads
+    order = [*range(1, len(loads)), 0]
+    one, two = body.respond(loads), body.respond([loads[i] for i in order])
+    _near(two.displacement, one.displacement, _tolerance(subject), "displacement, permuted")
+    C = one.compliance[np.ix_(order, order)]
+    _near(two.compliance, C, _EXACT * np.abs(C).max(), "C, permuted")
+    assert abs(two.energy - one.energy) <= _EXACT * _energy_scale(subject), "energy, permuted"
+
+
+def response_depends_on_its_arguments_only(subject: Subject) -> None:
+    """The same loads and the same earlier response give the same, whatever was asked between."""
+    body, loads = subject.body, subject.loads
+    before = body.respond(loads[:1])
+    earlier = np.array(before.displacement)
+    first = body.respond(loads, before)
+    first_u, first_C = np.array(first.displacement), np.array(first.compliance)
+    body.respond(pressed(loads[::-1], 3.0 * subject.forces), first)
+    again = body.respond(loads, before)
+    limit = _tolerance(subject)
+    _near(again.displacement, first_u, limit, "displacement, asked again")
+    _near(again.compliance, first_C, _EXACT * np.abs(first_C).max(), "C, asked again")
+    _near(before.displacement, earlier, limit, "displacement of the earlier response")
+    _near(first.displacement, first_u, limit, "displacement of the first response")
+
+
+def steady_state_does_not_depend_on_the_way(subject: Subject) -> None:
+    """From rest or from another press: the same equilibrium."""
+    body, loads = subject.body, subject.loads
+    cold = settled(body, loads)
+    warm = settled(body, loads, settled(body, loads[:1]))
+    limit = max(_tolerance(subject), 1e-8)  # m; a viscous body forgets loads gradually
+    _near(warm.displacement, cold.displacement, limit, "steady displacement")
+
+
+def parts_of_a_response_agree(subject: Subject) -> None:
+    """`at` and `without` say the same as `displacement` and C (the x_free of science 3.3)."""
+    body, loads = subject.body, subject.loads
+    response = settled(body, loads)
+    some = np.arange(0, len(body.mesh.vertices), 3)
+    u, limit = response.displacement, _tolerance(subject)
+    assert u.shape == body.mesh.vertices.shape, f"shape of the displacement is {u.shape}"
+    _near(response.at(some), u[some], limit, "at() and displacement")
+    for i, load in enumerate(loads):
+        force = subject.forces[i : i + 1]
+        free = response.without(slice(i, i + 1), force, load.vertices)
+        own = depth(load, response) - float(load.weights @ (free @ load.direction))
+        expected = float(response.compliance[i, i] * force[0])
+        _near(np.array(own), expected, limit, f"own dent of load {i} and C_ii f_i")
+
+
+def a_hand_comes_to_rest(subject: Subject) -> None:
+    """Proportional law, K_h = K_o / 2: eq. (8) promises rest at eq. (11), at every delay."""
+    body, load = subject.body, subject.loads[0]
+    own = float(settled(body, [load]).compliance[0, 0])
+    k_h, reach = 0.5 / own, 1.5 * depth(load, settled(body, [load]))
+    for delay in (0, 2):
+        past, response = [0.0] * (delay + 1), body.respond(pressed([load], [0.0]))
+        force = 0.0
+        for _ in range(60):
+            force = max(0.0, k_h * (reach - past[-1 - delay]))
+            response = body.respond(pressed([load], [force]), response)
+            past.append(depth(load, response))
+        steady = max(0.0, k_h * (reach - past[-1]))
+        assert abs(force - steady) <= 0.01 * steady, f"force {force:g} N at delay {delay}"
+
+
+def table_is_of_contacts(subject: Subject) -> None:
+    """`vertex_compliance`, where a body has it, is C_ii of presses centred at the vertices."""
+    body = subject.body
+    if not isinstance(body, Surveyed):
+        return
+    mesh, table = body.mesh, body.vertex_compliance()
+    assert table.shape == (len(mesh.vertices),), f"shape of the table is {table.shape}"
+    for k in range(0, len(table), max(1, len(table) // _TABLE_PRESSES)):
+        normal = mesh.normals[k]
+        load = Load(*pressure(mesh, mesh.vertices[k], body.contact_radius, normal), -normal, 0.0)
+        own = float(body.respond([load], None).compliance[0, 0])
+        limit = _TABLE * abs(own) + _EXACT * float(np.abs(table).max())
+        assert abs(table[k] - own) <= limit, f"vertex {k}: {table[k]:g} m/N, {own:g} pressed"
+        assert (table[k] > 0.0) == (own > 0.0), f"vertex {k}: free and held are confused"
+
+
+Law = Callable[[Subject], None]
+LINEAR_LAWS: tuple[Law, ...] = (
+    displacements_add_up,
+    compliance_does_not_depend_on_load,
+    energy_is_half_the_work,
+)
+LAWS: tuple[Law, ...] = (
+    rest_is_rest,
+    response_depends_on_its_arguments_only,
+    order_of_loads_does_not_matter,
+    own_force_dents_inward,
+    compliance_is_symmetric_and_definite,
+    reciprocity,
+    *LINEAR_LAWS,
+    energy_is_paid_for,
+    energy_is_a_potential,
+    compliance_is_the_steady_tangent,
+    parts_of_a_response_agree,
+    steady_state_does_not_depend_on_the_way,
+    a_hand_comes_to_rest,
+    table_is_of_contacts,
+)
+
+
+def _near(values: Floats, expected: Floats | float, tolerance: float, name: str) -> None:
+    """Assert that values agree; NaN never does."""
+    gap = float(np.abs(np.asarray(values) - expected).max(initial=0.0))
+    assert gap <= tolerance, f"{name} differ by {gap:g}, more than {tolerance:g}"
+
+
+def _tolerance(subject: Subject) -> float:
+    """For displacements [m]."""
+    return _EXACT * subject.scale
+
+
+def _energy_scale(subject: Subject) -> float:
+    """Work of the loads over their depth [J]."""
+    return float(subject.forces.sum()) * subject.scale
+
 
 _CONTACTS = 3
 _DENT = 0.15  # depth of a press over the contact radius: past small strains of a nonlinear body

@@ -36,8 +36,12 @@ from cohaptic_server.world.contact_tracking import track_contacts
 from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
 from cohaptic_server.world.lags.anticipation import remember
 from cohaptic_server.world.lags.felt_swing import show_swing
-from cohaptic_server.world.lags.planning import CALM_TIME, find_anticipation, known_coupling
-from cohaptic_server.world.lags.room_lag import find_lag
+from cohaptic_server.world.lags.planning import (
+    CALM_TIME,
+    find_anticipation,
+    find_lag,
+    known_coupling,
+)
 from cohaptic_server.world.lags.room_loop import room_loop
 from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts, turned_loop
 from cohaptic_server.world.loads import (

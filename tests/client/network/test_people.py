@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from cohaptic.protocol.messages import BodyInfo, UserJoined, UserLeft, Welcome
-from cohaptic_client.network.people import People
+from cohaptic_client.network.conversation import People
 
 BODY = BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02)
 

@@ -10,7 +10,7 @@ from cohaptic.status.row import COLUMNS
 from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.demo.analysis import STEP, Recording
-from cohaptic_server.demo.drag import RIGHT, reference_drag
+from cohaptic_server.demo.comparison import RIGHT, reference_drag
 from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe

@@ -7,7 +7,7 @@ import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import Timeline, press_windows
-from cohaptic_server.demo.drag import LEFT, RIGHT, Drag, reference_drag
+from cohaptic_server.demo.comparison import LEFT, RIGHT, Drag, reference_drag
 from cohaptic_server.demo.scene import Scene
 from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import dragged

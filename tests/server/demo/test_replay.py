@@ -7,7 +7,7 @@ import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.demo.analysis import AROUND, STEP, Timeline
-from cohaptic_server.demo.replay import felt_at_once, instants
+from cohaptic_server.demo.comparison import felt_at_once, instants
 from cohaptic_server.demo.scene import Scene, reference
 from cohaptic_server.numeric import Floats
 from tests.server.demo.recordings import played

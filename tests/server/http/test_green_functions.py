@@ -24,7 +24,7 @@ from cohaptic_server.http.green_functions import (
 )
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
-from cohaptic_server.shell.green_blocks import GreenBlocks
+from cohaptic_server.shell.http import GreenBlocks
 from cohaptic_server.testing.blocks import block
 from tests.patience import PATIENCE
 

@@ -9,8 +9,12 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.inspection.inspection import Inspection, describe_file, inspect_object
-from cohaptic_server.inspection.tick_cost import TickCost
+from cohaptic_server.inspection.inspection import (
+    Inspection,
+    TickCost,
+    describe_file,
+    inspect_object,
+)
 from cohaptic_server.objects.build import Built
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared

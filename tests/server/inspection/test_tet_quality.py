@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohaptic_server.inspection.tet_quality import quality
+from cohaptic_server.inspection.inspection import quality
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.mesh.bisection import longest_over_wanted, with_shorter_edges
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
+from cohaptic_server.mesh.thin_parts import longest_over_wanted, with_shorter_edges
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from tests.examples_of_laws import examples

@@ -7,8 +7,8 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from cohaptic_server.room.seats.seating import Seating
-from cohaptic_server.rooms.seats import SeatPool
+from cohaptic_server.room.room import Seating
+from cohaptic_server.rooms.supervisor import SeatPool
 from tests.examples_of_laws import examples
 
 TOTAL = 7

@@ -15,8 +15,7 @@ from cohaptic_server.bodies.spring import Spring, SpringSettings
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.testing import check_body
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.testing.body_laws import LAWS
-from cohaptic_server.testing.check_body import BrokenLawError
+from cohaptic_server.testing.check_body import LAWS, BrokenLawError
 from tests.server.testing.broken_bodies import BALLOON, BROKEN, Changed, unchanged
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)

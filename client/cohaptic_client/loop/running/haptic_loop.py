@@ -2,6 +2,11 @@
 
 What a period need not do is done at housekeeping, 20 times a second: the parent's commands, the
 newest row where nobody keeps every one, and now and then the report of the state.
+
+A new patch is taken over from the shared memory in parts, one in each period. Code and data of an
+arrival are used once in a simulation period, and the processor has them in no
+cache: all of it in one period would make that three times as long as the others. What is begun is
+finished before the next one is begun, so that patches as frequent as periods starve none.
 """
 
 from __future__ import annotations
@@ -14,19 +19,59 @@ from pathlib import Path
 from typing import Final
 
 from cohaptic.clock import SystemClock
+from cohaptic.control.mesh_surface import Surface
+from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig, limits_on
-from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
-from cohaptic_client.loop.running.intake import Intake
+from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slot
 from cohaptic_client.loop.running.watchdog import Watchdog
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE, Mode, SafetyState
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 from cohaptic_client.loop.step import step
 from cohaptic_client.loop.surfaces import SurfaceMaker
+
+
+class Intake:
+    """Reads, then makes the surface of a mesh patch, then hands over: one of these in each period.
+
+    A plane or sphere comes into use one period after the loop has seen it, a mesh patch two.
+
+    Args:
+        slot: With the newest frame. The network process has decoded it before, and refused what is
+            wrong.
+        make: The surface of a patch.
+
+    Attributes:
+        patch: To be used in this period, with `surface`.
+        surface: Of that patch.
+    """
+
+    def __init__(self, slot: Slot, make: Callable[[Patch], Surface]) -> None:
+        self._slot: Final = slot
+        self._make: Final = make
+        self._begun: Patch | None = None
+        self.patch: Patch | None = None
+        self.surface: Surface | None = None
+
+    def advance(self) -> bool:
+        """Do the part of this period; returns whether a patch is to be used in it."""
+        patch = self._begun
+        if patch is None:
+            frame = self._slot.read()
+            if frame is not None:
+                self._begun = Patch.decode_checked(frame)
+            return False
+        if self.patch is not patch:
+            self.patch, self.surface = patch, self._make(patch)
+            if patch.neighbourhood is not None:
+                return False
+        self._begun = None
+        return True
+
 
 ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
 HOUSEKEEPING: Final = 0.05  # s between looks at commands

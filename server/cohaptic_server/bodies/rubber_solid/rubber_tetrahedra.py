@@ -15,10 +15,15 @@ batches that stay in the processor's cache.
 
 No element is inverted: `quadrature.py` bounds J throughout each, and no step is taken that brings
 the bound below `_MIN_J`.
+
+The loops over corners and points use tables of the shape functions. The gradients of ten-node shape
+functions are linear, so a deformation gradient is interpolated from the corners: F = sum_c L_c F_c.
+Four-node elements have one point and one such corner.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,16 +38,127 @@ from cohaptic_server.bodies.rubber_solid.element_loops import (
     turns,
 )
 from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
-from cohaptic_server.bodies.rubber_solid.quadrature import bounds, weights, whole_bounds
-from cohaptic_server.bodies.rubber_solid.shape_tables import ShapeTables
-from cohaptic_server.bodies.rubber_solid.stiffening import removed
+from cohaptic_server.bodies.rubber_solid.quadrature import (
+    bounds,
+    lattice,
+    shape_gradients,
+    weights,
+    whole_bounds,
+)
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.cholesky.refactor import Indefinite
 from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.mesh.tetrahedra import gradients, volumes
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.side_by_side import both
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeTables:
+    """Tables of the elements' shape functions; a nodes, c corners, q quadrature points.
+
+    Args:
+        interpolation: Shape functions of the corners at the points, shape (c, q).
+        products: Their products in pairs, shape (r, q).
+        nodes: Node that each y_s is made of beside s itself, shape (c, 4).
+        factors: Factor of that node, and of node s, shape (c, 4, 2).
+        terms: Barycentric coordinates in each shape function, shape (a, 2).
+        shapes: Derivatives by these at the points, shape (a, 2, q).
+        turning: From the vectors of `element_loops.turns`, shape (6 r), to those of the pairs of
+            nodes, shape (6 r, a (a + 1) / 2).
+    """
+
+    interpolation: Floats
+    products: Floats
+    nodes: Ints
+    factors: Floats
+    terms: Ints
+    shapes: Floats
+    turning: Floats
+
+    @classmethod
+    def of(cls, count: int) -> ShapeTables:
+        """The tables of elements of `count` nodes, 4 or 10."""
+        D = shape_gradients(count)  # (q, a, 4)
+        L = np.ones((1, 1)) if count == 4 else lattice()
+        corners = L.shape[1]
+        at_corners = D[:corners]  # the corners are the first points
+        pairs = list(itertools.combinations_with_replacement(range(corners), 2))
+        nodes, factors = _pulls(at_corners)
+        terms = _terms(D)
+        shapes = np.stack([D[:, a, s] for a, s in enumerate(terms)], axis=1)  # (q, a, 2)
+        shapes[:, terms[:, 0] == terms[:, 1], 1] = 0.0
+        return cls(
+            np.ascontiguousarray(L.T),
+            np.stack([L[:, c] * L[:, d] for c, d in pairs]),
+            nodes,
+            factors,
+            terms,
+            np.ascontiguousarray(shapes.transpose(1, 2, 0)),
+            _turning(at_corners, pairs),
+        )
+
+
+def _pulls(at_corners: Floats) -> tuple[Ints, Floats]:
+    """Nodes and factors of y_s at the corners, from the derivatives there, shape (c, a, 4)."""
+    corners = len(at_corners)
+    nodes, factors = np.zeros((corners, 4), dtype=np.int64), np.zeros((corners, 4, 2))
+    for c, s in itertools.product(range(corners), range(4)):
+        others = [a for a in np.flatnonzero(at_corners[c, :, s]).tolist() if a != s]
+        nodes[c, s] = others[0] if others else s
+        factors[c, s, 0] = at_corners[c, others[0], s] if others else 0.0
+        factors[c, s, 1] = at_corners[c, s, s]
+    return nodes, factors
+
+
+def _terms(D: Floats) -> Ints:
+    """The one or two barycentric coordinates in each shape function, shape (a, 2)."""
+    found = [np.flatnonzero(np.abs(D[:, a]).max(axis=0)) for a in range(D.shape[1])]
+    return np.array([[s[0], s[-1]] for s in found], dtype=np.int64)
+
+
+def _turning(at_corners: Floats, pairs: list[tuple[int, int]]) -> Floats:
+    """The sums  dN_a/dL_s dN_b/dL_t - dN_a/dL_t dN_b/dL_s  of each pair of corners."""
+    count = at_corners.shape[1]
+    sides = list(itertools.combinations(range(4), 2))
+    table = np.zeros((len(pairs), len(sides), count * (count + 1) // 2))
+    nodes = [(a, b) for a in range(count) for b in range(a + 1)]
+    for (r, (c, d)), (e, (s, t)), (k, (a, b)) in itertools.product(
+        enumerate(pairs), enumerate(sides), enumerate(nodes)
+    ):
+        for one, two in {(c, d), (d, c)}:
+            table[r, e, k] += (
+                at_corners[one, a, s] * at_corners[two, b, t]
+                - at_corners[one, a, t] * at_corners[two, b, s]
+            )
+    return table.reshape(-1, len(nodes))
+
+
+def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) -> Floats:
+    """What a fully stiffened tangent has beside the exact one, shape (k, 3 a, 3 a) [N/m].
+
+    With h the gradients of the shape functions in the present state it is
+    1/2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
+
+    Args:
+        material: mu and lambda of these elements, shape (k,) [Pa].
+        swell: From `element_loops.moduli`, J h, shape (k, q, 3 a).
+        weighted: From there, w U'' J h, shape (k, 3 a, q).
+        J: Shape (k, q).
+    """
+    mu, lame = material.mu[:, None], material.lame[:, None]
+    s = mu - 0.5 * lame * (J - 1.0) * (J + 1.0)
+    share = 0.5 * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
+    k, _, width = swell.shape
+    shape = (k, width // 3, 3, width // 3, 3)
+    crossed = ((weighted * share[:, None]) @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
+    between = np.einsum("kaibi->kab", ((weighted * np.abs(share)[:, None]) @ swell).reshape(shape))
+    removed = -crossed
+    for axis in range(3):
+        removed[:, :, axis, :, axis] += between
+    return np.asarray(removed.reshape(k, width, width))
+
 
 # Least share of J that a step leaves at every point: the fraction-to-the-boundary rule of interior
 # point methods.

@@ -1,16 +1,25 @@
-"""Checks of a surface: open or non-manifold edges, self-intersections, components, orientation."""
+"""Checks of a surface: open or non-manifold edges, self-intersections, components, orientation.
+
+Triangles that intersect each other are counted. Two triangles intersect if an edge of one passes
+through the interior of the other (the test of Moeller and Trumbore, for a segment). Candidate pairs
+come from one tree for each class of sizes, so that one large triangle does not make candidates of
+all small ones. Coplanar triangles intersect if they overlap in an area (separating axis theorem),
+as in a duplicated wall or a fold that lies flat on itself. Other pairs that share an edge do not
+count.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
 
 from cohaptic_server.mesh.enclosed_volume import volume
-from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface.self_intersections import count_intersecting
+from cohaptic_server.numeric import Floats, Ints, cross
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,3 +98,136 @@ def edge_counts(faces: Ints) -> Ints:
 def facing_outwards(x: Floats, faces: Ints) -> Ints:
     """The triangles, all of them reversed if the surface is inside out; shape (m, 3)."""
     return faces if volume(x - x.mean(axis=0), faces) >= 0.0 else faces[:, [0, 2, 1]]
+
+
+# Margin in barycentric coordinates. Files store coordinates with 24 bits, and coplanar neighbours
+# may seem to intersect by the rounding.
+_MARGIN = 1e-5
+_BLOCK = 2000  # triangles tested at once; bounds the memory
+# Distance from a common plane, as a share of the surface's size: the rounding to 24 bits.
+_OUT_OF_PLANE = 3e-7
+# Overlap of coplanar neighbours that is tolerated, as a share of the smaller triangle's height.
+_OVERLAP = 0.02
+_SLIVER = 1e-3  # height over longest edge below which a triangle has no reliable normal
+
+
+def count_intersecting(x: Floats, faces: Ints) -> int:
+    """Number of triangles that intersect another one.
+
+    Args:
+        x: Vertices, shape (n, 3).
+        faces: Triangles, shape (m, 3).
+    """
+    corners = x[faces]
+    center = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - center[:, None], axis=2).max(axis=1)
+    size_class = np.floor(np.log2(np.maximum(radius, 1e-300))).astype(np.int64)
+    intersects = np.zeros(len(faces), dtype=np.bool_)
+    size = float(np.ptp(x, axis=0).max())
+    slack = _OUT_OF_PLANE * size
+    low, high = corners.min(axis=1) - slack, corners.max(axis=1) + slack
+    for k in np.unique(size_class).tolist():
+        large = np.flatnonzero(size_class == k)
+        from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
+
+        tree = cKDTree(center[large])
+        others = np.flatnonzero(size_class <= k)
+        for start in range(0, len(others), _BLOCK):
+            small = others[start : start + _BLOCK]
+            reach = radius[small] + radius[large].max()
+            query: Any = tree.query_ball_point  # its return type depends on the argument's shape
+            near: list[list[int]] = list(query(center[small], reach))
+            counts = np.fromiter(map(len, near), np.int64, len(near))
+            i = np.repeat(small, counts)
+            j = large[np.fromiter(chain.from_iterable(near), np.int64, len(i))]
+            # Each pair once; nearly all of them are told apart by their boxes.
+            once = (size_class[i] < k) | (i < j)
+            i, j = i[once], j[once]
+            for axis in range(3):
+                meet = (low[i, axis] <= high[j, axis]) & (low[j, axis] <= high[i, axis])
+                i, j = i[meet], j[meet]
+            common = (faces[i][:, :, None] == faces[j][:, None, :]).sum(axis=(1, 2))
+            hit = _overlap(corners[i], corners[j], slack)
+            intersects[i[hit]] = intersects[j[hit]] = True
+            i, j, common = (values[common < 2] for values in (i, j, common))
+            # Triangles that share a vertex touch there, which is no intersection. For others
+            # touching counts, or the two halves of a mirrored shape would not be detected.
+            margin = np.where(common == 1, _MARGIN, -1e-4 * _MARGIN)
+            hit = _edge_passes(corners[i], corners[j], margin) | _edge_passes(
+                corners[j], corners[i], margin
+            )
+            intersects[i[hit]] = intersects[j[hit]] = True
+    return int(intersects.sum())
+
+
+def _edge_passes(a: Floats, b: Floats, low: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Whether an edge of one triangle passes through the other, for each pair, shape (p,).
+
+    Args:
+        a: Corners of the triangles whose edges are tested, shape (p, 3, 3).
+        b: Corners of the triangles that they may pass through, shape (p, 3, 3).
+        low: Least barycentric coordinate of a point that counts as interior, shape (p,).
+    """
+    e1, e2 = b[:, 1] - b[:, 0], b[:, 2] - b[:, 0]
+    hit = np.zeros(len(a), dtype=np.bool_)
+    for k in range(3):
+        origin, edge = a[:, k], a[:, (k + 1) % 3] - a[:, k]
+        p = cross(edge, e2)
+        det = np.einsum("pi,pi->p", e1, p)
+        scale = np.sqrt(
+            np.einsum("pi,pi->p", e1, e1)
+            * np.einsum("pi,pi->p", e2, e2)
+            * np.einsum("pi,pi->p", edge, edge)
+        )
+        usable = np.abs(det) > 1e-6 * scale
+        inverse = 1.0 / np.where(usable, det, 1.0)
+        s = origin - b[:, 0]
+        u = np.einsum("pi,pi->p", s, p) * inverse
+        q = cross(s, e1)
+        v = np.einsum("pi,pi->p", edge, q) * inverse
+        t = np.einsum("pi,pi->p", e2, q) * inverse
+        high = 1.0 - low
+        hit |= usable & (u > low) & (v > low) & (u + v < high) & (t > low) & (t < high)
+    return hit
+
+
+def _overlap(a: Floats, b: Floats, out: float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Whether two triangles are coplanar and overlap in an area, for each pair, shape (p,).
+
+    Args:
+        a: Corners of the first triangles, shape (p, 3, 3).
+        b: Corners of the second triangles, shape (p, 3, 3).
+        out: Largest distance from the plane at which a corner counts as coplanar.
+    """
+    normals, heights = zip(*(_plane(t) for t in (a, b)), strict=True)
+    usable = (heights[0] > 0.0) & (heights[1] > 0.0)
+    for normal, one, other in ((normals[0], a, b), (normals[1], b, a)):
+        off = np.einsum("pci,pi->pc", other - one[:, :1], normal)
+        usable &= np.abs(off).max(axis=1) <= out
+    hit = np.zeros(len(a), dtype=np.bool_)
+    coplanar = np.flatnonzero(usable)
+    if not len(coplanar):
+        return hit
+    a, b, normal = a[coplanar], b[coplanar], normals[0][coplanar]
+    depth = np.full(len(coplanar), np.inf)  # least overlap over the axes
+    for triangle in (a, b):
+        for k in range(3):
+            axis = cross(normal, triangle[:, (k + 1) % 3] - triangle[:, k])
+            axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+            of_a, of_b = (np.einsum("pci,pi->pc", t, axis) for t in (a, b))
+            end = np.minimum(of_a.max(axis=1), of_b.max(axis=1))
+            depth = np.minimum(depth, end - np.maximum(of_a.min(axis=1), of_b.min(axis=1)))
+    margin = _OVERLAP * np.minimum(heights[0], heights[1])[coplanar] + 2.0 * out
+    hit[coplanar] = depth > margin
+    return hit
+
+
+def _plane(corners: Floats) -> tuple[Floats, Floats]:
+    """Unit normals, shape (p, 3), and least heights, 0 for slivers, shape (p,)."""
+    edges = corners[:, [1, 2, 0]] - corners
+    longest = np.sqrt(np.einsum("pci,pci->pc", edges, edges).max(axis=1))
+    normal = cross(edges[:, 0], edges[:, 1])
+    twice = np.linalg.norm(normal, axis=1)
+    height = twice / np.maximum(longest, 1e-300)
+    height[height < _SLIVER * longest] = 0.0
+    return normal / np.maximum(twice, 1e-300)[:, None], height

@@ -1,19 +1,193 @@
-"""The watchers of one room, and the scene that all of them are shown. No I/O."""
+"""The watchers of one room, and the scene that all of them are shown. No I/O.
+
+The scene of a tick is encoded on demand, and once per encoding. A scene counts as changed only if
+somebody has moved further than a screen can show, or pressed harder than a plot can show; otherwise
+the previous scene stands.
+
+The world is read here, into a record of each user, and nowhere else for display.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
+import numpy as np
+
+from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import LocalProtocolError
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.scene import (
+    MAX_CURVATURE,
+    MAX_LOOP_DELAY,
+    MAX_USERS,
+    UserRecord,
+    encode_scene,
+)
+from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import WatchedUser, Watching
 from cohaptic_server.access.grants import OPEN, Grants
+from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.scene_encoder import SceneEncoder, displacement, records
 from cohaptic_server.room.watch.watcher import Watcher
+from cohaptic_server.world.state import UserState
 from cohaptic_server.world.users import WorldState
+
+
+def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord, ...]:
+    """One record for each user whose force the body carries, also while it fades after leaving.
+
+    Args:
+        world: After a tick.
+        patches: Of the same tick, by user; users who have left have none.
+    """
+    users = list(world.users.values())[:MAX_USERS]
+    return tuple(_record(user, patches.get(user.touch.user)) for user in users)
+
+
+def displacement(world: WorldState, vertices: int) -> Floats:
+    """Displacement of the surface after the last tick, shape (vertices, 3) [m]."""
+    if world.response is None:
+        return np.zeros((vertices, 3))
+    return world.response.displacement
+
+
+def _record(user: UserState, patch: Patch | None) -> UserRecord:
+    touch, contact = user.touch, user.contact
+    return UserRecord(
+        user=touch.user,
+        probe=touch.probe,
+        foot=vec3(contact.foot),
+        force=user.applied,
+        c_ii=0.0 if patch is None else patch.c_ii,
+        k_o_coupled=0.0 if patch is None else user.k_o_coupled,
+        k_h=0.0 if patch is None else patch.k_h,
+        integral_gain=0.0 if patch is None else patch.integral_gain,
+        loop_delay=min(user.delay.value, MAX_LOOP_DELAY),
+        normal=vec3(contact.normal),
+        law=touch.law,
+        geometry=touch.geometry,
+        presence=user.presence,
+        curvature=(
+            0.0 if patch is None else min(MAX_CURVATURE, max(-MAX_CURVATURE, patch.curvature))
+        ),
+        fresh=touch.fresh,
+        friction=touch.friction,
+        x_free=vec3(contact.point) if patch is None else patch.x_free,
+    )
+
+
+# Two of them may be in flight to a watcher, which must not cost more than 256 kB.
+MAX_SURFACE_BYTES = 96 * 1024
+_COARSER = 4.0  # factor on the unit of displacements while an encoded surface is too long
+
+# Smallest change of each number of a record that is shown, in the order of `_key`: 10 um, 1 mN,
+# 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m.
+_STEPS = np.array(
+    [1e-5] * 6 + [1e-3] * 3 + [1e-6, 1.0, 1.0, 10.0, 1e-3] + [1e-3] * 3 + [1e-2, 0.1] + [1e-5] * 3
+)
+
+
+class SceneEncoder:
+    """The newest scene.
+
+    Args:
+        traversal: Of the rest mesh.
+        follows_records: Whether the surface is a function of the records, as that of a body without
+            memory is.
+
+    Attributes:
+        tick: Of the newest scene; 0 before the first.
+        version: Number of scenes so far that differed from the one before.
+    """
+
+    def __init__(self, traversal: Traversal, *, follows_records: bool) -> None:
+        self.tick = 0
+        self.version = 0
+        self._traversal = traversal
+        self._follows_records = follows_records
+        self._now = 0.0
+        self._room = NO_LAG
+        self._records: Sequence[UserRecord] = ()
+        self._surface: Callable[[], Floats] = _nothing
+        self._key: tuple[object, ...] = ()
+        self._shown: Floats | None = None
+        self._frames: dict[bool, bytes] = {}
+        self._finest = FINEST
+
+    def see(
+        self,
+        tick: int,
+        now: float,
+        records: Sequence[UserRecord],
+        surface: Callable[[], Floats],
+        room: RoomLag = NO_LAG,
+    ) -> None:
+        """Take the scene after a tick.
+
+        Args:
+            tick: Number of the tick.
+            now: Time of the tick [s].
+            records: Of the users.
+            surface: Returns the displacement of all vertices, shape (n, 3) [m]; called if needed.
+            room: Lag of the room.
+        """
+        self.tick, self._now, self._records, self._surface = tick, now, records, surface
+        self._room = room
+        self._frames.clear()
+        key = (*_key(records), round(1e3 * room.lag), round(1e3 * room.coupling))
+        changed = self.version == 0 or key != self._key
+        if not self._follows_records:
+            shape = surface()
+            moved = self._shown is None or bool(np.abs(shape - self._shown).max() > FINEST)
+            changed |= moved
+            if changed:
+                self._shown = shape
+        if changed:
+            self.version += 1
+            self._key = key
+
+    def frame(self, *, surface: bool) -> bytes:
+        """Frame of the newest scene, with the surface or without; encoded at the first call.
+
+        Raises:
+            LocalProtocolError: A number of it is out of the range of the wire.
+        """
+        if surface not in self._frames:
+            records = b"".join(record.encode() for record in self._records)
+            tail = self._tail() if surface else b""
+            self._frames[surface] = encode_scene(self.tick, self._now, self._room, records, tail)
+        return self._frames[surface]
+
+    def _tail(self) -> bytes:
+        shape = self._surface()
+        tail = Surface.of(shape, self._finest).encode(self._traversal)
+        while len(tail) > MAX_SURFACE_BYTES:
+            self._finest *= _COARSER
+            tail = Surface.of(shape, self._finest).encode(self._traversal)
+        if _COARSER * len(tail) < MAX_SURFACE_BYTES:
+            self._finest = max(FINEST, self._finest / _COARSER)
+        return tail
+
+
+def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
+    """Records rounded to the smallest change that can be seen; equal keys look the same."""
+    numbers = [
+        (
+            *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
+            r.loop_delay, *r.normal, r.presence, r.curvature, *r.x_free,
+        )
+        for r in records
+    ]  # fmt: skip
+    table = np.rint(np.array(numbers).reshape(-1, len(_STEPS)) / _STEPS)
+    # Adding zero turns -0 into 0, which look the same but differ in their bytes.
+    words = [(r.user, r.law, r.geometry, r.fresh, r.friction) for r in records]
+    return ((table + 0.0).tobytes(), *words)
+
+
+def _nothing() -> Floats:
+    return np.zeros((0, 3))
 
 
 class Audience:

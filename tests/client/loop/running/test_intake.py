@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_client.loop.memory import LoopMemory
-from cohaptic_client.loop.running.intake import Intake
+from cohaptic_client.loop.running.haptic_loop import Intake
 from cohaptic_client.loop.surfaces import flat_surface
 from tests.client.plane import PLANE
 

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns
 from cohaptic_server.bodies.solid.parts import SolidParts
-from cohaptic_server.bodies.solid.response import SolidResponse
-from cohaptic_server.bodies.solid.solid import FADE_IN_TICKS, MIN_TOUCH_TICKS, Solid
+from cohaptic_server.bodies.solid.solid import FADE_IN_TICKS, MIN_TOUCH_TICKS, Solid, SolidResponse
 from cohaptic_server.numeric import Floats
 from tests.examples_of_laws import examples
 from tests.server.bodies.solid.test_far_field import Place, far_field, places, soft_ring, touch

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic_server.room.seats.seating import Seating
+from cohaptic_server.room.room import Seating
 
 COUNTS = st.integers(0, 20)
 

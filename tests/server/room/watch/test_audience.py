@@ -23,9 +23,9 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Audience
-from cohaptic_server.room.watch.scene_encoder import (
+from cohaptic_server.room.watch.audience import (
     MAX_SURFACE_BYTES,
+    Audience,
     SceneEncoder,
     displacement,
     records,

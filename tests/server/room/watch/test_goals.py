@@ -13,7 +13,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.http.green_functions import Superposition, decode_block, encode_block
 from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.room.watch.scene_encoder import SceneEncoder, displacement, records
+from cohaptic_server.room.watch.audience import SceneEncoder, displacement, records
 from tests.server.room.watch.fine_balloon import FineBalloon
 from tests.server.room.watch.hands import motion
 

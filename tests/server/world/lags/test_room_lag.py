@@ -15,8 +15,7 @@ from cohaptic.control.stability.lag_choice import choose_lag, coupling_radius, l
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.lags.planning import Planned
-from cohaptic_server.world.lags.room_lag import FALL_RATE, find_lag
+from cohaptic_server.world.lags.planning import FALL_RATE, Planned, find_lag
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.state import NOTHING, UserState
 from tests.server.touches import touch, user_of
