@@ -1,4 +1,7 @@
-"""A user as its room knows it."""
+"""A user as its room knows it, and those who are muted.
+
+A muted user stays muted when it leaves and comes back. The list of them is bounded.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from dataclasses import dataclass, field
 from cohaptic.control.law import Gains
 from cohaptic.protocol.messages import FixedGains, Hello
 from cohaptic.protocol.patch import Geometry
-from cohaptic_server.room.seats.names import Claim
+from cohaptic_server.room.seats.names import Claim, looks_like
 from cohaptic_server.world.state import Touch
 
 
@@ -53,3 +56,34 @@ class Member:
 def chosen_gains(fixed: FixedGains | None) -> Gains | None:
     """As the loop computes with them; None for the server's."""
     return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)
+
+
+MOST_MUTED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
+
+
+class Muted:
+    """Of one room."""
+
+    def __init__(self) -> None:
+        self._who: list[tuple[str, Claim]] = []
+
+    def __len__(self) -> int:
+        return len(self._who)
+
+    def add(self, name: str, claim: Claim) -> None:
+        """Mute somebody."""
+        self.take_out(name, claim)
+        self._who = [*self._who, (name, claim)][-MOST_MUTED:]
+
+    def take_out(self, name: str, claim: Claim) -> None:
+        """Mute somebody no more."""
+        self._who = [one for one in self._who if not _is_same(one, name, claim)]
+
+    def holds(self, name: str, claim: Claim) -> bool:
+        """Whether somebody is muted, by its name, its secret or its session."""
+        return any(_is_same(one, name, claim) for one in self._who)
+
+
+def _is_same(one: tuple[str, Claim], name: str, claim: Claim) -> bool:
+    # Without a secret a claim is its address, which others may share.
+    return looks_like(one[0], name) or (claim.is_secret and claim.is_of(one[1]))

@@ -1,7 +1,4 @@
-"""What an administrator does in a room, over a connection that watches. No I/O.
-
-A muted user stays muted when it leaves and comes back. The list of them is bounded.
-"""
+"""What an administrator does in a room, over a connection that watches. No I/O."""
 
 from __future__ import annotations
 
@@ -13,7 +10,6 @@ from cohaptic_server.access.denied import forbidden
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.removed import Removed
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.seats.names import Claim, looks_like
 
 FROZEN_ALONE = 600.0  # s for which the object stays frozen without an administrator in the room
 _RESTRAINTS = ("mute", "unmute", "freeze", "unfreeze")
@@ -155,34 +151,3 @@ def _put_out(
         if peer is offender or same:
             peer.session.fail(forbidden(words))
             outcome.flush.append(peer)
-
-
-MOST_MUTED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
-
-
-class Muted:
-    """Of one room."""
-
-    def __init__(self) -> None:
-        self._who: list[tuple[str, Claim]] = []
-
-    def __len__(self) -> int:
-        return len(self._who)
-
-    def add(self, name: str, claim: Claim) -> None:
-        """Mute somebody."""
-        self.take_out(name, claim)
-        self._who = [*self._who, (name, claim)][-MOST_MUTED:]
-
-    def take_out(self, name: str, claim: Claim) -> None:
-        """Mute somebody no more."""
-        self._who = [one for one in self._who if not _is_same(one, name, claim)]
-
-    def holds(self, name: str, claim: Claim) -> bool:
-        """Whether somebody is muted, by its name, its secret or its session."""
-        return any(_is_same(one, name, claim) for one in self._who)
-
-
-def _is_same(one: tuple[str, Claim], name: str, claim: Claim) -> bool:
-    # Without a secret a claim is its address, which others may share.
-    return looks_like(one[0], name) or (claim.is_secret and claim.is_of(one[1]))

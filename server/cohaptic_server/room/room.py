@@ -28,8 +28,7 @@ from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
-from cohaptic_server.room.member import Member, chosen_gains
-from cohaptic_server.room.moderation import Muted
+from cohaptic_server.room.member import Member, Muted, chosen_gains
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
 from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings

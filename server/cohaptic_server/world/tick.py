@@ -5,7 +5,7 @@ A tick has five steps:
 1. track each contact on the surface free of its own force (`contact_tracking.py`);
 2. decide which forces the body gets of those that users request (`applied_forces.py`);
 3. let the body respond to all of them at once;
-4. evaluate the free surface round each contact (`patch.py`, `displacement_field.py`);
+4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
 5. choose the lags of the next tick, and what it shows of a swing (`lags/`), and build one patch per
    user (`patch.py`).
 
@@ -53,7 +53,8 @@ from cohaptic_server.world.loads import (
 )
 from cohaptic_server.world.loops.free_surfaces import put_contacts
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
-from cohaptic_server.world.patch import NO_WINDOWS, build_patches, choose_windows, nearness
+from cohaptic_server.world.patch import build_patches, nearness
+from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows
 from cohaptic_server.world.rest import is_at_rest, pass_over, settled
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import Hand, Observed, Tracked, Users, WorldState

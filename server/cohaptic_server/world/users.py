@@ -30,7 +30,7 @@ from cohaptic_server.world.displacement_field import (
     KnownFields,
     ZeroField,
 )
-from cohaptic_server.world.patch import Windows
+from cohaptic_server.world.patch_geometry import Windows
 from cohaptic_server.world.state import NOTHING, Anticipation, Carried, Release, Touch, UserState
 
 

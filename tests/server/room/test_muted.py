@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from cohaptic_server.room.moderation import MOST_MUTED, Muted
+from cohaptic_server.room.member import MOST_MUTED, Muted
 from cohaptic_server.room.seats.names import Claim
 
 

@@ -18,7 +18,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.contact import Contact, Contacts, locate
-from cohaptic_server.world.patch import NO_WINDOWS, Windows, choose_windows
+from cohaptic_server.world.patch_geometry import NO_WINDOWS, Windows, choose_windows
 from cohaptic_server.world.state import Touch
 from tests.examples_of_laws import examples
 from tests.server.fields import free_of

@@ -14,8 +14,7 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.world import contact_tracking
-from cohaptic_server.world import patch as patch_module
+from cohaptic_server.world import contact_tracking, patch_geometry
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import Applied, Tracked, Users, WorldState
 from tests.server.touches import side, touch
@@ -43,7 +42,7 @@ def test_arrays_that_turn_out_too_short_change_nothing(small_balloon: Balloon) -
     usual = [found for _, found in mixed_room(small_balloon, TICKS)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contact_tracking, "_USUAL", 0)
-        patch.setattr(patch_module, "_USUAL", 1)
+        patch.setattr(patch_geometry, "_USUAL", 1)
         short = [found for _, found in mixed_room(small_balloon, TICKS)]
     for one, other in zip(usual, short, strict=True):
         assert one.keys() == other.keys()

@@ -15,9 +15,9 @@ from cohaptic.control.stability.anticipation import (
     Gains,
     anticipated,
     lag_of_hands,
-    lag_where_turned,
 )
 from cohaptic.control.stability.lag_choice import EXACT, choose_lag, coupling_radius, margin
+from cohaptic.control.stability.turned_answers import lag_where_turned
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.lags.room_loop import RoomLoop

@@ -10,7 +10,7 @@ from cohaptic.protocol.control.naming import SetName
 from cohaptic.protocol.messages import Hello, encode_control
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.moderation import Muted
+from cohaptic_server.room.member import Muted
 from cohaptic_server.room.removed import Removed
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, skeleton
 from tests.server.peers import hello

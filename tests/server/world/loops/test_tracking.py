@@ -14,7 +14,7 @@ from cohaptic_server.world import (
     contact_tracking,
     displacement_field,
     neighbourhood,
-    patch,
+    patch_geometry,
     tick,
 )
 from tests.compiled_modules import compiled_module, plain_module
@@ -29,8 +29,8 @@ CALLS = [
     (contact_tracking, "smoothed", "vectors", "smoothed"),
     (applied_forces, "jumped", "vectors", "jumped"),
     (applied_forces, "tangential_parts", "vectors", "tangential_parts"),
-    (patch, "choose_in_one_call", "windows", "choose_windows"),
-    (patch, "tangential_parts", "vectors", "tangential_parts"),
+    (patch_geometry, "choose_in_one_call", "windows", "choose_windows"),
+    (patch_geometry, "tangential_parts", "vectors", "tangential_parts"),
     (tick, "put_contacts", "free_surfaces", "put_contacts"),
     (tick, "heights", "vectors", "heights"),
     (displacement_field, "flatten", "free_surfaces", "flatten"),

@@ -15,8 +15,8 @@ from cohaptic.control.stability.anticipation import (
     anticipated,
     gains_left,
     lag_of_hands,
-    lag_where_turned,
 )
+from cohaptic.control.stability.turned_answers import lag_where_turned
 from cohaptic_server.numeric import Floats
 from tests.examples_of_laws import examples
 

@@ -1,0 +1,172 @@
+"""From the planes at the contacts to the geometries that the users asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
+from cohaptic.protocol.patch import Geometry
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.mesh import curvature
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world import neighbourhood
+from cohaptic_server.world.contact import Contacts
+from cohaptic_server.world.loops.vectors import tangential_parts
+from cohaptic_server.world.loops.windows import choose_windows as choose_in_one_call
+
+# A window reaches this far beyond the pressure, because a contact moves before the next tick: the
+# sum of a length and a number of vertex spacings.
+_MARGIN = 0.005  # m
+_MARGIN_SPACINGS = 3.0
+_REUSE_DISTANCE = 0.002  # m that a contact moves before its window is chosen anew, within `_MARGIN`
+# Ratio of a distance at rest to the same distance on the displaced surface, which may have brought
+# vertices nearer.
+_MAX_COMPRESSION = 1.3
+_PLANE, _MESH = int(Geometry.PLANE), int(Geometry.MESH)
+_KEY = 7  # numbers by which a window is known again: foot, slide, horizon
+_USUAL = 96  # vertices of a window, for which there is room at first
+
+
+class Windows(NamedTuple):
+    """Vertices round the contacts of n users at which a tick evaluates the free surface.
+
+    Args:
+        geometry: Of the patches, as on the wire, shape (n,).
+        keys: Foot of each contact on the resting surface [m], distance that the probe slides while
+            the patch is in use [m], and the time for which it is [s], when the window was chosen;
+            shape (n, 7).
+        starts: Where each window begins, and the last one's end: in `vertices`, in `fitted`, and in
+            `touched` and `carried`; shape (3, n + 1).
+        vertices: Of the surface, those of each window ascending, shape (k,) or longer.
+        fitted: Those of a window that the touch mesh has and that face as the contact does, counted
+            from its first vertex; none for a plane.
+        touched: Vertices of the touch mesh that a mesh patch carries, ascending; none for other
+            geometries.
+        carried: The same, as positions in `vertices`.
+    """
+
+    geometry: Ints
+    keys: Floats
+    starts: Ints
+    vertices: Ints
+    fitted: Ints
+    touched: Ints
+    carried: Ints
+
+    @classmethod
+    def room_for(cls, geometry: Ints, vertices: int) -> Windows:
+        """Windows with room for so many vertices in all."""
+        n = len(geometry)
+        starts, flat = np.zeros((3, n + 1), dtype=np.int64), np.empty((4, vertices), dtype=np.int64)
+        return cls(geometry, np.empty((n, _KEY)), starts, *flat)
+
+    def widened(self) -> Windows:
+        """The same windows with twice the room."""
+        flat = (np.concatenate([part, np.empty_like(part)]) for part in self[3:])
+        return Windows(self.geometry, self.keys, self.starts, *flat)
+
+
+NO_WINDOWS = Windows.room_for(np.zeros(0, dtype=np.int64), 0)
+
+
+def choose_windows(
+    touched_body: TouchedBody,
+    geometries: Sequence[Geometry],
+    contacts: Contacts,
+    velocities: Floats,
+    horizons: Floats,
+    before: Ints,
+    previous: Windows,
+) -> Windows:
+    """Choose the vertices round each contact; those of the last tick where they still cover it.
+
+    Args:
+        touched_body: The deformable object and its touch mesh.
+        geometries: Of the patches.
+        contacts: Of the probes.
+        velocities: Of the probes, shape (n, 3) [m/s].
+        horizons: Time for which each patch will be in use, shape (n,) [s].
+        before: Row of each user in `previous`; -1 for none, shape (n,).
+        previous: Windows of the last tick.
+    """
+    body = touched_body.body
+    mesh, tangential = body.mesh, np.empty_like(velocities)
+    geometry = np.array(geometries, dtype=np.int64)
+    tangential_parts(contacts.frames, velocities, tangential)
+    radius = body.contact_radius + _MARGIN + _MARGIN_SPACINGS * mesh.spacing()
+    reach = _MAX_COMPRESSION * curvature.fit_radius(mesh, body.contact_radius)
+    if not (geometry != _PLANE).any():
+        # A room of planes needs no touch mesh, which may take long to make.
+        finder, spacing = None, 0.0
+        found = fitted = touched = carried = mesh.near_tree.found
+        lengths = half_widths = np.zeros(len(geometry))
+    else:
+        window = touched_body.windows
+        finder, found, fitted = window.search, window.vertices, window.fitted
+        touched, carried = window.touched, window.carried
+        spacing = touched_body.mesh.spacing
+        speeds = np.sqrt((tangential * tangential).sum(axis=1))
+        lengths, half_widths = neighbourhood.path_ahead(touched_body.mesh, speeds, horizons)
+    # A quarter more than in the last tick: a hand that slides faster needs a larger one.
+    room = max(_USUAL * len(geometry), 5 * int(previous.starts[0, -1]) // 4)
+    chosen = Windows.room_for(geometry, room)
+    user, slides = 0, tangential * horizons[:, None]
+    while True:
+        user = choose_in_one_call(
+            mesh.near_tree.tree, finder, found, fitted, touched, carried, user, geometry,
+            contacts.frames, slides, tangential, horizons, lengths, half_widths, radius, reach,
+            spacing, MAX_VERTICES, _REUSE_DISTANCE, neighbourhood.SPEEDING_UP, before,
+            previous.geometry, previous.keys, previous.starts, previous.vertices, previous.fitted,
+            previous.touched, previous.carried, chosen.keys, chosen.starts, chosen.vertices,
+            chosen.fitted, chosen.touched, chosen.carried,
+        )  # fmt: skip
+        if user == len(geometry):
+            return chosen
+        chosen = chosen.widened()
+
+
+def free_shapes(
+    touched_body: TouchedBody,
+    windows: Windows,
+    displacement: Floats,
+    x_free: Floats,
+    normals: Floats,
+) -> tuple[Floats, list[Neighbourhood | None]]:
+    """Curvature [1/m] and neighbourhood of the free surface round each contact, for its patch.
+
+    A plane has neither. A mesh patch carries the curvature as well, for a probe beyond the end of
+    its neighbourhood.
+
+    Args:
+        touched_body: The deformable object and its touch mesh.
+        windows: Of the contacts; their geometries are the ones that are made.
+        displacement: At their vertices without each user's own force, shape (k, 3) [m].
+        x_free: Contact points on these surfaces, shape (n, 3) [m].
+        normals: Outward unit normals there, shape (n, 3).
+    """
+    body, n = touched_body.body, len(x_free)
+    starts = windows.starts
+    if starts[1, n] == 0:
+        return np.zeros(n), [None] * n
+    radius = curvature.fit_radius(body.mesh, body.contact_radius)
+    curvatures = curvature.fit_curvatures(
+        body.mesh.vertices, starts, windows.vertices, displacement, windows.fitted, x_free, normals,
+        radius,
+    )  # fmt: skip
+    carries = starts[2]
+    if carries[n] == 0:
+        return curvatures, [None] * n
+    touched = windows.touched[: carries[n]]
+    made = neighbourhood.quantised(
+        carries,
+        touched,
+        displacement[windows.carried[: carries[n]]],
+        touched_body.touch_compliance[touched],
+    )
+    kinds = windows.geometry.tolist()
+    return curvatures, [
+        one if kind == _MESH else None for one, kind in zip(made, kinds, strict=True)
+    ]

@@ -1,0 +1,44 @@
+"""The lag of a room whose anticipated forces include what turned contacts answer (science 3.13 d).
+
+Where others turn a contact, the hand's answer is anticipated with that (`planning.known_coupling`),
+as if the contact turned with the body at once. It turns by the surface of the tick before. What the
+loop has of it too late is V (1 - b(s)) V^T, with |1 - b(i w)| <= w T_b, so that with q = |V|
+|V^T (1 + X)^-1| the loop of 3.13 is stable where at every frequency, with p = theta w,
+
+    F(p)^(1/2) + h(p)^(1/2) q T_b w < (1 + (w tau)^2)^(1/2),
+
+with F and h of 3.14, the largest gain of a hand's row and the largest of a hand towards what it is
+shown. For hands held still, F = c^2 and h = 1, this is tau > q T_b / (1 - c^2)^(1/2).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohaptic.control.stability.anticipation import (
+    FREQUENCIES,
+    Gains,
+    hand_class,
+    lag_of_hands,
+)
+from cohaptic.control.stability.swing import shown_gain, worst_row_gain
+
+
+def lag_where_turned(gains: Gains, damping_budget: float, stiffest: float, late: float) -> float:
+    """tau that moving hands need [s].
+
+    Args:
+        gains: Of what anticipation leaves of the loop.
+        damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
+        stiffest: Largest K of a hand, in any direction, finite [N/m].
+        late: q T_b, by how much the turning answers late [s].
+    """
+    theta, stiffness = hand_class(damping_budget, stiffest)
+    frequency = FREQUENCIES / theta
+    row = np.sqrt(worst_row_gain(gains, FREQUENCIES, stiffness))
+    row = row + np.sqrt(shown_gain(FREQUENCIES, stiffness)) * late * frequency
+    moving = float(((row * row - 1.0) / (frequency * frequency)).max())
+    held = late / math.sqrt(1.0 - gains.held * gains.held)
+    return max(lag_of_hands(gains, damping_budget, stiffest), math.sqrt(max(0.0, moving)), held)
