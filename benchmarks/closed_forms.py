@@ -43,9 +43,9 @@ def cantilever(material: Hooke, length: float, side: float) -> float:
     """Compliance of a square beam at a distance from its clamp [m/N] (Timoshenko 1921).
 
     Args:
-        material: Of the beam.
+        material: Material of the beam.
         length: From the clamp to the force [m].
-        side: Of its section [m].
+        side: Side of its section [m].
     """
     bending = length**3 / (3.0 * material.young * side**4 / 12.0)
     return bending + length / (SHEAR * material.shear * side**2)
@@ -58,9 +58,9 @@ def clamped_plate(material: Hooke, radius: float, thickness: float, contact: flo
     equilibrium: D (1/r (r w')')' = Q in bending and w' = -Q / (k G t) in shear.
 
     Args:
-        material: Of the plate.
-        radius: Of the clamp [m].
-        thickness: Of the plate [m].
+        material: Material of the plate.
+        radius: Radius of the clamp [m].
+        thickness: Thickness of the plate [m].
         contact: Radius of the pressure [m].
     """
     D = material.young * thickness**3 / (12.0 * (1.0 - material.nu**2))
@@ -82,8 +82,8 @@ def layer(material: Hooke, thickness: float, contact: float) -> float:
     """Compliance of a layer on a rigid base that it sticks to, under a fingertip [m/N].
 
     Args:
-        material: Of the layer.
-        thickness: Of the layer [m]; infinity for a half space.
+        material: Material of the layer.
+        thickness: Thickness of the layer [m]; infinity for a half space.
         contact: Radius of the pressure [m].
     """
     return float(_mutual(material, thickness, contact, [_profile(1.0)])[0, 0])
@@ -96,8 +96,8 @@ def punch(material: Hooke, thickness: float, contact: float) -> float:
     the first term alone is Boussinesq's on a half space, where the stiffness is 2 a E / (1 - nu^2).
 
     Args:
-        material: Of the layer.
-        thickness: Of the layer [m]; infinity for a half space.
+        material: Material of the layer.
+        thickness: Thickness of the layer [m]; infinity for a half space.
         contact: Radius of the punch [m].
     """
     C = _mutual(material, thickness, contact, [_profile(k - 0.5) for k in range(_TERMS)])

@@ -63,7 +63,7 @@ class Case:
     Args:
         write: Writes the files into a folder; gives the object without an edge.
         edges: `--edge`, the coarsest first.
-        measure: Of the solid: what is compared.
+        measure: Measure of the solid: what is compared.
         exact: The closed solution.
     """
 

@@ -88,7 +88,7 @@ def ours(pipe: Pipe, subdivisions: int, still: bool) -> None:
 
     Args:
         pipe: To whoever measures.
-        subdivisions: Of the balloon.
+        subdivisions: Subdivisions of the balloon.
         still: Whether the world stands once it has run for `_SETTLE` ticks with the same users: the
             wire alone is left, with real patches.
     """

@@ -67,11 +67,11 @@ def play(
 
     Args:
         pipe: To whoever measures.
-        url: Of the server, or of a room of it; a bare one has a number for a path.
+        url: URL of the server, or of a room of it; a bare one has a number for a path.
         users: How many, evenly round the equator.
-        geometry: Of the patches asked for.
+        geometry: Geometry of the patches asked for.
         motion: What everybody does, all the time.
-        speed: Of sliding [m/s].
+        speed: Speed of sliding [m/s].
     """
     count = Count()
     everybody = [
@@ -104,11 +104,11 @@ class User:
 
     Args:
         url: As in `play`.
-        geometry: Of its patches.
+        geometry: Geometry of its patches.
         motion: What it does.
-        speed: Of sliding [m/s].
-        angle: Of its place on the equator [rad].
-        number: Of this user.
+        speed: Speed of sliding [m/s].
+        angle: Angle of its place on the equator [rad].
+        number: Number of this user.
         patience: For the server to answer [s].
     """
 
@@ -188,7 +188,7 @@ class User:
 
     @property
     def last_words(self) -> bytes:
-        """Of who has closed: its reason, or what came last and was not understood."""
+        """Reason with which a peer has closed, or the last bytes that were not understood."""
         with contextlib.suppress(OSError):
             self.socket.setblocking(False)
             self._came += self.socket.recv(4096)

@@ -63,7 +63,7 @@ class Candidate:
 
     Args:
         label: In the table.
-        name: Of the body, or its file.
+        name: Name of the body, or its file.
         nonlinear: Whether the deformation is finite.
     """
 
@@ -114,7 +114,7 @@ def moved(body: Body, vertex: int, other: int | None = None) -> tuple[Floats, fl
     Args:
         body: At rest.
         vertex: Under the force.
-        other: Of another hand; None for the same.
+        other: Place of another hand; None for the same.
 
     Returns:
         Displacement of every vertex, shape (n, 3) [m]; of the pressed contact, inwards, and of the

@@ -43,7 +43,7 @@ class Room:
     """What a room came to.
 
     Args:
-        number: Of it.
+        number: Number of it.
         hands: How many.
         mesh: Whether they had mesh patches.
         force: At the end, of the hand whose force changes most [N].
@@ -70,8 +70,8 @@ def play(body: Solid, seed: int, number: int, friction: tuple[float, ...], time:
 
     Args:
         body: That is pressed.
-        seed: Of all rooms.
-        number: Of this one.
+        seed: Seed of all rooms.
+        number: Number of this one.
         friction: Coefficients that a hand may have.
         time: How long [s].
     """

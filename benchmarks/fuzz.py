@@ -61,7 +61,7 @@ class Victim(threading.Thread):
     """One who presses and checks each patch.
 
     Args:
-        url: Of the server.
+        url: URL of the server.
 
     Attributes:
         patches: That have come.
@@ -104,7 +104,7 @@ def _apart(a: tuple[float, float, float], b: tuple[float, float, float]) -> floa
 
 
 def request(port: int) -> bytes:
-    """Of a websocket."""
+    """Request of a websocket."""
     lines = (
         "GET / HTTP/1.1", f"Host: 127.0.0.1:{port}", "Upgrade: websocket", "Connection: Upgrade",
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "Sec-WebSocket-Version: 13",
@@ -136,7 +136,7 @@ class Played:
     """A room without sockets, with a victim in it.
 
     Args:
-        seed: Of the hostile; None for nobody but the victim.
+        seed: Seed of the hostile; None for nobody but the victim.
     """
 
     def __init__(self, seed: int | None) -> None:

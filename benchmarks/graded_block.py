@@ -22,8 +22,8 @@ def reference(stiff: Hooke, soft: Hooke, fine: int = 8) -> float:
     """Compliance of a press above the soft block, along the normal [m/N].
 
     Args:
-        stiff: Of the block.
-        soft: Of the one in it.
+        stiff: Young's modulus of the block.
+        soft: That of the block in it.
         fine: Cells along half of the soft block; 8 is 1 % above 6.
     """
     side = _lines([(-0.05, -0.015, fine // 2), (-0.015, 0.015, 2 * fine), (0.015, 0.05, fine // 2)])

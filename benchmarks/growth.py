@@ -140,7 +140,7 @@ def _write_time(count: int) -> float:
 
 
 def exponent(rows: list[Row]) -> float:
-    """Of the power of the size that fits the costs best."""
+    """Exponent of the power of the size that fits the costs best."""
     size, cost = np.log([row.size for row in rows]), np.log([row.cost for row in rows])
     return float(np.polyfit(size, cost, 1)[0])
 

@@ -92,7 +92,7 @@ def press(url: str, pipe: Pipe) -> None:
 
 
 def kernel_memory() -> float:
-    """Of sockets and slabs [bytes]."""
+    """Kernel memory of sockets and slabs [bytes]."""
     fields = dict(line.split(":", 1) for line in Path("/proc/meminfo").read_text().splitlines())
     slab = 1024.0 * int(fields["Slab"].split()[0])
     words = Path("/proc/net/sockstat").read_text().split("TCP:")[1].split()
@@ -126,7 +126,7 @@ def measure(many: int, addresses: int, seconds: float, limits: str) -> json_repo
     Args:
         many: Connections.
         addresses: From which they come.
-        seconds: Of each of both times.
+        seconds: Length of each of both times.
         limits: `raised` or `usual`.
     """
     _raise_files(many)

@@ -57,7 +57,7 @@ def write(options: Namespace, results: Sequence[Result]) -> None:
     """Write the results to the file of `--json`, if it was given.
 
     Args:
-        options: Of the command line.
+        options: Options of the command line.
         results: Rows of the tables; numbers that are not finite become null.
     """
     if options.json is None:

@@ -36,9 +36,9 @@ class User:
     """One user.
 
     Args:
-        number: Of this user, from 0.
-        count: Of all users.
-        geometry: Of its patches.
+        number: Number of this user, from 0.
+        count: Number of all users.
+        geometry: Geometry of its patches.
         speed: Along the ring [m/s]; 0 to press in place.
     """
 

@@ -40,7 +40,7 @@ class OnLimb:
     """Two hands on one limb.
 
     Args:
-        placement: Of them.
+        placement: Placement of them.
         passed_over: Softer places, a fingertip apart. At no depth that was tried do the hands rest
             there, since a tip without friction slides off and nothing could be said of forces, or
             one of them feels less than `LEAST`, under which no error is told in percent of it.

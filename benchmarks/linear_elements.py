@@ -30,13 +30,13 @@ _FINEST = 16  # cells along the length for the limit: 12,480 tetrahedra
 
 
 def compliance(cells: int, order: int, nu: float, radii: Sequence[float]) -> Floats:
-    """Of presses in the middle of the top, shape (k,) [m/N].
+    """Compliance of presses in the middle of the top, shape (k,) [m/N].
 
     Args:
         cells: Along the length of the block.
-        order: Of the elements.
+        order: Order of the elements.
         nu: Poisson's ratio.
-        radii: Of the contacts [m].
+        radii: Radii of the contacts [m].
     """
     tets, top = block(_SIZE, _cells(cells)), np.array([0.0, 0.0, _SIZE[2]])
     shape = shape_of(tets, tets.vertices[:, 2] <= 0.0, SolidSettings(nu=nu, order=order))

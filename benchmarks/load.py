@@ -144,10 +144,10 @@ class Ladder:
     """Rows of one server after another, each with its number of users.
 
     Args:
-        options: Of the command line.
+        options: Options of the command line.
 
     Attributes:
-        results: Of all rows.
+        results: Results of all rows.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
@@ -160,9 +160,9 @@ class Ladder:
         """Measure so many users and print it; raises OutOfTimeError.
 
         Args:
-            kind: Of the server, for the table.
+            kind: Kind of the server, for the table.
             server: That one.
-            url: Of the bare server; ours knows its own.
+            url: URL of the bare server; ours knows its own.
             everybody: Who plays the users.
             users: How many.
         """

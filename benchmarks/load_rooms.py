@@ -93,6 +93,6 @@ class Rooms:
 
 
 def processor_time(pid: int) -> float:
-    """Of a process so far [s]."""
+    """Processor time of a process so far [s]."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

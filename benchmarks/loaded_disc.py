@@ -22,7 +22,7 @@ def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> 
     Args:
         mesh: Resting surface, flat at the disc.
         height: z of the disc [m].
-        radius: Of the disc [m].
+        radius: Radius of the disc [m].
         power: Above -1.
     """
     # With s = 2 r^2 / radius^2 - 1 the pressure is Jacobi's weight (1 - s)^power.

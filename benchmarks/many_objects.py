@@ -61,7 +61,7 @@ def try_file(
     Args:
         path: The mesh.
         chosen: Options of an object, `--auto` among them or not.
-        options: Of the command line.
+        options: Options of the command line.
         ends: Set when the night ends early.
     """
     with tempfile.TemporaryDirectory() as cache:

@@ -41,7 +41,7 @@ def with_those_left_out(late: Sequence[float], period: float) -> list[float]:
     """Lateness of every period that was due, in ascending order [s].
 
     Args:
-        late: Of those that were begun [s].
+        late: Lateness of those that were begun [s].
         period: Between two that are due [s].
     """
     return sorted(
@@ -65,7 +65,7 @@ def histogram(late: Sequence[float]) -> dict[str, int]:
     """Number of periods between two of `EDGES`, by the upper one in microseconds.
 
     Args:
-        late: Of each period [s].
+        late: Lateness of each period [s].
     """
     names = [f"to_{edge}_us" for edge in EDGES]
     counts = dict.fromkeys([*names, "above"], 0)

@@ -39,7 +39,7 @@ class Room:
     Args:
         m: Modulus of the negative eigenvalue of S, below 1.
         answers: Share of what the other one does that each hand answers, from 0 to 1.
-        delays: Of each round the network, in ticks.
+        delays: Delays of each round the network, in ticks.
     """
 
     m: float
@@ -53,8 +53,8 @@ def ways_to_rest(room: Room, kappa: float, momentum: float) -> float:
     It is `MOST` where they are not by then, and inf where they move away from what would be steady.
 
     Args:
-        room: Of two hands.
-        kappa: Of `anticipated`, at least 0.
+        room: Room of two hands.
+        kappa: kappa of `anticipated`, at least 0.
         momentum: Share of the change of the last way round that is added.
     """
     S = np.array([[0.0, -room.m], [-room.m, 0.0]])

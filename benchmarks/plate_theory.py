@@ -29,9 +29,9 @@ def square_plate(material: Hooke, half: float, thickness: float, contact: float)
     """Compliance of a clamped square plate under a fingertip in its middle [m/N] (Mindlin).
 
     Args:
-        material: Of the plate.
+        material: Material of the plate.
         half: Half of its side between the clamps [m].
-        thickness: Of the plate [m].
+        thickness: Thickness of the plate [m].
         contact: Radius of the pressure [m].
     """
     nu = material.nu
@@ -87,9 +87,9 @@ def round_solid(material: Hooke, radius: float, thickness: float, contact: float
     """Compliance of a clamped round plate as a solid, the mean of its two sides [m/N].
 
     Args:
-        material: Of the plate.
+        material: Material of the plate.
         radius: Where nothing moves through the whole thickness [m].
-        thickness: Of the plate [m].
+        thickness: Thickness of the plate [m].
         contact: Radius of the pressure on the upper side [m].
     """
     r = radius * (1.0 - (1.0 - np.linspace(0.0, 1.0, 2 * _ACROSS + 1)[::2]) ** _GRADING)

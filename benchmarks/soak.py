@@ -50,7 +50,7 @@ class Storm:
     Args:
         server: To whom.
         people: How many users there are at most.
-        seed: Of the order of events.
+        seed: Seed of the order of events.
         folder: For logs.
     """
 
@@ -225,7 +225,7 @@ async def play(
 
 
 def growth(memories: list[dict[str, int]]) -> dict[str, float]:
-    """Of each process after the first quarter: last third over first third, less one."""
+    """Growth of each process after the first quarter: last third over first third, less one."""
     settled = memories[len(memories) // 4 :]
     third = max(1, len(settled) // 3)
     grown: dict[str, float] = {}

@@ -47,10 +47,10 @@ class Person:
     """One who presses in a room until it is told to go.
 
     Args:
-        url: Of the room.
+        url: URL of the room.
         hz: Samples a second.
         count: What everybody adds to.
-        seed: Of its place.
+        seed: Seed of its place.
     """
 
     def __init__(self, url: str, hz: float, count: Count, seed: int) -> None:

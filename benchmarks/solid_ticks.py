@@ -48,7 +48,7 @@ class Ticks:
     """Costs of ticks.
 
     Args:
-        median: Of a tick [s].
+        median: Median of a tick [s].
         p99: 99th percentile [s].
         missed: Share of ticks that took more than a period.
         body: Median of the body's part of a tick [s].
@@ -239,7 +239,7 @@ def table(
 
     Args:
         sizes: Thousands of tetrahedra, keys of `SIZES`.
-        ticks: Of each row.
+        ticks: Ticks of each row.
         speed: At which hands slide [m/s].
         models: Folder of compiled models.
 

@@ -12,7 +12,7 @@ EARLY = 5e-4  # s by which a tick may be before the grid, which is an estimate
 
 
 def lateness(ticks: list[float]) -> np.ndarray:
-    """Of each tick that was due between the first and the last [s]; shape (ticks,).
+    """Lateness of each tick that was due between the first and the last [s]; shape (ticks,).
 
     Times are compared with a grid of `PERIOD` that most of them agree about; a tick that was left
     out counts as one period late.

@@ -180,7 +180,7 @@ def _source(root: Path, name: str) -> str | None:
 
 
 def _tools(unit: Unit) -> str:
-    """Of modules that fit only those from the same version; empty where it is not installed."""
+    """Modules that fit only those of the same version; empty where it is not installed."""
     if unit.group != "kernels":
         return ""
     try:

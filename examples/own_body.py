@@ -37,7 +37,7 @@ class Cushion:
     Args:
         radius: [m].
         foundation: Stiffness of the springs per area of the surface [N/m^3].
-        tension: Of the sheet [N/m].
+        tension: Tension of the sheet [N/m].
     """
 
     name = "cushion"

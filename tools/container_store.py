@@ -140,7 +140,7 @@ class Store:
     """A folder with everything that podman keeps.
 
     Args:
-        folder: Of this run alone; `open` makes it.
+        folder: Folder of this run alone; `open` makes it.
     """
 
     folder: Path

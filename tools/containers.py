@@ -67,7 +67,7 @@ def image_of(service: str, compose: str) -> str:
     """Name of the image of a service.
 
     Args:
-        service: Of the compose file.
+        service: Service of the compose file.
         compose: Its text.
     """
     named = re.search(rf"^  {service}:(?:.*\n(?:    .*\n|\n)*?)    image: (\S+)$", compose, re.M)
@@ -133,7 +133,7 @@ class Run:
     """One run: a store, and beside it a folder with what the compose file needs.
 
     Args:
-        store: Of podman.
+        store: Store of podman.
         folder: With docker-compose.yml, deploy/, dist/ and a podman-compose.
     """
 

@@ -104,7 +104,7 @@ def since(revision: str) -> list[str]:
     """What differs between a commit and this tree; both are played here and now.
 
     Args:
-        revision: Of git.
+        revision: Revision of git.
 
     Raises:
         SystemExit: The revision is unknown, or has no sessions.

@@ -102,10 +102,10 @@ class Visit:
         then: Another law or gains of its own, from `changes` on; None for neither.
         changes: When.
         silent: When it hears nothing and says nothing, from and to.
-        script: Of its hand, before its place on the body is known.
+        script: Script of its hand, before its place on the body is known.
         delay: One way [s].
         jitter: Largest extra delay [s].
-        geometry: Of its patches.
+        geometry: Geometry of its patches.
         friction: Coefficient.
         damping: Budget of its device [N s/m].
     """
@@ -165,7 +165,7 @@ class Trace:
 
     Args:
         force: On its hand, shape (n, 3) [N].
-        felt: Of the others, shape (n,) [N].
+        felt: Force felt of the others, shape (n,) [N].
         patches: All that arrived, as frames, one behind the other.
     """
 

@@ -32,7 +32,7 @@ class Session(NamedTuple):
         code: Exit status, or TIMED_OUT.
         tests: Seconds and outcome of each test, in the order in which they ran.
         collected: Names of all tests that were to be run.
-        output: Of pytest.
+        output: Output of pytest.
     """
 
     code: int
@@ -88,7 +88,7 @@ class Checkout:
         """Run pytest in the copy.
 
         Args:
-            arguments: Of pytest.
+            arguments: Arguments of pytest.
             environment: Beside what every session gets.
             limit: Time after which it is ended, with the processes of its group [s].
             mutated: Path of the source with the fault.

@@ -66,7 +66,7 @@ class Mutant(NamedTuple):
     """One fault.
 
     Args:
-        path: Of the source, from the root of the checkout.
+        path: Path of the source, from the root of the checkout.
         scope: Names of the classes and functions around it, with points; empty in a module's body.
         line: On which it begins, from 1.
         lines: First and last line of its statement; of one with a body, those above the body.

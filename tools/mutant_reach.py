@@ -44,7 +44,7 @@ def record(checkout: Checkout, folder: Path, arguments: list[str], db: Path) -> 
     Args:
         checkout: Without a fault.
         folder: An empty one, for the raw data.
-        arguments: Of pytest, with the tests to run.
+        arguments: Arguments of pytest, with the tests to run.
         db: May be there, from other tests of the same sources.
     """
     settings = folder / "coverage.ini"
@@ -70,7 +70,7 @@ def record(checkout: Checkout, folder: Path, arguments: list[str], db: Path) -> 
 
 
 def digest(path: Path) -> str:
-    """Of a file's bytes."""
+    """Digest of a file's bytes."""
     return sha256(path.read_bytes()).hexdigest()
 
 
@@ -82,7 +82,7 @@ class Reach:
 
         Args:
             db: Written by `record`.
-            root: Of the checkout.
+            root: Root of the checkout.
 
         Raises:
             ValueError: It is none, or sources have changed since.

@@ -42,7 +42,7 @@ def run(
 
     Args:
         drawn: The mutants.
-        sources: Of the modules, by path.
+        sources: Sources of the modules, by path.
         reach: Who reaches what.
         tiers: An expression for `pytest -m` by the tier's name; empty for all tests.
         arguments: More of pytest's.
@@ -52,7 +52,7 @@ def run(
             (killed, survived, unreached), by whom, how many tests there were to run, and how many
             were left out. Mutants in it are skipped.
         jobs: Mutants at a time, each in a copy of its own.
-        root: Of the checkout.
+        root: Root of the checkout.
     """
     results: dict[str, dict[str, Any]] = json.loads(file.read_text()) if file.is_file() else {}
     todo = [m for m in drawn if set(tiers) - set(results.get(m.name, {"tiers": ()})["tiers"])]

@@ -71,7 +71,7 @@ class Outcome:
 
     Args:
         phase: Its name.
-        status: Of pytest.
+        status: Status of pytest.
         failed: Tests that failed, or could not be collected, and why, in a line.
         flaky: Tests that failed and passed when they were tried again, and why they failed first.
         stopped: Whether Ctrl-C ended it.
@@ -89,7 +89,7 @@ def read(phase: str, status: int, lines: Sequence[str]) -> Outcome:
 
     Args:
         phase: Its name.
-        status: Of pytest.
+        status: Status of pytest.
         lines: A JSON list `[test, outcome, why]` each.
     """
     found: dict[str, dict[str, str]] = {"failed": {}, "rerun": {}, "stopped": {}}
@@ -105,7 +105,7 @@ def summary(outcomes: Sequence[Outcome], *, a_part: bool = False) -> list[str]:
     """Lines that end the output: flaky tests, then failures, then a verdict.
 
     Args:
-        outcomes: Of the phases that ran.
+        outcomes: Outcomes of the phases that ran.
         a_part: Whether arguments chose tests, so that a phase may have none.
     """
     told = [("FLAKY ", o.phase, o.flaky) for o in outcomes]

@@ -14,7 +14,7 @@ _SCHEMES = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Of a server.
+    """Address of a server.
 
     Args:
         url: ws: or wss:.
@@ -78,7 +78,7 @@ def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
     """Who may vouch for the server at an address; None where nobody does.
 
     Args:
-        url: Of the server.
+        url: URL of the server.
         ca_file: Certificates; empty for those of the system.
 
     Raises:

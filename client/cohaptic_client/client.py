@@ -52,10 +52,10 @@ def touch_status(
     """State of a client whose loop has begun.
 
     Args:
-        settings: Of the client.
+        settings: Settings of the client.
         row: Newest row of its loop.
         loop: Newest report of its loop.
-        timing: Of its connection.
+        timing: Timing of its connection.
         server_to_wall: Unix time less the server's clock [s].
         to_wall: Unix time less this client's clock [s].
         silent_after: Without a patch for this long the server counts as silent [s]; None unknown.
@@ -152,7 +152,7 @@ class Client:
     """One user at one server.
 
     Args:
-        settings: Of the client.
+        settings: Settings of the client.
         tell: Called with each piece of news for people.
         keep: Called with the rows of the loop, some at a time, as blocks for
             `cohaptic.status.row.rows_in`; None when nobody needs every period.

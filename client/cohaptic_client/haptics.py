@@ -31,8 +31,8 @@ class Haptics:
     """The loop's process and the memory that is shared with it.
 
     Args:
-        settings: Of the client.
-        clock: Of this process; the loop reads the same time.
+        settings: Settings of the client.
+        clock: Clock of this process; the loop reads the same time.
         keep: Called with the rows of all periods since the last call, a block for
             `cohaptic.status.row.rows_in`; None when nobody needs every period.
         fault: With which the loop begins, as the user has not acknowledged it; empty for none.
@@ -218,10 +218,10 @@ def loop_config(
     """Configuration of the loop of a client whom a server has welcomed.
 
     Args:
-        settings: Of the client.
-        welcome: Of the server.
+        settings: Settings of the client.
+        welcome: Welcome message of the server.
         memory: Path of the shared memory.
-        clock_origin: Of this process's clock [s].
+        clock_origin: Clock origin of this process's clock [s].
         rest_mesh: Path of the file with the resting mesh; None without mesh patches.
         mesh: The same mesh, on which a simulated hand is put.
         every_row: Whether somebody keeps the record of each period.

@@ -49,7 +49,7 @@ def law_in_words(law: Law, device: str) -> str:
 
 
 def silence_in_words(status: Mapping[str, Any]) -> str:
-    """Of a device that sends nothing though it should; empty while it does.
+    """Words on a device that sends nothing though it should; empty while it does.
 
     Args:
         status: Newest report of the loop.
@@ -70,7 +70,7 @@ class FaultNews:
         """Whether a fault is to be told now.
 
         Args:
-            fault: Of the loop now; empty for none.
+            fault: Fault of the loop now; empty for none.
             now: Time [s].
         """
         if not fault:

@@ -25,12 +25,12 @@ class ClientSettings:
     """Settings of one client.
 
     Args:
-        url: Of the server.
-        name: Of the user.
+        url: URL of the server.
+        name: Name of the user.
         law: Local model.
-        geometry: Of the local surface.
+        geometry: Geometry of the local surface.
         fixed_gains: Instead of the server's choice, where the server allows it.
-        thresholds: Of the integral of `Law.PI`, eqs. (17), (18).
+        thresholds: Thresholds of the integral of `Law.PI`, eqs. (17), (18).
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
             it as the paper does.
         friction: mu of the contact; 0 for none.
@@ -40,11 +40,11 @@ class ClientSettings:
         max_force: Never more than this on the hand [N].
         up: Injected latency from client to server.
         down: Injected latency from server to client.
-        script: Of a simulated hand.
+        script: Script of a simulated hand.
         patience: How long to try to reach a server at first [s].
         patience_lost: The same after it was lost; None for as long as at first [s].
         duration: When to let go and leave; None for Ctrl-C [s].
-        token: Of an invitation; empty for none.
+        token: Token of an invitation; empty for none.
         ca_file: Certificates of who may vouch for the server; empty for those of the system.
         wait_seat: Whether to wait for a place where the room is full.
         insecure: Whether a token may go to another machine without TLS.

@@ -96,7 +96,7 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
     """Touch until cancelled, the duration is over, or the server is lost for good.
 
     Args:
-        settings: Of the client.
+        settings: Settings of the client.
         record: File for the recording of every haptic period, if one is wanted.
         json_lines: Whether the state is printed as lines of JSON.
 

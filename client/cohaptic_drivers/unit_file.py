@@ -14,7 +14,7 @@ def read_unit_file(path: str, longest: int) -> dict[str, Any]:
     """What a unit's file says, by key.
 
     Args:
-        path: Of the file; `~` is the home folder.
+        path: Path of the file; `~` is the home folder.
         longest: It may be [bytes].
 
     Raises:

@@ -54,9 +54,9 @@ def nifti(
     """The bytes of a NIfTI-1 file of unsigned bytes, about the origin.
 
     Args:
-        values: Of the voxels, shape (i, j, k).
+        values: Values of the voxels, shape (i, j, k).
         spacing: Between voxels [mm].
-        code: Of the type of the voxels: 2 for unsigned bytes.
+        code: Code of the type of the voxels: 2 for unsigned bytes.
     """
     start = [-0.5 * s * (n - 1) for n, s in zip(values.shape, spacing, strict=True)]
     rows = [[s if a == b else 0.0 for b in range(3)] + [start[a]] for a, s in enumerate(spacing)]

@@ -34,7 +34,7 @@ def glb(meshes: Sequence[Mesh], nodes: Sequence[Mapping[str, Any]], root: int = 
     Args:
         meshes: The surfaces, by the numbers that nodes have for them.
         nodes: Nodes of the scene as glTF has them.
-        root: Of the nodes.
+        root: Root of the nodes.
     """
     data, views, accessors = b"", list[Any](), list[Any]()
     for points, triangles in meshes:

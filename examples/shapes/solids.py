@@ -39,8 +39,8 @@ def ball(radius: float = 0.05, subdivisions: int = 3) -> Mesh:
     """A ball that stands on z = 0.
 
     Args:
-        radius: Of the ball [m].
-        subdivisions: Of an icosahedron.
+        radius: Radius of the ball [m].
+        subdivisions: Subdivisions of an icosahedron.
     """
     return standing(icosphere(subdivisions, radius))
 
@@ -55,7 +55,7 @@ def plate(thickness: float = 0.003, size: float = 0.12, cells: int = 24) -> Mesh
     """A square plate.
 
     Args:
-        thickness: Of the plate [m].
+        thickness: Thickness of the plate [m].
         size: Length of a side [m].
         cells: Along each side.
     """
@@ -77,8 +77,8 @@ def cone(radius: float = 0.05, height: float = 0.12, around: int = 48) -> Mesh:
     """A cone with a sharp tip.
 
     Args:
-        radius: Of its foot [m].
-        height: Of its tip [m].
+        radius: Radius of its foot [m].
+        height: Height of its tip [m].
         around: Vertices round its foot.
     """
     foot = [(radius * k / 6, 0.0) for k in range(7)]

@@ -24,8 +24,8 @@ def ascii_stl(mesh: Mesh, name: str, encoding: str) -> bytes:
 
     Args:
         mesh: The surface.
-        name: Of the solid.
-        encoding: Of the text.
+        name: Name of the solid.
+        encoding: Encoding of the text.
     """
     x, faces = mesh
     lines = [f"solid {name}"]

@@ -31,7 +31,7 @@ def draw_mesh(
     Args:
         axes: Three-dimensional.
         mesh: Resting surface.
-        displacement: Of its vertices, shape (n, 3) [m].
+        displacement: Displacement of its vertices, shape (n, 3) [m].
         probe: Tip, shape (3,) [m].
         scale: From inward movement [mm] to colour.
     """

@@ -27,9 +27,9 @@ class Options:
     """Options of every experiment.
 
     Args:
-        seed: Of everything that is random.
+        seed: Seed of everything that is random.
         quick: Shorter and coarser, for tests.
-        trials: Of a campaign (`hands`).
+        trials: Trials of a campaign (`hands`).
         trial: Only this one of it.
     """
 

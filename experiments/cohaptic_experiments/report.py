@@ -21,8 +21,8 @@ def write(experiment: Experiment, options: Options, outcome: Outcome, folder: Pa
     Args:
         experiment: The experiment.
         options: Those of the run.
-        outcome: Of the experiment.
-        folder: Of this experiment; made when it is not there.
+        outcome: Outcome of the experiment.
+        folder: Folder of this experiment; made when it is not there.
     """
     folder.mkdir(parents=True, exist_ok=True)
     outcome.figure.savefig(folder / "figure.png")  # pyright: ignore[reportUnknownMemberType]

@@ -145,21 +145,21 @@ class VirtualSession:
         """Let a user join now.
 
         Args:
-            name: Of the user.
-            script: Of the simulated hand.
+            name: Name of the user.
+            script: Script of the simulated hand.
             law: Local model.
             delay: One way [s].
             jitter: Largest extra delay, one way [s].
-            seed: Of the jitter.
+            seed: Seed of the jitter.
             fixed_gains: Instead of the server's choice.
-            thresholds: Of the law's integral.
+            thresholds: Thresholds of the law's integral.
             smoothing: Ramp from patch to patch, in simulation periods.
             passivity: Whether the passivity layer is on.
             max_damping: Damping budget of the device [N s/m].
             max_stiffness: That the device renders; None for its own [N/m].
-            limits: Of the safety layer; None for the usual ones.
+            limits: Limits of the safety layer; None for the usual ones.
             intention: Instead of the one that `script` has for round bodies.
-            geometry: Of the patches.
+            geometry: Geometry of the patches.
             friction: Coefficient of friction.
             device: Instead of a simulated hand.
         """

@@ -24,7 +24,7 @@ class TimeLeft:
         """Time left [s]; infinite while nothing is known.
 
         Args:
-            share: Of the phase that is done, from 0 to 1.
+            share: Share of the phase that is done, from 0 to 1.
             now: Time [s].
         """
         spent = now - self._begin

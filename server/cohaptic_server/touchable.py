@@ -37,7 +37,7 @@ def kind_of(name: str) -> str:
     """Kind of a file by its name, in small letters and with the point; empty without a point.
 
     Args:
-        name: Of the file, with or without folders.
+        name: Name of the file, with or without folders.
 
     Returns:
         The longest of `KINDS` that the name ends with, and else what follows its last point.

@@ -106,7 +106,7 @@ class _Finder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Of a compiled module; None for every other."""
+        """Specification of a compiled module; None for every other."""
         place = self.places.get(name)
         if place is None:
             return None

@@ -22,8 +22,8 @@ class ExtensionError(CohapticError):
     """A package adds something that cannot be used.
 
     Args:
-        group: Of its entry point.
-        name: Of its entry point.
+        group: Group of its entry point.
+        name: Name of its entry point.
         package: Name of the package.
         problem: The observation.
     """
@@ -53,7 +53,7 @@ def load(group: str, name: str, *kinds: type[T]) -> T:
     """The object behind an entry point.
 
     Args:
-        group: Of the entry point.
+        group: Group of the entry point.
         name: One of those that were added.
         kinds: Classes of which it may be.
 

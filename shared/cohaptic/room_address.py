@@ -81,7 +81,7 @@ def room_in(url: str) -> str | None:
     """The room that an address names, as it is given; None for one that names none.
 
     Args:
-        url: Of a server or of a page, also behind a path of a proxy.
+        url: URL of a server or of a page, also behind a path of a proxy.
     """
     _, given, name = urlsplit(url).path.rpartition("/r/")
     return name.strip("/") if given else None
@@ -91,7 +91,7 @@ def room_url(url: str, room: str) -> str:
     """Address of a room of a server.
 
     Args:
-        url: Of the server, or already of this room.
+        url: URL of the server, or already of this room.
         room: Its name; empty leaves the address as it is.
 
     Raises:

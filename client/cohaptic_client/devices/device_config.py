@@ -15,11 +15,11 @@ class DeviceConfig:
     """A device and its place.
 
     Args:
-        choice: Of the device, by name and options.
-        center: Of the body, where a device's workspace is put [m].
-        radius: Of the sphere round it that holds the body [m].
-        hand: Of a simulated device.
-        intention: Of a simulated device; None for a real one.
+        choice: Choice of the device, by name and options.
+        center: Centre of the body, where a device's workspace is put [m].
+        radius: Radius of the sphere round it that holds the body [m].
+        hand: Mechanics of a simulated device.
+        intention: Intention of a simulated device; None for a real one.
     """
 
     choice: DeviceChoice

@@ -78,7 +78,7 @@ def hidapi(name: str) -> Hidapi:
     called `hid`, too, and wins that name when both are installed.
 
     Args:
-        name: Of the device, for what is said without one.
+        name: Name of the device, for what is said without one.
     """
     for module_name in ("hidraw", "hid"):
         try:
@@ -143,7 +143,7 @@ def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevic
     """The first interface that can be opened, in non-blocking mode.
 
     Args:
-        name: Of the device, for errors.
+        name: Name of the device, for errors.
         what: It is, for errors, such as "a SpaceMouse".
         entries: To be tried; at least one.
 

@@ -27,8 +27,8 @@ def pulse_force(t: float, direction: Vec3 = _UP, strength: float = STRENGTH) -> 
 
     Args:
         t: Time [s].
-        direction: Of the pushes; a unit vector.
-        strength: Of each [N].
+        direction: Direction of the pushes; a unit vector.
+        strength: Strength of each [N].
     """
     number, within = divmod(t, LENGTH + _REST)
     if t < 0.0 or number >= KNOCKS or within >= LENGTH:

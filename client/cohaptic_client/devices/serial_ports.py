@@ -68,7 +68,7 @@ def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes
     """The port at a path, without a time to wait.
 
     Args:
-        name: Of the device, for errors.
+        name: Name of the device, for errors.
         path: Such as /dev/ttyACM0.
         vendor: USB id of the board's maker, in the rule that is offered where a right is missing.
         baud: Bits per second; boards that are USB devices themselves ignore it.

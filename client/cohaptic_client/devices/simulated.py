@@ -30,7 +30,8 @@ class SimulatedDevice:
 
     Args:
         hand: Its mechanics.
-        intention: Of the hand; its time starts with the first `read`, or when the hand is engaged.
+        intention: Intention of the hand; its time starts with the first `read`, or when the hand is
+            engaged.
         info: Abilities of the device.
         waits: Whether the hand stays where it is until it is engaged.
     """

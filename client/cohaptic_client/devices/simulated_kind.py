@@ -45,8 +45,8 @@ def _preset(
         stiffness: Largest that is rendered stably [N/m].
         damping: Largest that may be rendered [N s/m].
         mass: Apparent, of the tip [kg].
-        friction: Of the mechanics [N].
-        step: Of the sensors [m].
+        friction: Friction of the mechanics [N].
+        step: Step of the sensors [m].
         latency: From a motion to its report [s].
     """
     return DeviceInfo(

@@ -54,9 +54,9 @@ class SpaceMouse:
 
     Args:
         transport: The open device; this object closes it.
-        center: Of the cube [m].
+        center: Centre of the cube [m].
         reach: Half the edge of the cube [m].
-        max_speed: Of the tip along each axis, at full deflection [m/s].
+        max_speed: Largest speed of the tip along each axis, at full deflection [m/s].
     """
 
     info = DeviceInfo(_NAME, max_force=0.0, max_stiffness=1000.0, force_axes=0)
@@ -152,9 +152,9 @@ def open_spacemouse(center: Vec3, *, reach: float, max_speed: float = 0.15) -> S
     """Find and open the first SpaceMouse of this computer.
 
     Args:
-        center: Of the cube in which the tip moves [m].
+        center: Centre of the cube in which the tip moves [m].
         reach: Half the edge of that cube [m].
-        max_speed: Of the tip along each axis, at full deflection [m/s].
+        max_speed: Largest speed of the tip along each axis, at full deflection [m/s].
 
     Raises:
         DeviceError: hidapi is missing, there is no SpaceMouse, or it may not be opened.

@@ -40,8 +40,8 @@ def receive(
         state: After the last period.
         patch: That has come.
         now: Time of this period [s].
-        settings: Of the loop.
-        surface: Of the patch, where it is made already; None to make it now.
+        settings: Settings of the loop.
+        surface: Surface of the patch, where it is made already; None to make it now.
     """
     if not _is_news(state, patch, now, settings):
         return state
@@ -105,7 +105,7 @@ def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
     Args:
         state: After the arrival of the newest patch.
         probe: Position [m].
-        share: Of the way that is done, `progress`.
+        share: Share of the way that is done, `progress`.
 
     Returns:
         None before the first patch.

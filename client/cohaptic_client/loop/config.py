@@ -19,19 +19,21 @@ class LoopConfig:
 
     Args:
         memory: Path of the shared memory.
-        clock_origin: Of the network process's clock, so that both read the same time [s].
+        clock_origin: Clock origin of the network process's clock, so that both read the same time
+            [s].
         haptic_period: T [s].
         simulation_period: N T [s].
-        law: Of the integral of `Law.PI`.
+        law: Law of the integral of `Law.PI`.
         smoothing: Share of a simulation period over which the loop moves to a new patch.
-        max_damping: Of the passivity layer; 0 switches it off [N s/m].
+        max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].
         friction: mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe.
         device: Opened by the process.
-        limits: Of the safety layer.
+        limits: Limits of the safety layer.
         rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
         every_row: Whether the record of each period is kept; if not, the newest from time to time.
-        fault: Of the loop before this one, that the user has not acknowledged; empty for none.
+        fault: Fault of the loop before this one, that the user has not acknowledged; empty for
+            none.
     """
 
     memory: str
@@ -77,7 +79,7 @@ def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
 
     Args:
         limits: That the user's settings ask for.
-        info: Of the device, once it is open.
+        info: Abilities of the device, once it is open.
     """
     return replace(
         limits,

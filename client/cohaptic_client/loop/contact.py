@@ -36,15 +36,15 @@ class Contact:
     Fields:
         fade: Law in use; None before the first patch.
         normal: Direction of the normal force.
-        depth: Of the probe below the surface, as in `LoopState` [m].
+        depth: Depth of the probe below the surface, as in `LoopState` [m].
         moved: Way of the hand in this period [m].
         moved_in: Its part into the surface [m].
         local: Answer of the law.
-        damping: Of the passivity layer [N s/m].
+        damping: Damping of the passivity layer [N s/m].
         damped_force: Normal force with that damping [N].
         friction: Memory of the sticking contact.
         compliance: That the friction uses; None without friction.
-        law_force: Of law and friction: the body's share [N].
+        law_force: Law force of law and friction: the body's share [N].
         requested_force: The same with the damping: of the hand, before its limits [N].
     """
 
@@ -121,12 +121,12 @@ def press(
 
     Args:
         state: After the last period, with a patch.
-        sample: Of the device.
-        sight: Of the surface that is shown.
-        share: Of the way to the newest patch that is done, 0 to 1.
+        sample: Sample of the device.
+        sight: Surface sample of the surface that is shown.
+        share: Share of the way to the newest patch that is done, 0 to 1.
         dt: Time since the last period [s].
         silent: Whether the server counts as silent.
-        settings: Of the loop.
+        settings: Settings of the loop.
     """
     patch, fade = state.patch, state.fade
     assert patch is not None

@@ -57,10 +57,10 @@ def follow_gains(
         state: After the last period.
         patch: Newest patch, for the law in use.
         fade: Law in use.
-        sight: Of the surface now.
-        share: Of the way to the newest patch that is done, 0 to 1.
+        sight: Surface sample of the surface now.
+        share: Share of the way to the newest patch that is done, 0 to 1.
         counted: Time since the last period, as far as it counts [s].
-        settings: Of the loop.
+        settings: Settings of the loop.
     """
     newest = gains_under(patch, sight, settings)
     target = state.k_h_before + share * (newest.k_h - state.k_h_before)

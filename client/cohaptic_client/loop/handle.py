@@ -23,7 +23,7 @@ class TipSample(NamedTuple):
 
     Args:
         t: When, on the client's clock [s].
-        tick: Of the patch that it used; 0 for none.
+        tick: Tick of the patch that it used; 0 for none.
         probe: Tip [m].
         force: On the hand, without the damping of the passivity layer: the body's share [N].
         anchor: Point of the resting surface that the finger holds by friction [m]; None for none.

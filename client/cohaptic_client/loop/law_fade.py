@@ -35,7 +35,7 @@ class Running:
     Fields:
         law: Local model.
         gains: In use.
-        memory: Of its integral.
+        memory: Memory of its integral.
     """
 
     law: Final[Law]
@@ -55,7 +55,7 @@ class LawFade:
     Fields:
         now: Law in use.
         before: Law that it replaces; None when the change is over.
-        share: Of `now` in the force, 0 to 1.
+        share: Share of `now` in the force, 0 to 1.
     """
 
     now: Final[Running]
@@ -82,7 +82,7 @@ def switch(
         law: That is asked for.
         gains: For it.
         force: Normal force now [N].
-        sight: Of the surface now; None out of sight of any.
+        sight: Surface sample of the surface now; None out of sight of any.
     """
     if law is fade.now.law:
         return fade

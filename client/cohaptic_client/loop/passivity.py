@@ -58,7 +58,7 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
 
     Args:
         owed: After the last period, never negative [J].
-        work: Of the device on the hand in this period [J].
+        work: Work of the device on the hand in this period [J].
         stored: Gain of the energy in the local spring [J].
         from_body: Work of the body while its surface moved [J].
         dt: Time since the last period [s].
@@ -93,7 +93,7 @@ def dissipate(
         owed: Energy to be taken out [J].
         damping: In the last period [N s/m].
         force: Normal force of the law [N].
-        speed_in: Of the hand into the surface [m/s].
+        speed_in: Speed of the hand into the surface [m/s].
         dt: Time since the last period [s].
         max_damping: Limit, of the device and of this layer [N s/m].
 

@@ -39,7 +39,7 @@ class SafetyLimits:
     Args:
         max_force: Magnitude [N].
         max_rate: Change per second, up or down [N/s].
-        max_speed: Of the hand [m/s].
+        max_speed: Largest speed of the hand [m/s].
         stall: A period longer than this is a fault [s].
         silent_after: Without a patch for this long the server counts as silent [s].
         fade_time: From full force to none when it is, or longer, at `SAFETY_FADE_RATE` [s].
@@ -51,7 +51,8 @@ class SafetyLimits:
             a hand moves in a period [s].
         latch: Whether a fault stays until the user acknowledges it.
         dead_man: Whether there is force only while the user holds the device's switch.
-        external_rate: Of all change that the hand's own motion does not explain [N/s].
+        external_rate: External rate of all change that the hand's own motion does not explain
+            [N/s].
     """
 
     max_force: float = 10.0
@@ -100,7 +101,7 @@ class SafetyState:
         released: Force at the fault, while it is let go [N].
         left: Share of the release that is still to come, 1 to 0.
         own: Change that its own motion explains and `max_rate` held back [N].
-        velocity: Of the hand in the last period [m/s].
+        velocity: Velocity of the hand in the last period [m/s].
     """
 
     mode: Final[Mode]
@@ -162,9 +163,9 @@ def guard(
         state: After the last period.
         requested: Force of law, friction and damping [N].
         now: Time of this period [s].
-        velocity: Of the hand [m/s].
+        velocity: Velocity of the hand [m/s].
         silent: Whether the server has been silent for too long.
-        limits: Of this hand.
+        limits: Limits of this hand.
         trouble: Fault that was found before the force was asked for; empty for none.
         held: Whether the user holds the device's switch.
         own: By how much the hand's way and speed in this period may change the force; inf to leave
@@ -226,8 +227,8 @@ def next_share(share: float, up: bool, size: float, time: float, step: float) ->
     Args:
         share: After the last period.
         up: Whether the force is to come, or to go.
-        size: Of the whole force [N]; a fade moves it no faster than `SAFETY_FADE_RATE`.
-        time: Of a whole fade [s].
+        size: Size of the whole force [N]; a fade moves it no faster than `SAFETY_FADE_RATE`.
+        time: Time of a whole fade [s].
         step: Time that counts of this period [s].
     """
     most = step / time
@@ -244,7 +245,7 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
     Args:
         before: Given in the last period [N].
         requested: Force of law, friction and damping [N].
-        share: Of the clamped force, 0 to 1.
+        share: Share of the clamped force, 0 to 1.
         max_force: Magnitude [N].
         most: Change in this period [N].
     """

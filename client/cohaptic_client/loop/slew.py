@@ -23,8 +23,8 @@ def hold_back(depth: float, target: float, most: float) -> float:
     """Depth on which the law presses: others move it by `most` at most [m].
 
     Args:
-        depth: Of the last period, and the way that the hand itself went in since [m].
-        target: Of the probe below the surface that is shown [m].
+        depth: Depth of the last period, and the way that the hand itself went in since [m].
+        target: Target of the probe below the surface that is shown [m].
         most: Way of the surface in this period [m].
     """
     if depth <= 0.0 and target <= 0.0:
@@ -37,8 +37,8 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
     """Direction of the force: others turn it by `most` at most.
 
     Args:
-        normal: Of the last period.
-        target: Of the surface that is shown.
+        normal: Normal of the last period.
+        target: Target of the surface that is shown.
         most: Turn in this period [rad].
 
     Returns:
@@ -66,8 +66,8 @@ def slew_normal(
     pace is left to the size in any case.
 
     Args:
-        normal: Of the last period.
-        target: Of the surface that is shown.
+        normal: Normal of the last period.
+        target: Target of the surface that is shown.
         moved: Way of the hand in this period [m].
         k_h: Gain in use [N/m].
         force: On the hand, above 0 [N].
@@ -107,11 +107,11 @@ def slew_compliance(
     A patch without one says nothing new of it: a contact that sticks does not let go for that.
 
     Args:
-        previous: Of the last period; None before the first.
-        newest: Of the newest patch.
+        previous: Result of the last period; None before the first.
+        newest: The same of the newest patch.
         friction: Memory of the contact.
         normal_force: In the last period [N].
-        share: Of the way that time alone would go in this period.
+        share: Share of the way that time alone would go in this period.
         most: By how much the change of it may change the force in this period [N].
     """
     if newest is None or previous is None or previous == newest or not friction.touching:

@@ -30,11 +30,11 @@ class LoopSettings:
 
     Args:
         simulation_period: Time between patches, N T [s].
-        limits: Of the safety layer.
-        law: Of the integral of `Law.PI`.
+        limits: Limits of the safety layer.
+        law: Law of the integral of `Law.PI`.
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
             it as the paper does, with a step of the surface at every patch.
-        max_damping: Of the passivity layer; 0 switches it off [N s/m].
+        max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].
         surface: Makes the local surface of a patch.
         friction: mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe; not those that the user
@@ -66,11 +66,11 @@ class LoopState:
         surface: Surface of the newest patch; None before the first.
         k_h_before: Gain in use when it came [N/m].
         fade: Law in use; None before the first patch.
-        normal_force: Of the law in the last period [N].
-        sight: Of the surface shown in the last period; None before the first.
-        depth: Of the probe below that surface, held back by `hold_back` [m]. The surface is free
-            of this client's own force: the friction's normal shift, and for the laws of the paper
-            the dent of that force, are still to be subtracted. -inf without a surface.
+        normal_force: Normal force of the law in the last period [N].
+        sight: Surface sample of the surface shown in the last period; None before the first.
+        depth: Depth of the probe below that surface, held back by `hold_back` [m]. The surface is
+            free of this client's own force: the friction's normal shift, and for the laws of the
+            paper the dent of that force, are still to be subtracted. -inf without a surface.
         probe: Position in the last period [m].
         normal: Direction of the normal force in the last period, held back by `turn_back`.
         passivity: Memory of the passivity layer.
@@ -156,7 +156,7 @@ class LoopState:
 
         Args:
             fault: Why it was taken away.
-            limits: Of this hand.
+            limits: Limits of this hand.
         """
         latched = limits.latch or self.safety.mode is Mode.FAULT
         mode = Mode.FAULT if latched else Mode.WAITING
@@ -183,7 +183,7 @@ class Output:
             layer, which is the hand's affair [N].
         anchor: Point of the resting surface that the contact holds by friction [m]; None for none.
         local: Answer of the law.
-        damping_force: Of the passivity layer, along the normal [N].
+        damping_force: Damping force of the passivity layer, along the normal [N].
         u_others: Displacement of the contact point by the others, along the normal [m].
         silent: Whether the server counts as silent.
     """

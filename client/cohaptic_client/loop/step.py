@@ -39,9 +39,9 @@ def step(
 
     Args:
         state: After the last period.
-        sample: Of the device.
+        sample: Sample of the device.
         now: Time of this period [s].
-        settings: Of the loop.
+        settings: Settings of the loop.
     """
     trouble = trouble_of(state, sample, now, settings.limits)
     if trouble and not norm(sample.position) <= MAX_POSITION:
@@ -59,9 +59,9 @@ def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: Safet
 
     Args:
         state: After the last period.
-        sample: Of the device.
+        sample: Sample of the device.
         now: Time of this period [s].
-        limits: Of this hand.
+        limits: Limits of this hand.
     """
     # Without calls: this is done in every period, and mostly finds nothing.
     (x, y, z), (x0, y0, z0) = sample.position, state.probe
@@ -84,9 +84,9 @@ def without_surface(
 
     Args:
         state: After the last period.
-        sample: Of the device.
+        sample: Sample of the device.
         now: Time of this period [s].
-        settings: Of the loop.
+        settings: Settings of the loop.
         fault: Why the hand is let go.
     """
     safety = guard(
@@ -219,9 +219,9 @@ def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
     while a force still comes down to the law's, the body has the law's.
 
     Args:
-        force: Of the law and the friction [N].
+        force: Force of the law and the friction [N].
         ratio: Force that the hand is given over the one that was requested.
-        max_force: Of the hand [N].
+        max_force: Largest force of the hand [N].
     """
     size = norm(force)
     if not size < math.inf:  # NaN too

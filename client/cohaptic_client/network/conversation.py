@@ -89,7 +89,7 @@ class Refused(CohapticError):
     """The server said why this client may not take part.
 
     Args:
-        code: Of `CloseCode`.
+        code: Code of `CloseCode`.
         reason: In the server's words.
     """
 
@@ -107,14 +107,14 @@ class Conversation:
 
     Args:
         link: To the server, open.
-        settings: Of the client.
-        clock: Of the client.
+        settings: Settings of the client.
+        clock: Clock of the client.
         haptics: Started by the server's welcome, with the rest mesh where patches need one.
         tell: Called with each piece of news for people.
         beat: Called once in a while when a sample is sent, so that the loop's process knows that
             this one lives; a timer of its own would wake up the processor for it alone.
         key: The client's secret, with which it comes back to its name.
-        token: Of its invitation, or of the session that it comes back to; empty for none.
+        token: Token of its invitation, or of the session that it comes back to; empty for none.
 
     Attributes:
         active: Whether messages can be sent.

@@ -71,8 +71,8 @@ class Link:
     """One connection to a server.
 
     Args:
-        url: Of the server.
-        clock: Of this client.
+        url: URL of the server.
+        clock: Clock of this client.
         up: Injected from client to server.
         down: Injected from server to client.
         ca_file: Certificates of who may vouch for the server; empty for those of the system.

@@ -32,8 +32,8 @@ class LinkTiming(NamedTuple):
     Args:
         round_trip: Running mean [s]; 0 before the first patch.
         jitter: Running mean of the deviation from it [s].
-        shortest: Of the present window; None before the first patch.
-        shortest_before: Of the window before.
+        shortest: Shortest of the present window; None before the first patch.
+        shortest_before: Shortest of the window before.
         until: End of the present window, on the client's clock [s].
     """
 

@@ -45,7 +45,7 @@ class Room:
     """In which the tip moves, round the object's centre.
 
     Args:
-        axes: Of trigger and sticks.
+        axes: Axes of trigger and sticks.
         depth: Way of the tip over the whole way of the trigger [m].
         reach: How far the sticks move it, from the centre [m].
     """
@@ -65,7 +65,7 @@ class Cursor:
         base: Along `inward` from the centre, with the trigger released; negative in front [m].
         press: By the trigger, from there [m].
         blocked: Whether the right stick has to be let go before it moves the tip inward again.
-        velocity: Of side, up, and both others together [m/s].
+        velocity: Velocity of side, up, and both others together [m/s].
     """
 
     side: float = 0.0
@@ -111,7 +111,7 @@ def position(cursor: Cursor, axes: Axes) -> Vec3:
 
 
 def velocity(cursor: Cursor, axes: Axes) -> Vec3:
-    """Of the tip, in the device's frame [m/s]."""
+    """Velocity of the tip, in the device's frame [m/s]."""
     return _along(axes, cursor.velocity)
 
 

@@ -111,7 +111,7 @@ def _place_of(choice: DeviceChoice) -> str:
 
 
 def _depth_of(choice: DeviceChoice) -> float:
-    """Of the trigger's way, in the world [m]; raises SettingError."""
+    """Depth along the trigger's way, in the world [m]; raises SettingError."""
     return 1e-3 * choice.number("depth", 30.0, 2.0, 200.0, "mm")
 
 

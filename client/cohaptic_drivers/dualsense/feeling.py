@@ -51,7 +51,7 @@ def felt(
     Args:
         before: After the last one.
         force: On the hand [N]; one that cannot be counts as none.
-        pull: Of the trigger at which the tip is where it is, 0 to 255.
+        pull: Pull of the trigger at which the tip is where it is, 0 to 255.
         inward: Direction in which a pull moves the tip; a unit vector.
         full: Force that full resistance stands for [N].
         now: Time [s].

@@ -50,7 +50,7 @@ class Held:
     Args:
         left: Stick, to the right and up, each -1 to 1.
         right: Stick, to the right and up, each -1 to 1.
-        pull: Of the trigger, 0 to 255.
+        pull: Pull of the trigger, 0 to 255.
         buttons: A bit for each that is held: square, cross, circle, triangle, then those of the
             two bytes after them.
     """
@@ -67,8 +67,9 @@ class Effects:
 
     Args:
         start: Pull at which the trigger begins to resist, 0 to 255.
-        resistance: Of the trigger from there on, 0 to 255; nobody has measured it in newtons.
-        rumble: Of both motors, 0 to 255.
+        resistance: Resistance of the trigger from there on, 0 to 255; nobody has measured it in
+            newtons.
+        rumble: Rumble of both motors, 0 to 255.
     """
 
     start: int = 0

@@ -48,7 +48,7 @@ class Exchange:
         service: Open; this object closes it.
         device: Id of the device.
         first: Its state.
-        clock: Of this process.
+        clock: Clock of this process.
         grip: Id of the grip that is held with it; no other counts.
 
     Attributes:

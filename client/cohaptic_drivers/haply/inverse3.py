@@ -143,7 +143,7 @@ def choose_grip(report: Report, wanted: str, *, clutch: bool) -> str:
     A grip on another table must not be the switch of this hand.
 
     Args:
-        report: Of the service.
+        report: Report of the service.
         wanted: "no", "yes" for the only one, or its id.
         clutch: Whether its button is needed without being the switch.
 

@@ -29,8 +29,8 @@ class Arm:
     """What the service tells of a device.
 
     Args:
-        id: Of the device.
-        position: Of its tip, right, away from the user, up [m].
+        id: Identifier of the device.
+        position: Position of its tip, right, away from the user, up [m].
         velocity: [m/s].
         status: Its flags, such as `calibrated` and `power_supply`.
         frame: What is special about the axes in which the service speaks; empty if nothing is.

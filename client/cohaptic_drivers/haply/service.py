@@ -30,7 +30,7 @@ class Service:
     """An open connection.
 
     Args:
-        url: Of the service.
+        url: URL of the service.
         clock: By which answers are timed.
 
     Raises:

@@ -30,12 +30,12 @@ class Description:
     """What a board says of itself.
 
     Args:
-        version: Of the protocol.
+        version: Version of the protocol.
         limit: Most that its motor ever gets [A].
         full: What the motor gets at full voltage, standing still [A].
-        watchdog: Of silence, after which its motor is off [s].
+        watchdog: Watchdog of silence, after which its motor is off [s].
         ramp: From none to the limit after a start or a silence [s].
-        counts: Of its sensor, per turn of what it measures.
+        counts: Numbers of its sensor, per turn of what it measures.
     """
 
     version: int
@@ -51,9 +51,9 @@ class Report:
     """What a board answers to a force.
 
     Args:
-        sequence: Of the command, 0 to 255.
-        time: Of the board's clock, which runs over after 71 minutes [s].
-        counts: Of its sensor.
+        sequence: Sequence of the command, 0 to 255.
+        time: Time of the board's clock, which runs over after 71 minutes [s].
+        counts: Numbers of its sensor.
         current: That its motor has [A].
         button: Whether it is held.
         faulty: Whether its sensor failed: there is no current until the board starts anew.

@@ -24,13 +24,14 @@ class Unit:
     Args:
         handle_radius: From the handle's axis to where the hand holds it [m].
         gear: Turns of the motor for one turn of the handle: drum over capstan.
-        counts_per_metre: Of the sensor, along the handle's arc; 0 to take it from radius, gear and
-            what the board says of its sensor on the motor.
+        counts_per_metre: Counts per metre of the sensor, along the handle's arc; 0 to take it from
+            radius, gear and what the board says of its sensor on the motor.
         sensor_direction: 1 where counts grow as the handle goes away from the user, else -1.
         motor_direction: 1 where a positive current moves the handle away from the user, else -1.
-        torque_constant: Of the motor [N m/A]; 0 where it is not known, and there is no force.
-        friction: Of handle and motor, as the hand feels it [N].
-        damping: Of the same [N s/m].
+        torque_constant: Torque constant of the motor [N m/A]; 0 where it is not known, and there is
+            no force.
+        friction: Friction of handle and motor, as the hand feels it [N].
+        damping: Damping of the same [N s/m].
         max_current: Through the motor [A]; the board's own limit holds as well.
         max_force: At the handle [N].
         max_stiffness: That it renders stably [N/m].

@@ -46,7 +46,7 @@ class ForceDimension:
 
     Args:
         library: The maker's.
-        number: Of the device that it opened.
+        number: Number of the device that it opened.
         info: Abilities.
         clock: By which a write is late.
     """

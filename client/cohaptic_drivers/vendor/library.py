@@ -17,9 +17,9 @@ def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL
     """The library of a device.
 
     Args:
-        name: Of the device.
+        name: Name of the device.
         files: Name of the library's file for each `sys.platform`; "" for all others.
-        path: Of the file, where the user told it; empty to let the system look.
+        path: Path of the file, where the user told it; empty to let the system look.
         where: The user gets the library, for the error.
 
     Raises:

@@ -60,7 +60,7 @@ class Touch:
 
     Args:
         library: OpenHaptics.
-        handle: Of the device in it.
+        handle: Handle of the device in it.
         info: Abilities.
         clock: By which silence is timed.
     """

@@ -130,7 +130,7 @@ def open_hid(generation: str, number: int, clock: Clock) -> tuple[HidLink, Repor
     Args:
         generation: Its name, or "auto" to tell it by the length of its reports.
         number: Which of several, from 1.
-        clock: Of this process.
+        clock: Clock of this process.
 
     Raises:
         DeviceError: There is none, or it may not be opened, or it is something else.

@@ -59,7 +59,7 @@ class Pose:
     """An arm at some counts.
 
     Args:
-        position: Of the tip [m].
+        position: Position of the tip [m].
         jacobian: Its change with each joint's angle [m/rad], by columns.
     """
 

@@ -22,7 +22,7 @@ class Told:
     """What a board tells.
 
     Args:
-        counts: Of the three encoders.
+        counts: Numbers of the three encoders.
         button: Whether it is held.
         model: Number of the arm's kind; 0 where the board does not know it.
         error: What it found wrong with the last command, as bits; 0 for nothing.
@@ -54,8 +54,8 @@ class Reports:
     """Layout of a generation of HID boards.
 
     Args:
-        name: Of the generation.
-        size: Of a report, both ways [bytes].
+        name: Name of the generation.
+        size: Size of a report, both ways [bytes].
         waits: Whether the board sends nothing before it has heard of the host.
     """
 

@@ -27,12 +27,12 @@ class Unit:
         model: Number that its serial board tells.
         capstans: Diameters on the motors [mm].
         drums: Diameters on the bodies [mm].
-        lengths: Of its links [m]; those of a Polhem are in `kinematics.py`.
-        origin: Of the workspace, from the base [m]; toward the user, user's right, up.
-        counts: Of an encoder per turn of its motor.
+        lengths: Lengths of its links [m]; those of a Polhem are in `kinematics.py`.
+        origin: Origin of the workspace, from the base [m]; toward the user, user's right, up.
+        counts: Numbers of an encoder per turn of its motor.
         home: Added to the counts, which are zero in the home pose.
-        torque_constants: Of the motors [N m/A].
-        directions: Of motor and encoder against the body, each 1 or -1.
+        torque_constants: Torque constants of the motors [N m/A].
+        directions: Directions of motor and encoder against the body, each 1 or -1.
         max_current: Through a motor [A].
         max_force: At the tip [N].
         max_stiffness: That it renders stably [N/m].

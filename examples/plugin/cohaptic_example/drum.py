@@ -22,8 +22,8 @@ class Drum:
     """A drum that stands upright and faces +x.
 
     Args:
-        radius: Of the skin [m].
-        tension: Of the skin [N/m].
+        radius: Radius of the skin [m].
+        tension: Tension of the skin [N/m].
     """
 
     name = "drum"

@@ -38,13 +38,14 @@ def all_haptics(
         motions: Padded likewise.
         links: Padded likewise.
         gains: Padded likewise.
-        lags: Of the rooms, shape (trials,) [s].
+        lags: Lags of the rooms, shape (trials,) [s].
         couplings: S of each, padded likewise.
         roots: Padded likewise.
-        shares: Of the negative part that is anticipated, shape (trials,); below 0 for nothing.
+        shares: Shares of the negative part that is anticipated, shape (trials,); below 0 for
+            nothing.
         periods: Simulation periods, shape (trials,) [s].
         seeds: Shape (trials,).
-        seconds: Of haptics.
+        seconds: Length of haptics.
         tails: Written here, shape (trials, k, n) [N].
         figures: Written here, shape (trials, 4).
     """

@@ -86,7 +86,7 @@ def haptics(
     """Run one trial.
 
     Args:
-        law: Of everybody: `PROPORTIONAL`, `PI` or `PREDICTIVE`.
+        law: Law of everybody: `PROPORTIONAL`, `PI` or `PREDICTIVE`.
         C: Compliance of the contacts, each in its own frame, shape (3 n, 3 n) [m/N].
         hand: Rows mass [kg], damping [N s/m], stiffness [N/m], depth [m], time of the press [s],
             shape (n, 5).
@@ -97,13 +97,13 @@ def haptics(
             press, and the end of all motion [s]. Shape (n, 9).
         link: Rows delay up, delay down, jitter [s], loss, shape (n, 4).
         gains: Rows K_h, I, shape (n, 2).
-        lag: Of the room [s].
+        lag: Lag of the room [s].
         S: Coupling that is anticipated, shape (3 n, 3 n); empty for none.
         root: As in `server_plan.Plan`, shape (3 n,).
         share: As in `server_plan.Plan`.
         simulation_period: N T [s].
-        seed: Of jitter, loss and phases.
-        seconds: Of haptics.
+        seed: Seed of jitter, loss and phases.
+        seconds: Length of haptics.
         tail: Forces on the hands at the end, written here, shape (k, n) [N].
         figures: Written here, shape (4,): sums over periods and users of the squared damping force
             and of the squared force [N^2]; the largest change of a force in a period that is not

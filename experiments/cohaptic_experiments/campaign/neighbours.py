@@ -38,9 +38,9 @@ class Outcome(NamedTuple):
     Fields:
         delay: The longest loop of the room [ms].
         coupling: m of science 3.8 and 3.13, in hundredths.
-        lag: Of the room [ms].
+        lag: Lag of the room [ms].
         unstable: 1 where forces keep swinging (`verdicts.judge`), else 0.
-        swing: Of the last two seconds, in percent of the largest true force.
+        swing: Swing of the last two seconds, in percent of the largest true force.
         error: Largest relative error of a steady force, in thousandths.
     """
 
@@ -100,7 +100,7 @@ def table(
     """The rooms of each rule by their number of hands.
 
     Args:
-        seed: Of the ensemble.
+        seed: Seed of the ensemble.
         count: Rooms of each variant; all variants have the same rooms.
         progress: Called with the share that is done.
 

@@ -23,7 +23,7 @@ class Row:
         name: Ensemble and damping of the devices, in words.
         draw: Makes a trial of the campaign's seed and an index.
         variant: Law and devices of everybody.
-        seconds: Of haptics per trial.
+        seconds: Length of haptics per trial.
         times: Number of trials over the campaign's.
         unstable: Largest number of unstable trials that passes.
         error: Largest 95th percentile of a steady force's relative error; None if not judged.

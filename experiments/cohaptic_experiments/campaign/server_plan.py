@@ -68,7 +68,7 @@ def anticipate(plan: Plan, requested: Floats) -> Floats:
     """Forces that hands are about to feel, as `world.lags.anticipation.anticipate`, shape (n, 3).
 
     Args:
-        plan: Of the room; `part` and `solve` are found anew when a hand comes or goes.
+        plan: Plan of the room; `part` and `solve` are found anew when a hand comes or goes.
         requested: Forces of the newest samples, shape (n, 3) [N].
     """
     n = len(requested)

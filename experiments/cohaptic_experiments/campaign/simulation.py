@@ -38,7 +38,7 @@ def play(
     Args:
         trials: Rooms to be run.
         variant: Law and devices of everybody.
-        seconds: Of haptics per trial.
+        seconds: Length of haptics per trial.
         progress: Called with the number of trials done, after each chunk.
         chunk: Trials that run side by side between two calls of `progress`.
     """

@@ -42,13 +42,13 @@ class Trial:
     Args:
         object: `balloon` or `slab`.
         C: Compliance of the contacts along their normals, shape (n, n) [m/N].
-        mass: Of each hand, shape (n,) [kg]; likewise damping [N s/m] and stiffness [N/m].
-        depth: Of each intention below the resting surface, shape (n,) [m].
+        mass: Mass of each hand, shape (n,) [kg]; likewise damping [N s/m] and stiffness [N/m].
+        depth: Depth of each intention below the resting surface, shape (n,) [m].
         press_at: When each hand presses, shape (n,) [s].
         simulation_period: N T [s].
         up: One-way delay to the server, shape (n,) [s]; `down` back.
         jitter: Largest extra delay of each message, one way, shape (n,) [s].
-        seed: Of the jitter.
+        seed: Seed of the jitter.
         max_stiffness: That each device renders, shape (n,) [N/m]; None: it is not on trial.
         budget: What each device may damp, shape (n,) [N s/m]; None: as the campaign's row says.
         friction: mu of each contact, shape (n,); None: none.

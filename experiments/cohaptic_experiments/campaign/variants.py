@@ -78,10 +78,10 @@ class Coupling(NamedTuple):
     """What the server would anticipate of a room.
 
     Args:
-        S: Of three rows for each user, of which those along the surface are 0 without friction,
+        S: S of three rows for each user, of which those along the surface are 0 without friction,
             shape (3 n, 3 n).
         root: Square roots of K in these rows, shape (3 n,).
-        share: Of the negative part that is anticipated; below 0 where nothing is.
+        share: Share of the negative part that is anticipated; below 0 where nothing is.
     """
 
     S: Floats

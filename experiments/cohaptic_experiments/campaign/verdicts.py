@@ -35,13 +35,13 @@ class Verdicts:
         swing: In the last two seconds, share of the largest true force, shape (trials,).
         error: Largest relative error of a force in the steady state, shape (trials,); of rooms
             without friction, whose steady state depends on the way to it.
-        errors: Of every user of every stable trial without friction.
+        errors: Errors of every user of every stable trial without friction.
         users: Size of the room of each of `errors`.
         damping: RMS of the passivity layer's force over that of the law's, shape (trials,).
         step: Largest change of a force in a period that is not explained by the hand's own
             motion and the damping, shape (trials,) [N].
         faded: Share of periods in which a force was faded, shape (trials,).
-        lag: Of the rooms, shape (trials,) [s].
+        lag: Lag of the rooms, shape (trials,) [s].
     """
 
     unstable: Bools
@@ -66,7 +66,7 @@ def judge(
         trials: The rooms.
         tails: Forces at the end of each, shape (trials, k, users) [N].
         figures: As `kernel.haptics` writes them, shape (trials, 4).
-        lags: Of the rooms, shape (trials,) [s]; None for rooms without lag.
+        lags: Lags of the rooms, shape (trials,) [s]; None for rooms without lag.
     """
     half = tails.shape[1] // 2
     references = [trial.reference for trial in trials]

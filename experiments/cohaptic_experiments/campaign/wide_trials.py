@@ -33,9 +33,9 @@ def draw_wide(seed: int, index: int, seconds: float) -> Trial:
     """Trial `index` of the wide campaign; the same numbers on every machine.
 
     Args:
-        seed: Of the campaign.
-        index: Of the trial.
-        seconds: Of haptics: hands move in the first half, and hold still in the second.
+        seed: Seed of the campaign.
+        index: Index of the trial.
+        seconds: Length of haptics: hands move in the first half, and hold still in the second.
     """
     rng = np.random.default_rng([seed, index, 11])
     n = int(rng.integers(1, MAX_USERS + 1))

@@ -69,7 +69,7 @@ class Dyad:
     """Two users.
 
     Args:
-        hands: Of both.
+        hands: Mechanics of both.
         coupling: c, below 1.
         delays: Loop delay of each, above 0 [s].
     """

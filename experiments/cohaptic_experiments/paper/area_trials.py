@@ -47,7 +47,7 @@ class Trial:
         int_: I N T [N/m].
         delay: Simulation periods beyond the paper's one.
         inside: Whether theory has it stable.
-        swing: Of x_o in the last second [m].
+        swing: Swing of x_o in the last second [m].
     """
 
     k_h: float

@@ -103,7 +103,7 @@ def _gap(trace: Trace) -> float:
 
 
 def _swing(trace: Trace) -> float:
-    """Of the proxy in the end [m]."""
+    """Swing of the proxy in the end [m]."""
     return swing(trace.proxy[trace.last(0.5)])
 
 

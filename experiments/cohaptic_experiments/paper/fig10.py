@@ -50,8 +50,8 @@ class Case:
 
     Args:
         k_h: [N/m].
-        trace: Of the press.
-        displacement: Of the mesh in the end, shape (n, 3) [m].
+        trace: Trace of the press.
+        displacement: Displacement of the mesh in the end, shape (n, 3) [m].
         probe: In the end, shape (3,) [m].
     """
 

@@ -36,7 +36,7 @@ def settling_time(t: Floats, x: Floats, start: float, tolerance: float) -> float
     Args:
         t: Shape (n,) [s].
         x: Shape (n,) [m].
-        start: Of the step [s].
+        start: Start of the step [s].
         tolerance: Share of the final value.
     """
     tail = x[-max(1, len(x) // 10) :]

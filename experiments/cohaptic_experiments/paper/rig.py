@@ -37,12 +37,12 @@ class Press:
     """One press of the clamp.
 
     Args:
-        gains: Of the law.
-        depth: Of the probe below the resting surface [m].
+        gains: Gains of the law.
+        depth: Depth of the probe below the resting surface [m].
         seconds: From the begin of the approach to the end.
         law: Local model.
         approach_time: Short for the paper's step input, long to begin without oscillation [s].
-        thresholds: Of the integral.
+        thresholds: Thresholds of the integral.
         delay: One way [s].
         clearance: Before the approach [m].
     """

@@ -37,10 +37,10 @@ class Way:
     """A slide along a circle round the body, as an angle and a height over time.
 
     Args:
-        center: Of the circle [m].
-        radius: Of the resting surface [m].
+        center: Centre of the circle [m].
+        radius: Radius of the resting surface [m].
         depth: Below it while sliding [m].
-        speed: Of the point of the surface that is touched [m/s].
+        speed: Speed of the point of the surface that is touched [m/s].
         angle: That is slid over in steady sliding [rad].
         delay: One way; patches are that old, so sliding is steady that much later [s].
         upwards: From the equator over the pole instead of along the equator.
@@ -100,7 +100,7 @@ class GuidedHand:
     """A device whose tip follows a given path under any force.
 
     Args:
-        way: Of the tip; its time starts with the first `read`.
+        way: Way of the tip; its time starts with the first `read`.
     """
 
     info = DeviceInfo("guided", max_force=100.0, max_stiffness=1e5, damping=1e3)
@@ -129,11 +129,11 @@ class SlideResult:
     """Error of the force in steady sliding, against the reference.
 
     Args:
-        geometry: Of the patches.
-        speed: Of the slide [m/s].
+        geometry: Geometry of the patches.
+        speed: Speed of the slide [m/s].
         delay: One way [s].
-        median: Of the error of the normal force, as a share of the true one.
-        p95: Of the same, 95 of 100 periods are below it.
+        median: Median of the error of the normal force, as a share of the true one.
+        p95: 95th percentile of the same, 95 of 100 periods are below it.
         worst: Largest.
         step: Largest change of the force between two periods of 1 ms, as a share of the force.
         start: Largest error while it gets up to speed, with patches that were made before.
@@ -164,8 +164,8 @@ def measure(
     """Slide over a body with one geometry.
 
     Args:
-        geometry: Of the patches.
-        speed: Of the point that is touched [m/s].
+        geometry: Geometry of the patches.
+        speed: Speed of the point that is touched [m/s].
         delay: One way [s].
         body: To be slid over.
         depth: Below the resting surface [m].

@@ -50,8 +50,8 @@ class Point:
         force: Steady [N].
         stiffness: Felt, steady [N/m].
         error: Steady distance of probe and proxy [m].
-        swing: Of the force in the last second [N].
-        settling: Of the force, to 2 % [s].
+        swing: Swing of the force in the last second [N].
+        settling: Settling of the force, to 2 % [s].
     """
 
     law: Law

@@ -26,7 +26,7 @@ class Played:
     """Result of a session.
 
     Args:
-        law: Of everybody.
+        law: Law of everybody.
         users: How many.
         seconds: How long it ran [s].
         error: Largest relative error of a steady force against the reference.
@@ -34,7 +34,7 @@ class Played:
         reached: Time from the begin of the press until every force stays within `REACHED` of the
             reference; infinite if some never does [s].
         step: Largest change of a force in a period that its hand's own motion does not explain [N].
-        lag: Of the room, at the end [s].
+        lag: Lag of the room, at the end [s].
         coupling: m of the room, at the end.
         furthest: Largest relative error of all hands, over time, shape (n,).
     """

@@ -154,7 +154,7 @@ class Admission:
         """Who has this token; one for one time is not used up by it alone, but by `begin`.
 
         Args:
-            token: Of the first message; None without one.
+            token: Token of the first message; None without one.
             room: That it wants to come into.
             now: Unix time [s].
 

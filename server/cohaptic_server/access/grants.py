@@ -17,7 +17,7 @@ _PATTERN = r"^(\*|[A-Za-z0-9][A-Za-z0-9._-]{0,63}\*?)$"
 
 
 class Grants(BaseModel):
-    """Of one token; on the wire `roomJoin` and so on.
+    """Grants of one token; on the wire `roomJoin` and so on.
 
     Args:
         room: Name of the room, or a prefix with a star behind it: `lab-*`.

@@ -66,7 +66,7 @@ class Pardon(_Record):
     """Whoever was put out by a name before may come back.
 
     Args:
-        name: Of a `Removal`.
+        name: Name of a `Removal`.
         at: When it was said [s].
     """
 

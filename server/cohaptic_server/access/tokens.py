@@ -45,7 +45,7 @@ Time = Annotated[float, Field(ge=0.0, le=1e12)]
 
 
 class Session(BaseModel):
-    """Of a session's token.
+    """Grants and times of a session, as its token has them.
 
     Args:
         sid: Name of the session.

@@ -40,8 +40,8 @@ class LoadArrays(NamedTuple):
             the loads of a contact with friction share their places.
         vertices: Under the loads, shape (k,) or longer.
         weights: Share of a load's force on each, shape (k,) or longer.
-        directions: Of the loads, shape (c, 3).
-        forces: Of the loads, shape (c,) [N].
+        directions: Directions of the loads, shape (c, 3).
+        forces: Forces of the loads, shape (c,) [N].
     """
 
     starts: Ints
@@ -75,7 +75,7 @@ class Loads(Sequence[Load]):
     """Loads that are arrays, and become values only for a body that reads them one by one.
 
     Args:
-        arrays: Of all loads.
+        arrays: Arrays of all loads.
     """
 
     def __init__(self, arrays: LoadArrays) -> None:
@@ -194,7 +194,7 @@ def without_own(
     """Displacement of some vertices for each user, without the loads of that user (science 3.3).
 
     Args:
-        response: Of the body to everybody.
+        response: Response of the body to everybody.
         spans: First load of each user, and the end of the last one's, shape (n + 1,).
         forces: To subtract from these loads, shape (spans[n] - spans[0],) [N].
         starts: Where each user's vertices begin, and the last one's end, shape (n + 1,).

@@ -231,7 +231,7 @@ class NewtonIteration(Generic[S]):
         return np.asarray(self._spread(tangent.solver.step(self._unknown(force)), force)[0])
 
     def _unknown(self, forces: Floats) -> Floats:
-        """Of nodal values (c, n, 3) the unknowns' in their order, shape (c, size)."""
+        """Nodal values (c, n, 3) as unknowns in their order, shape (c, size)."""
         return np.asarray(forces.reshape(len(forces), -1)[:, self._body.dof])
 
     def _spread(self, values: Floats, like: Floats) -> Floats:

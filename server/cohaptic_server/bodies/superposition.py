@@ -61,7 +61,7 @@ def seen_by(
     """Displacement of each contact along its direction by each load, per unit of force.
 
     Args:
-        fields: Of the loads, shape (c, 3 n) [m/N].
+        fields: Fields of the loads, shape (c, 3 n) [m/N].
         starts, ends: As in `superpose`.
         vertices: As there.
         weights: As there.
@@ -91,10 +91,11 @@ def subtract_own(
     """Displacement of some vertices for each user, without the loads of that user.
 
     Args:
-        displacement: Of every vertex under all loads, shape (n, 3) [m].
-        fields: Of the loads, shape (c, n, 3) [m/N].
+        displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
+        fields: Fields of the loads, shape (c, n, 3) [m/N].
         spans: First load of each of u users, and the end of the last one's, shape (u + 1,).
-        forces: Of the loads to leave out, in order, at most those of the span, shape (l,) [N].
+        forces: Forces of the loads to leave out, in order, at most those of the span, shape (l,)
+            [N].
         starts: Where the vertices of each user begin, and the last one's end, shape (u + 1,).
         vertices: Shape (k,).
         left: Set to the displacement, shape (k, 3) [m].

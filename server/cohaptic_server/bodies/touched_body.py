@@ -30,7 +30,7 @@ class ContactWindows:
 
     Args:
         search: For one window after the other.
-        vertices: Of the surface, rising, shape (n,); the first `search.count` hold.
+        vertices: Vertices of the surface, rising, shape (n,); the first `search.count` hold.
         fitted: Those of them that the touch mesh has and that face as the contact does, as indices
             into `vertices`, shape (n,); the first `search.fits` hold.
         touched: Vertices of the touch mesh that are carried, rising, shape (t,); the first

@@ -48,7 +48,7 @@ def eliminate(
         blocks: As there.
         updates: As there.
         values: As there.
-        routines: Of `dense.routines`.
+        routines: Routines of `dense.routines`.
 
     Returns:
         0, or not if the matrix is not positive definite.
@@ -83,15 +83,15 @@ def load_front(
 
     Args:
         k: The front.
-        table: Of the analysis, as the following ones.
+        table: Table of the analysis, as the following ones.
         where: Rows of the parents.
-        children: Of all fronts.
+        children: Children of all fronts.
         starts: First block of each column.
         places: Row of each block within the front.
         blocks: Shape (e, 9), row by row.
         updates: Workspace, with the lower triangles of the children's updates.
-        values: Of the factor; those of the front become its own unknowns' lower triangle and the
-            rows of its border.
+        values: Values of the factor; those of the front become its own unknowns' lower triangle and
+            the rows of its border.
     """
     first, last, start = table[k, 0], table[k, 1], table[k, 3]
     width, height = 3 * (last - first), 3 * table[k, 2]

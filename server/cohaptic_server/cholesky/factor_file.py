@@ -25,7 +25,7 @@ def to_arrays(
     """All arrays of a factor by name, for `from_arrays`; its own where they are so already.
 
     Args:
-        factor: Of any precision.
+        factor: Factor of any precision.
         precision: `np.float32` or `np.float64`, of the numbers.
     """
     values: npt.NDArray[Any] | None = factor.numbers

@@ -32,7 +32,7 @@ class _Front(NamedTuple):
     Args:
         lower: Its own block, the lower half, by columns, shape (a, a).
         carry: The border's, by rows, shape (b, a).
-        update: Of the border, the upper half, by rows, shape (b, b).
+        update: Update of the border, the upper half, by rows, shape (b, b).
     """
 
     lower: Floats

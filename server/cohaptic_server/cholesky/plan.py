@@ -56,7 +56,7 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
     """Order the elimination, and count.
 
     Args:
-        graph: Of the nodes whose 3x3 blocks are not zero, each with itself, shape (n, n).
+        graph: Graph of the nodes whose 3x3 blocks are not zero, each with itself, shape (n, n).
         points: Position of each node, shape (n, 3) [m].
         retained: Nodes that forces act on and whose displacement is observed, shape (n,).
     """

@@ -43,9 +43,9 @@ class Workspace:
 
     Attributes:
         analysis: As given.
-        dtype: Of its values.
+        dtype: Type of its values.
         updates: Schur complements on their way to the parents.
-        routines: Of BLAS and LAPACK, for its precision (`dense.py`).
+        routines: Routines of BLAS and LAPACK, for its precision (`dense.py`).
         halves: Ends of the runs of fronts that two threads take; twice 0 for a small factor.
         scratch_rows: Largest number of rows of a border.
     """

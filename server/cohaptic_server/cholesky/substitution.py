@@ -38,14 +38,14 @@ def forward(
     Args:
         begin: The first front.
         end: The one after the last.
-        table: Of the analysis.
+        table: Table of the analysis.
         borders: Border nodes of all fronts, each front's from the place on that `where` has.
         shared: First node whose rows are written elsewhere,
         shift: by as many rows.
-        values: Of the factor.
+        values: Values of the factor.
         x: Right-hand sides, shape (3 n or more, r).
         scratch: Shape (at least the largest height, r).
-        routines: Of `dense.routines`.
+        routines: Routines of `dense.routines`.
     """
     with cython.nogil:
         for k in range(begin, end):

@@ -66,7 +66,7 @@ class Analysis:
         fronts: Children before their parents; the last one is the root.
         table: What the loops of `blocks.py` need of each front: first, last, length of the border,
             start, update, first place in `where`, inner, first child, last child; shape (f, 9).
-            Of its border, `inner` nodes are eliminated by the parent.
+            The parent eliminates `inner` nodes of its border.
         where: Rows of the parent for the border nodes of all fronts, in nodes, and the end of the
             run of successive rows that each belongs to, shape (w, 2).
         children: The children of all fronts.

@@ -138,7 +138,7 @@ def in_words_of(protection: Protection, host: str) -> list[str]:
     """What the owner of a server should know, if it is not only of this machine.
 
     Args:
-        protection: Of the server.
+        protection: Protection of the server.
         host: That it listens on.
     """
     lines: list[str] = []

@@ -53,9 +53,9 @@ def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline
     """Serve the rooms of a configuration until interrupted.
 
     Args:
-        context: Of the command, which says what was given.
-        path: Of the configuration.
-        style: Of the log.
+        context: TLS context of the command, which says what was given.
+        path: Path of the configuration.
+        style: Style of the log.
         lifeline: Whether to end as well when standard input closes.
 
     Raises:
@@ -94,7 +94,7 @@ def build_room(table: RoomTable, settings: ServerSettings) -> Body:
     """Make the body of a room; called in its process.
 
     Args:
-        table: Of the room.
+        table: Table of the room.
         settings: The same, as the server has them.
 
     Raises:
@@ -133,7 +133,7 @@ def protect(table: AccessTable, host: str) -> Protection:
     """Who comes into a room; called in its process.
 
     Args:
-        table: Of the server.
+        table: Table of the server.
         host: That it listens on.
 
     Raises:

@@ -170,7 +170,7 @@ def _page_of(url: str, room: str) -> str:
     """The page that a token for a room opens; raises SettingError where it would be refused.
 
     Args:
-        url: Of the server, or of the room.
+        url: URL of the server, or of the room.
         room: As it was given; empty for that of the address.
     """
     page, named = url if urlsplit(url).path else f"{url}/", room_in(url)

@@ -21,7 +21,7 @@ def tell_pages(url: str, others: Sequence[str], out: TextIO | None = None) -> No
     """Say where the page is, here and for other machines.
 
     Args:
-        url: Of the server.
+        url: URL of the server.
         others: Addresses of it that other machines may reach; the first is drawn.
         out: Where it is drawn, if that is a terminal; None for the standard error, as the log.
     """
@@ -39,7 +39,7 @@ def qr_code(address: str, columns: int) -> str:
 
     Args:
         address: To be opened.
-        columns: Of the terminal.
+        columns: Columns of the terminal.
     """
     import segno
 

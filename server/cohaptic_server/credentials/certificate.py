@@ -25,7 +25,7 @@ class Certificate:
         key: PEM, without a password.
 
     Attributes:
-        context: Of every connection; it serves what was loaded last.
+        context: TLS context of every connection; it serves what was loaded last.
         paths: Both files.
         ends: When the certificate ends, as it says it itself.
 

@@ -42,7 +42,7 @@ _MOST_BYTES = 64 * 1024 * 1024  # of a file; `_LINES` of the longest that a serv
 
 
 class Journal:
-    """Of one room; nothing but `open` waits for the disk.
+    """Journal of one room; nothing but `open` waits for the disk.
 
     Args:
         folder: For the files of all rooms of a server; made, for its owner alone.
@@ -193,7 +193,7 @@ def _lines_at(path: Path) -> list[bytes]:
 
 
 def _newest_lines(file: BinaryIO) -> list[bytes]:
-    """Of a file that is longer than any of ours, its end: that is what was written last.
+    """The end of a file that is longer than any of ours: that is what was written last.
 
     To look for a word in a line takes a tenth of a microsecond, and to read it ten: a file of a
     million lines would keep a room closed for as long. Who was put out counts from further back.

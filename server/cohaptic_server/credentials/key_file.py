@@ -26,7 +26,7 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
     """The keys in a file.
 
     Args:
-        path: Of the file; links are followed, as secrets are mounted by them.
+        path: Path of the file; links are followed, as secrets are mounted by them.
         insecure: Whether others may read it, as on a file system without modes.
 
     Raises:
@@ -67,7 +67,7 @@ def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:
     """Write keys to a file that was never readable by others, in one step.
 
     Args:
-        path: Of the file.
+        path: Path of the file.
         ring: The keys.
         replace: Whether there may be a file of this name.
 

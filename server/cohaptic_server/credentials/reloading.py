@@ -25,7 +25,7 @@ class Watched:
 
     Args:
         what: They are, for people.
-        paths: Of the files.
+        paths: Paths of the files.
         load: Reads them; raises SettingError and changes nothing where they cannot be used.
     """
 

@@ -140,7 +140,7 @@ def _groups(
         x: Vertices, shape (n, 3) [m].
         pressed: At which a press was tried, shape (p,).
         admissible: Where others may stand, shape (f,).
-        score: Of each of these with each of those, shape (p, f).
+        score: Score of each of these with each of those, shape (p, f).
         users: Number of hands.
         apart: Least distance between two [m].
     """
@@ -245,7 +245,7 @@ def is_met_squarely(body: Body, vertices: Ints) -> npt.NDArray[np.bool_]:
 
     Args:
         body: At rest.
-        vertices: Of its surface, shape (k,).
+        vertices: Vertices of its surface, shape (k,).
     """
     return np.array([_meets_squarely(body, k) for k in vertices.tolist()], dtype=np.bool_)
 

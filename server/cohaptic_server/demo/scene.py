@@ -103,7 +103,7 @@ class Scene:
 
     @property
     def _parts(self) -> float:
-        """Of a period: two, off and pressed, or three: off, pressed and dragged."""
+        """Parts of a period: two, off and pressed, or three: off, pressed and dragged."""
         return 3.0 if self.drags else 2.0
 
     def script(self, user: int) -> HandScript:

@@ -14,7 +14,7 @@ FULL = float("-inf")  # a bucket that nothing was taken from
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Of one kind of thing.
+    """Budget of one kind of thing.
 
     Args:
         rate: How many in the long run [1/s].
@@ -34,7 +34,7 @@ def spend(bucket: float, amount: float, budget: Budget, now: float) -> float | N
     Args:
         bucket: When it is full again [s].
         amount: How many are wanted.
-        budget: Of the bucket.
+        budget: Budget of the bucket.
         now: Time [s].
     """
     empty = now + budget.burst / budget.rate

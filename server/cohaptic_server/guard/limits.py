@@ -35,11 +35,11 @@ class Limits:
         points_in_all: The same of all connections of an address.
         connections: New ones of an address, each of which is one HTTP request or one websocket. A
             page asks for Green's functions one by one, a few hundred under a new hand.
-        joins: Of an address, to touch or to watch. A classroom behind one address comes within a
-            minute; every join is news to everybody.
+        joins: Joins of an address, to touch or to watch. A classroom behind one address comes
+            within a minute; every join is news to everybody.
         dismissals: Connections of an address that were closed because of one of the budgets above.
             Each may have cost a burst, 5 ms at the worst; beyond this the address has to wait.
-        lines: Of the log, about one address.
+        lines: Lines of the log, about one address.
         open: Connections of an address at a time.
         open_in_all: Connections at a time; fewer where the system gives fewer files.
         waiting: Places in the queue before a full room, for an address: one that fills it would

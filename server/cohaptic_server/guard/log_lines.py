@@ -20,7 +20,7 @@ class LogLines:
     """Budgets of lines, by address.
 
     Args:
-        budget: Of each.
+        budget: Budget of each.
     """
 
     def __init__(self, budget: Budget) -> None:

@@ -8,10 +8,10 @@ from cohaptic_server.guard.limits import Limits
 
 
 class Meter:
-    """Of one connection.
+    """Meter of one connection.
 
     Args:
-        limits: Of the server.
+        limits: Limits of the server.
         simulation_hz: Its ticks per second.
     """
 

@@ -56,7 +56,7 @@ class Proxies:
     """Those of one server.
 
     Args:
-        networks: Of their addresses.
+        networks: Networks of their addresses.
     """
 
     networks: tuple[Network, ...] = ()

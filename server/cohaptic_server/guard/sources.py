@@ -52,7 +52,7 @@ class Refusal:
     Args:
         why: A sentence.
         retry: After how long it may be tried again [s].
-        status: Of HTTP.
+        status: Status of HTTP.
     """
 
     why: str
@@ -62,7 +62,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Of one address; the buckets as in `budget`."""
+    """What one address has used; the buckets as in `budget`."""
 
     open: int = 0
     unread: int = 0
@@ -77,7 +77,7 @@ class Sources:
     """All addresses.
 
     Args:
-        limits: Of the server.
+        limits: Limits of the server.
 
     Attributes:
         open: Connections at present.

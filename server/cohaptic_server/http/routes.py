@@ -74,7 +74,7 @@ class BlockNeeded:
     """The response needs a block of Green's functions, which is to be solved first.
 
     Args:
-        vertex: Of the block.
+        vertex: Vertex of the block.
     """
 
     vertex: int

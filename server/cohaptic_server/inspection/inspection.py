@@ -174,7 +174,7 @@ class Inspection:
         stiffness: K_o at each vertex of the surface, infinite where it is fixed, (n,) [N/m].
         thinnest: Least thickness over the vertices that were sampled [m].
         cost: Cost of a tick.
-        parts: Of the tetrahedra; None without any.
+        parts: Parts of the tetrahedra; None without any.
         hz: Ticks per second for which they are judged.
     """
 

@@ -25,7 +25,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
     Args:
         path: Path of the file.
         tets: The object.
-        parts: Of its tetrahedra.
+        parts: Parts of its tetrahedra.
         words: For the legend, one for each part.
         title: Title of the picture.
 

@@ -38,11 +38,11 @@ def fit_curvatures(
         starts: Where the vertices of each of n contacts begin, and the last one's end, in the first
             row, and the same of `rows` in the second, shape (2 or more, n + 1).
         vertices: Those whose displacement is known, shape (k,).
-        displacement: Of these, shape (k, 3) [m].
+        displacement: Displacement of these, shape (k, 3) [m].
         rows: Those of its vertices that are fitted, counted from a contact's first, shape (r,).
         points: Contact points, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).
-        radius: Of the fit [m].
+        radius: Radius of the fit [m].
 
     Returns:
         The curvatures, at most 2 / radius: a sphere smaller than the fitted region has no meaning.

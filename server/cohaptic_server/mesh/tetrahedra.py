@@ -20,7 +20,7 @@ class SeveralPiecesError(BodyError):
     """A solid is not one piece.
 
     Args:
-        count: Of its pieces.
+        count: Number of its pieces.
     """
 
     def __init__(self, count: int) -> None:

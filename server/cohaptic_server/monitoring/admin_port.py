@@ -59,13 +59,13 @@ def admin_address(said: str, allow_hosts: tuple[str, ...] = ()) -> AdminAddress:
 
 @dataclass(eq=False)
 class AdminPort:
-    """Of one server.
+    """Admin port of one server.
 
     Args:
         address: Where it is.
 
     Attributes:
-        url: Of it, once it is open.
+        url: URL of it, once it is open.
         process: The newest; None before the first.
     """
 

@@ -50,7 +50,7 @@ def serve_admin(end: socket.socket, host: str, port: int, allow_hosts: tuple[str
     """Main function of the process; it ends when the server does.
 
     Args:
-        end: Of a pair; the server writes lines into the other.
+        end: End of a pair; the server writes lines into the other.
         host, port: Where to listen.
         allow_hosts: Further names under which it may be asked.
     """
@@ -114,7 +114,7 @@ def answer(request: Request, known: Known, now: float) -> Answer:
 
     Args:
         request: From whoever reaches the port.
-        known: Of the server.
+        known: State of the server.
         now: Time [s].
     """
     if request.method not in ("GET", "HEAD"):

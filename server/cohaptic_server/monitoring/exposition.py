@@ -88,7 +88,7 @@ class _Server(Collector):
     """Collects what is known at one time.
 
     Args:
-        known: Of the server.
+        known: State of the server.
         now: Time [s].
     """
 
@@ -160,7 +160,7 @@ def exposition(known: Known, now: float) -> bytes:
     """The text.
 
     Args:
-        known: Of the server.
+        known: State of the server.
         now: Time [s].
     """
     registry = CollectorRegistry(auto_describe=False)

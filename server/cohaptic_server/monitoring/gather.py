@@ -24,7 +24,7 @@ class _Seat:
     """What is remembered of a user from one report to the next.
 
     Args:
-        number: Of the seat.
+        number: Number of the seat.
         seen, used: Sequence number of its newest sample, and samples used, at the last report.
         loss: As reported then.
     """
@@ -36,7 +36,7 @@ class _Seat:
 
 
 class Gatherer:
-    """Of one server.
+    """Gathers what one server tells of itself.
 
     Args:
         server: That is read.
@@ -127,7 +127,7 @@ def _processor_time() -> float:
 
 
 def _resident_memory() -> int:
-    """Of this process [bytes]; 0 where the system does not tell."""
+    """Resident memory of this process [bytes]; 0 where the system does not tell."""
     try:
         return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, IndexError):

@@ -40,7 +40,7 @@ class Known:
     """All of it.
 
     Attributes:
-        health: Of the server; None before its first line.
+        health: Health of the server; None before its first line.
         heard: When that came [s].
         rooms: By name; only rooms that the server has.
     """

@@ -35,7 +35,7 @@ class OpenLine(_Line):
     """The other way, once: the admin port is open.
 
     Args:
-        url: Of it.
+        url: URL of it.
         missing: A sentence for each address of its name that this machine does not have.
     """
 

@@ -29,7 +29,7 @@ class LogStyle:
 
     Args:
         level: Least level, of `logging`.
-        format: Of a line.
+        format: Format of a line.
     """
 
     level: int = logging.INFO
@@ -43,7 +43,7 @@ class JsonLines(logging.Formatter):
     """A record as one line of JSON in ASCII: what a stranger wrote is escaped, whatever it is.
 
     Args:
-        room: Of the process; None for that of a whole server.
+        room: Room of the process; None for that of a whole server.
     """
 
     def __init__(self, room: str | None = None) -> None:
@@ -72,7 +72,7 @@ class Beside(logging.StreamHandler[Any]):
     """Writes to standard error without waiting, but at the end, for a moment.
 
     Args:
-        formatter: Of the lines.
+        formatter: Formatter of the lines.
     """
 
     def __init__(self, formatter: logging.Formatter) -> None:
@@ -101,8 +101,8 @@ def set_up_log(style: LogStyle, room: str | None = None) -> None:
     """Write the log of this process to standard error.
 
     Args:
-        style: Of the lines.
-        room: Of the process; None for that of a whole server.
+        style: Style of the lines.
+        room: Room of the process; None for that of a whole server.
     """
     whose = "" if room is None else f" [{room}]"
     formatter = logging.Formatter(f"%(asctime)s{whose} %(message)s", "%H:%M:%S")

@@ -1,6 +1,6 @@
 """What a room and a server tell of themselves, as frozen values that pass between processes.
 
-Of a user the metrics have a seat beside its name: a name is a stranger's, and there may be
+The metrics of a user have a seat beside its name: a name is a stranger's, and there may be
 any number of them over a day, while a room has so many seats and no more.
 """
 
@@ -21,7 +21,7 @@ class TimeCounts(_Frozen):
     """A histogram of times.
 
     Args:
-        counts: Of each bucket of `TIME_EDGES` and of what is above, not cumulated.
+        counts: Numbers of each bucket of `TIME_EDGES` and of what is above, not cumulated.
         total: Sum of all times [s].
     """
 
@@ -38,13 +38,13 @@ class UserMetrics(_Frozen):
     Args:
         seat: Lowest number that was free when it came, from 1.
         name: As it gave it.
-        delay: Of its loop, as gains are chosen for; None before it was measured [s].
+        delay: Delay of its loop, as gains are chosen for; None before it was measured [s].
         loss: Share of its samples of late that no tick has used, since newer ones came with them or
             they were too many, 0 to 1.
         silence: Since its newest message [s].
         force: That the body gets of it now [N].
         skipped: Patches that were replaced before they could be sent, so far.
-        capabilities: Of its device, as it says; None if it says nothing.
+        capabilities: Capabilities of its device, as it says; None if it says nothing.
     """
 
     seat: int = Field(ge=1)
@@ -63,14 +63,14 @@ class RoomMetrics(_Frozen):
     Args:
         hz: Ticks per second that it should have.
         ticks, missed, left_out, slept: As `TickMeters` counts.
-        cost, lateness: Of its ticks.
+        cost, lateness: Histograms of its ticks.
         users: Who touches.
         max_users: Who may touch at once.
         waiting: Who waits for a seat.
         watchers, max_watchers: Who watches, and who may at once.
-        lag: Of the room [s].
-        coupling: Of its hands.
-        margin: Of their stability; None where they do not couple.
+        lag: Lag of the room [s].
+        coupling: Coupling of its hands.
+        margin: Margin of their stability; None where they do not couple.
         limited: Times that a user's force was limited in a tick, by why.
         refused: Sessions and requests that were refused, by cause.
         spent: Connections closed for a budget that was spent, by budget.
@@ -109,10 +109,10 @@ class RoomHealth(_Frozen):
     """How a room is, as whoever keeps it knows.
 
     Args:
-        name: Of the room.
+        name: Name of the room.
         state: idle, starting, open, broken or stopped.
         problem: Why it is broken.
-        restarts: Of its process so far.
+        restarts: Number of restarts of its process so far.
     """
 
     name: str
@@ -125,7 +125,7 @@ class ServerHealth(_Frozen):
     """How a server is, a few times a second.
 
     Args:
-        version: Of the program.
+        version: Version of the program.
         draining: Whether it takes nobody any more, since it is about to end.
         rooms: All of them.
         connections: That are open, at the door.

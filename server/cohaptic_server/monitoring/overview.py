@@ -57,7 +57,7 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
     Args:
         status: Newest.
         before: An earlier one: what is counted is shown since then, and not since the start.
-        width: Of the terminal, in columns.
+        width: Width of the terminal, in columns.
     """
     earlier = {} if before is None else {room.name: room.metrics for room in before.rooms}
     since = {room.name: since_then(room.metrics, earlier.get(room.name)) for room in status.rooms}

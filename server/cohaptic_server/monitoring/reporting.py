@@ -42,7 +42,7 @@ async def run_reported(
 
 
 class Reporter:
-    """Of one server with one room.
+    """Reports on one server with one room.
 
     Args:
         server: That is read.

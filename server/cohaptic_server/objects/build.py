@@ -42,7 +42,7 @@ class Built:
     Args:
         solid: The body.
         prepared: Its tetrahedra, and the report on the surface in the file.
-        parts: Of the solid's tetrahedra; None where they have no names in the file.
+        parts: Parts of the solid's tetrahedra; None where they have no names in the file.
         cost: What factoring was expected to take; None if that was stored.
     """
 

@@ -33,7 +33,7 @@ class TooFineError(BodyError):
 
     Args:
         source: The file.
-        nodes: Of its coarsest mesh.
+        nodes: Nodes of its coarsest mesh.
         demand: Users and rate, which leave less time.
         ways: Options with which it could be served.
 
@@ -104,7 +104,7 @@ def build_affordable(
 
 
 def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -> Path:
-    """Of the entry with the compliance at each vertex."""
+    """Path of the entry with the compliance at each vertex."""
     options = repr((_FORM, *astuple(source.material), damping)).encode()
     arrays = (held.tets.vertices, held.tets.tets, held.fixed, moduli.young, moduli.nu)
     return entry_path(options, *(array.tobytes() for array in arrays))

@@ -76,7 +76,7 @@ def cost_of(plan: Plan, rate: float) -> Cost:
     """What factoring a solid, pressing on it and storing it takes.
 
     Args:
-        plan: Of its elimination.
+        plan: Plan of its elimination.
         rate: `multiplications` of this machine [1/s].
     """
     factoring = plan.matrix_bytes + plan.peak_bytes
@@ -104,7 +104,7 @@ def growth_between(edge: float, needed: float, longer: float, less: float) -> fl
     """Power of the edge with which the memory of an object falls, by two of its meshes.
 
     Args:
-        edge: Of the finer one.
+        edge: Edge of the finer one.
         needed: Memory that it takes [bytes].
         longer: Edge of the coarser one.
         less: Memory that that one takes [bytes].
@@ -114,7 +114,7 @@ def growth_between(edge: float, needed: float, longer: float, less: float) -> fl
 
 
 def _own(needed: float) -> float:
-    """Of a memory, what is not the program's [bytes]."""
+    """Share of a memory that is not the program's [bytes]."""
     return max(1e6, needed - _PROGRAM)
 
 
@@ -122,11 +122,11 @@ def check_memory(cost: Cost, memory: float, what: str, edge: float | None, order
     """Check that there is memory for a factorisation before it begins.
 
     Args:
-        cost: Of the object.
+        cost: Cost of the object.
         memory: Most that it may take [bytes].
         what: The object in words, for the error.
-        edge: Of its elements, if another one can be taken.
-        order: Of its elements.
+        edge: Edge of its elements, if another one can be taken.
+        order: Order of its elements.
 
     Raises:
         TooCostlyError: It takes more.

@@ -53,7 +53,7 @@ class FillLog:
     """Reads the lines of one run of fTetWild.
 
     Attributes:
-        share: Of the time of the run, roughly; from 0 to 1, never falling.
+        share: Share of the time of the run, roughly; from 0 to 1, never falling.
         passes: Passes of the optimisation that were begun.
     """
 
@@ -111,7 +111,7 @@ def fill(
     Args:
         x: Vertices, shape (n, 3) [m].
         faces: Triangles, shape (m, 3).
-        options: Of `pytetwild.tetrahedralize`.
+        options: Options of `pytetwild.tetrahedralize`.
         memory: Most that it may take [bytes]; kept by the system, on Linux.
         seconds: Longest time [s].
         progress: Receives the share that is done, about ten times a second.

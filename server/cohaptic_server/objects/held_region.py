@@ -83,8 +83,8 @@ def _split(t: Ints, side: Ints, rank: dict[tuple[int, int], int], n: int) -> tup
 
     Args:
         t: Shape (m, 4).
-        side: Of each vertex.
-        rank: Of the edges to split, from the first; edge k gets vertex n + k.
+        side: Side of each vertex.
+        rank: Rank of the edges to split, from the first; edge k gets vertex n + k.
         n: Number of vertices.
     """
     sides = side[t]

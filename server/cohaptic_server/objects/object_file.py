@@ -32,7 +32,7 @@ class ObjectFile:
         max_memory: Most memory that preparing it may take, the program included [bytes].
         max_time: Longest time that filling it may take [s].
         parts: Materials of parts, by their names in the file.
-        labels: Of a label map, those that are the object: `3`, a name, or `3=tumour`.
+        labels: Labels of a label map, those that are the object: `3`, a name, or `3=tumour`.
         inertia: Its density, if it has any, and the damping of its swings.
 
     Raises:

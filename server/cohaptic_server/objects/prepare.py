@@ -54,7 +54,7 @@ class Prepared:
         simplified: Number of triangles after simplification; 0 without any.
         deviation: Largest distance of the surface in the file from that of the tetrahedra [m].
         words: On how a label map was read, a phrase for each thing that was done.
-        parts: Of the tetrahedra, with the names in the file; None for an object without any.
+        parts: Parts of the tetrahedra, with the names in the file; None for an object without any.
     """
 
     tets: TetMesh

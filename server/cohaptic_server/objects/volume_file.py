@@ -99,7 +99,7 @@ class VolumeMesh(NamedTuple):
     Args:
         x: Vertices, shape (n, 3) in units of the file.
         tets: Shape (m, 4).
-        parts: Of the tetrahedra; None where the file groups them in no way.
+        parts: Parts of the tetrahedra; None where the file groups them in no way.
     """
 
     x: Floats

@@ -20,8 +20,8 @@ class Entrance:
     """Who may come in.
 
     Args:
-        sources: Of whom an address may not let too many join.
-        admission: Of the server; without one anybody comes in.
+        sources: Sources of whom an address may not let too many join.
+        admission: Admission of the server; without one anybody comes in.
         room: Name of the room; that of the only one if not given.
         keep: Called with what has to outlive this process.
 

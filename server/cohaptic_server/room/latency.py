@@ -26,7 +26,7 @@ class UserLatency:
     """The two directions of one user's path.
 
     Args:
-        seed: Of the jitter.
+        seed: Seed of the jitter.
     """
 
     def __init__(self, seed: int) -> None:
@@ -89,8 +89,8 @@ def set_latency(
     """Delay the messages of a user from now on, and tell who watches.
 
     Args:
-        peers: Of the room.
-        watchers: Of the room.
+        peers: Users of the room.
+        watchers: Watchers of the room.
         change: What was asked for.
         outcome: To which the tasks of the shell are added.
     """
@@ -105,7 +105,7 @@ def set_latency(
 
 
 def latencies(peers: Iterable[Peer]) -> Iterator[Latency]:
-    """Of all users who have some."""
+    """Latencies of all users who have some."""
     for peer in peers:
         delay, jitter = peer.latency
         if peer.user is not None and (delay, jitter) != (0.0, 0.0):

@@ -31,7 +31,7 @@ class Member:
         touch: Newest sample; None before the first.
         used, seen: Samples that were the newest at a tick, and the sequence number of the last.
         gains: That the user chose itself; None for the server's.
-        geometry: Of its patches.
+        geometry: Geometry of its patches.
     """
 
     user: int
@@ -62,7 +62,7 @@ MOST_MUTED = 256  # of whom the oldest is forgotten first; only an administrator
 
 
 class Muted:
-    """Of one room."""
+    """The muted users of one room."""
 
     def __init__(self) -> None:
         self._who: list[tuple[str, Claim]] = []

@@ -29,7 +29,7 @@ def moderate(
     """Carry out the wish of an administrator, or end the session of one who is none.
 
     Args:
-        room: Of which it is.
+        room: Room of which it is.
         peers: All of the room.
         removed: To which those who are put out are added.
         admin: Whose wish it is.
@@ -112,7 +112,7 @@ def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) 
     not stay; without an end an object would be nobody's to thaw.
 
     Args:
-        room: Of which it is.
+        room: Room of which it is.
         peers: All of the room.
         now: Time [s].
         outcome: To which the tasks of the shell are added.

@@ -5,8 +5,8 @@ fewer patches and never older ones. Events (a welcome, an answer, an error) are 
 client for which `MAX_EVENTS` of them wait is disconnected and told why.
 
 What others do is no event of this client's, and would let them disconnect it: who is here is state.
-Of a user who came and left while nothing could be written, nothing is told; of one who stays, and
-of one who was there before, each kind of news once. So as much waits as two rooms have users.
+A user who came and left while nothing could be written is not told of; for one who stays, and for
+one who was there before, each kind of news is told once. So as much waits as two rooms have users.
 """
 
 from __future__ import annotations

@@ -60,9 +60,9 @@ class TickMeters:
 
     Attributes:
         ticks: Due so far, those that were left out or slept through as well.
-        missed: Of these.
-        left_out: Of the missed ones.
-        slept: Of the others, those that a room slept through.
+        missed: Number of missed periods of these.
+        left_out: Those of the missed ticks that were left out.
+        slept: Those of the other ticks that a room slept through.
         cost: Time from each tick's start until its patches are written [s].
         late: Delay of each tick's start [s].
         watch_cost: Time for serving the watchers after a tick [s].
@@ -127,7 +127,7 @@ class Pace:
 
         Args:
             ticks: Due since the last call.
-            missed: Of these.
+            missed: Number of missed periods of these.
         """
         if ticks > self._window:
             # The process or the machine was halted for longer than a window, which is not slowness.

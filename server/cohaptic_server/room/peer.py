@@ -48,7 +48,7 @@ class LogLine:
     """A line for the server's log.
 
     Args:
-        text: Of the line.
+        text: Text of the line.
         warning: Whether it tells of a problem.
         source: Whom it is about; too many lines about one are left out.
         event: What has happened, in a word for machines.

@@ -23,7 +23,7 @@ MOST_PAGES = 4
 
 
 class Reception:
-    """Of one room.
+    """Lets users into one room.
 
     Args:
         room: The users.
@@ -55,7 +55,7 @@ class Reception:
 
         Args:
             peer: Who has sent its hello.
-            session: Of it.
+            session: Session of it.
             hello: The message.
             now: Time [s].
             to_wall: Offset of that time to the machine's wall clock [s].

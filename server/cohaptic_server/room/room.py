@@ -41,10 +41,10 @@ from cohaptic_server.world.users import WorldState
 
 @dataclass(slots=True)
 class Seating:
-    """Of users, or of watchers.
+    """Seats for users, or for watchers.
 
     Args:
-        most: Of the room.
+        most: Most of the room.
         who: Such as "users".
         instead: What who finds no seat can do.
 
@@ -110,19 +110,19 @@ class Room:
 
     Args:
         body: The deformable object.
-        settings: Of the server.
+        settings: Settings of the server.
         first_user: Number of the first user; more than those of rooms before.
 
     Attributes:
         world: State after the last tick.
         members: Users in the room, by number.
-        patches: Of the last tick, by user.
+        patches: Patches of the last tick, by user.
         frames: Meshes of the body, encoded.
         next_user: Number of who comes next.
         frozen: Whether the body takes nobody's force.
         left_alone: Since when no administrator has been there while it is frozen [s]; None before.
         force_budget: Most of all forces together [N]; None for no limit but the world's.
-        seats, watch_seats: Of users, and of watchers.
+        seats, watch_seats: Numbers of seats of users, and of watchers.
         queue: Who waits for a seat.
         muted: Whom an administrator has muted.
         kept: Names of those whose connections were lost.
@@ -163,7 +163,7 @@ class Room:
         """Add a user.
 
         Args:
-            hello: Of the user.
+            hello: Hello of the user.
             now: Time [s].
             source: Whom its connection is counted with.
             guest: Who it is.
@@ -314,7 +314,7 @@ class Room:
         return called
 
     def name_of(self, user: int) -> str:
-        """Of a user; its number for one who is not in the room."""
+        """Name of a user; its number for one who is not in the room."""
         return self.members[user].hello.name if user in self.members else str(user)
 
     @property

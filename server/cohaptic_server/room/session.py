@@ -59,7 +59,7 @@ class ServerSession:
         now: Time at which the connection was made [s].
 
     Attributes:
-        state: Of the session.
+        state: State of the session.
         close: Code and reason once the connection is to be closed; None before.
         outbox: Messages that wait for the client.
         problem: Why the newest patch was left out; empty when it was not.

@@ -69,7 +69,7 @@ LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
 
 
 class ObjectTable(Table):
-    """Of an object from a file, as the options of `cohaptic serve` of the same names.
+    """Options of an object from a file, as those of `cohaptic serve` of the same names.
 
     A modulus is a number, or a list with those of parts: `["3e3", "tumour=60e3"]`.
     """
@@ -111,7 +111,7 @@ class RoomTable(Table):
         allow_fixed_gains: Whether clients may choose their own gains.
         allow_latency: Whether pages may inject latency.
         watchers_point: Whether who only watches may point at the surface, too.
-        object: Of a body from a file.
+        object: Object of a body from a file.
         limits: Budgets of its connections, beside those of the server.
         start: At once, with the server, or on demand, when somebody comes.
         end_after: How long nobody is there before a room ends that starts on demand [s].

@@ -15,7 +15,7 @@ class ConfigError(CohapticError):
     """A configuration cannot be used.
 
     Args:
-        path: Of its file.
+        path: Path of its file.
         problems: What is wrong, each with its key.
     """
 
@@ -51,8 +51,8 @@ def problems_of(
     """One sentence for each key at fault.
 
     Args:
-        error: Of the library.
-        prefix: Of environment variables.
+        error: Error of the library.
+        prefix: Prefix of environment variables.
         divider: Between the parts of their names.
         environment: Where a value may come from instead of the file.
     """

@@ -19,7 +19,7 @@ from cohaptic.errors import CohapticError
 
 @dataclass(frozen=True, slots=True)
 class Lease:
-    """Of a room.
+    """Lease of a room.
 
     Args:
         room: Its name.
@@ -81,7 +81,7 @@ class LocalDirectory:
     """The directory of the rooms of one process, in its memory.
 
     Args:
-        duration: Of a lease [s].
+        duration: Duration of a lease [s].
     """
 
     def __init__(self, duration: float) -> None:

@@ -143,8 +143,8 @@ class Site:
     """A place for connections that no room takes.
 
     Args:
-        settings: Of what all rooms have in common.
-        gate: Of this place alone; the doors have their own.
+        settings: Settings of what all rooms have in common.
+        gate: Budgets of this place alone; the doors have their own.
         rooms: What there is to tell.
         left: Called with the source of each connection that has ended.
         listed: Whether anybody may know which rooms there are.

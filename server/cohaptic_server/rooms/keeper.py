@@ -51,12 +51,12 @@ class House:
 
     Args:
         directory: Who owns each room.
-        clock: Of this process.
+        clock: Clock of this process.
         left: Called with the source of each connection that has ended.
         changed: Called with a room that has begun, ended or reported.
         measured: Called with the name of a room and what it tells of itself; None if nobody asks.
         make_process: As from `room_processes`.
-        style: Of the log.
+        style: Style of the log.
         protect: As for `Supervisor`.
     """
 
@@ -85,22 +85,22 @@ class _Entrance:
 
 
 class Keeper:
-    """Of one room.
+    """Keeps the process of one room.
 
     Args:
-        settings: Of the room.
+        settings: Settings of the room.
         build: Makes its body, in its process.
         house: What all rooms share.
         idle: For how long nobody is there before its process ends, which starts when somebody
             comes [s]; None for a room that is there from the beginning to the end.
 
     Attributes:
-        name: Of the room.
+        name: Name of the room.
         state: idle (it starts when somebody comes), starting, open, broken (it could not be opened,
             and will be tried again) or stopped.
         problem: Why it is broken.
         report: Newest of its process; None before the first.
-        lease: Of its process; None without one.
+        lease: Lease of its process; None without one.
         restarts: Ends of its process so far.
         process: The newest; None before the first.
         first: Set once it is open, broken or idle for the first time.

@@ -22,7 +22,7 @@ class RoomState:
     """What is told of a room.
 
     Args:
-        name: Of the room.
+        name: Name of the room.
         title: For people.
         state: open, full, idle (it starts when somebody comes), starting, broken or stopped.
         users, max_users: Who touches, and who may at once.

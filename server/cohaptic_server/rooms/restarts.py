@@ -11,7 +11,7 @@ LASTING = 10.0  # s; who was there for so long has no fault that it always has
 
 @dataclass(frozen=True, slots=True)
 class Restarts:
-    """Of one process. The first end in a row costs no pause: its users wait.
+    """Restarts of one process. The first end in a row costs no pause: its users wait.
 
     Args:
         in_a_row: Ends, each soon after the start.

@@ -39,14 +39,14 @@ from cohaptic_server.shell.protection import Protection
 
 @dataclass(frozen=True, slots=True)
 class Seats:
-    """Of one room.
+    """Seats of one room.
 
     Args:
         most: That it can ever use.
         held: That it may use now, as far as is known for sure: never fewer than it does hold.
         wanted: That it was told to hold.
         used: That were taken when it last said so.
-        serial: Of the newest message that told it `wanted`.
+        serial: Serial of the newest message that told it `wanted`.
     """
 
     most: int
@@ -83,8 +83,8 @@ class SeatPool:
             room: Its name.
             held: At most what it was given: what it says beyond that does not count.
             used: By people who are there.
-            serial: Of the newest message that it had read by then; another may be on its way, and
-                the room may hold more when it has read it.
+            serial: Serial of the newest message that it had read by then; another may be on its
+                way, and the room may hold more when it has read it.
         """
         seats = self._rooms[room]
         known = min(max(held, 0), seats.held) if serial == seats.serial else seats.held
@@ -145,9 +145,9 @@ class Supervisor:
     """All of it.
 
     Args:
-        config: Of the server.
+        config: Configuration of the server.
         builds: What makes the body of each room, in its process.
-        style: Of the log of the rooms.
+        style: Style of the log of the rooms.
         protect: Makes what says who comes into a room, in its process.
 
     Attributes:
@@ -351,7 +351,7 @@ def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> li
     """Modules with what several rooms, or the later processes of one, have in common.
 
     Args:
-        config: Of the server.
+        config: Configuration of the server.
         called: In the process of a room, which imports their modules otherwise, each anew.
     """
     functions = [one.func if isinstance(one, partial) else one for one in called]

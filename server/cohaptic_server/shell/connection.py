@@ -27,7 +27,7 @@ class Connection:
     Args:
         ws: The websocket.
         peer: At the other end; its session holds the messages to it.
-        clock: Of the server.
+        clock: Clock of the server.
         deliver: Called with each message, at the end of its injected delay, and the time at which
             it counts as arrived [s].
 
@@ -75,7 +75,7 @@ class Connection:
         In fragments, so that it is not in memory once for each peer.
 
         Args:
-            data: Of the message.
+            data: Data of the message.
             timeout: Until it has to be taken [s].
 
         Returns:

@@ -1,6 +1,6 @@
 """The stream of a client, cut into whole frames.
 
-Of these, a sample is read here and every other frame by `websockets`, which also checks them: what
+A sample is read here, and every other frame by `websockets`, which also checks them: what
 is cut here is passed on as it came.
 """
 

@@ -63,18 +63,18 @@ _REPORTED_AFTER = 10.0  # s since the first line that was left out
 
 
 class Gate:
-    """Of one server.
+    """Gate of one server.
 
     Args:
         limits: All budgets.
-        clock: Of the server.
+        clock: Clock of the server.
         simulation_hz: Its ticks per second.
         proxies: Addresses and networks whose word on where a connection comes from is believed.
 
     Attributes:
         limits: The same, with no more connections than the system has files for.
         clock: The same.
-        sources: Of all addresses.
+        sources: Sources of all addresses.
         proxies: The same.
         taken: Connections that are open, by the number of their file.
         came: Set when one is added to them.
@@ -107,7 +107,7 @@ class Gate:
         return self.proxies.source_of(str(peername[0]))
 
     def meter(self) -> Meter:
-        """Of a new connection."""
+        """Meter of a new connection."""
         return Meter(self.limits, self._simulation_hz)
 
     def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
@@ -219,7 +219,7 @@ class Taken(socket.socket):
     Attributes:
         gate: That it is counted at; None once it is not any more.
         source: Whom it is counted with.
-        turns: Of handshakes, while it shakes hands; None before and after, and without TLS.
+        turns: Turns of handshakes, while it shakes hands; None before and after, and without TLS.
     """
 
     gate: Gate | None = None

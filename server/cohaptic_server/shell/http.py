@@ -127,7 +127,7 @@ class HostCheck:
     """Whether a request comes from a page that may use this server, and under one of its names.
 
     Args:
-        settings: Of the server.
+        settings: Settings of the server.
     """
 
     def __init__(self, settings: ServerSettings) -> None:
@@ -169,8 +169,8 @@ class Web:
 
     Args:
         body: Whose Green's functions are served.
-        settings: Of the server.
-        gate: Of the server, with its clock.
+        settings: Settings of the server.
+        gate: Budgets of the server, with its clock.
         solve: Finds a vertex's block of the functions; the body itself does if not given.
 
     Attributes:

@@ -71,9 +71,9 @@ async def listen(
     Args:
         handle: Serves a websocket until it returns.
         process: Answers an HTTP request; None lets it become a websocket.
-        settings: Of the server.
+        settings: Settings of the server.
         gate: Who may come in.
-        tls: Of every connection; None without TLS.
+        tls: TLS settings of every connection; None without TLS.
         door: Accepts connections in place of the port.
 
     Raises:
@@ -153,7 +153,7 @@ async def open_doors(
     """Sockets that listen on all addresses of a server that this machine has.
 
     Args:
-        settings: Of the server.
+        settings: Settings of the server.
         gate: Who may come in.
         tell: Hears of each address of its name that the machine does not have.
         tls: Whether connections begin with a handshake.

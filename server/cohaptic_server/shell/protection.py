@@ -14,7 +14,7 @@ from cohaptic_server.credentials.reloading import Watched
 
 @dataclass(frozen=True, slots=True)
 class Protection:
-    """Of one server; without arguments, anybody comes in and nothing is encrypted.
+    """Protection of one server; without arguments, anybody comes in and nothing is encrypted.
 
     Args:
         admission: Whom it takes in.
@@ -32,5 +32,5 @@ class Protection:
 
     @property
     def tls(self) -> ssl.SSLContext | None:
-        """Of every connection; None without TLS."""
+        """TLS settings of every connection; None without TLS."""
         return None if self.certificate is None else self.certificate.context

@@ -53,7 +53,7 @@ class CohapticServer:
 
     Args:
         body: The deformable object.
-        settings: Of the server.
+        settings: Settings of the server.
         solve: Finds Green's functions for pages as `Web` takes them; the body itself if not given.
         protection: Who comes in and how it is secured; anybody and not if not given.
 
@@ -63,7 +63,7 @@ class CohapticServer:
         entrance: Who comes in, and what for.
         lobby: Both, as peers.
         gate: Who may come in, and how much they may ask for.
-        meters: Of the ticks since the start, or since somebody put fresh ones here.
+        meters: Meters of the ticks since the start, or since somebody put fresh ones here.
         take_upload: Serves a connection that brings a file; None where none may.
     """
 
@@ -97,7 +97,7 @@ class CohapticServer:
 
     @property
     def connections(self) -> Collection[Connection]:
-        """Of all peers."""
+        """Connections of all peers."""
         return self._connections.values()
 
     async def start(self, door: socket.socket | None = None) -> str:

@@ -40,7 +40,7 @@ class Wire(ServerConnection):
     """The connection to one client.
 
     Args:
-        gate: Of the server; one of its own if none is given.
+        gate: Budgets of the server; one of its own if none is given.
 
     Attributes:
         deliver: Called with the frame of each small binary message that comes while the handler
@@ -80,8 +80,8 @@ class Wire(ServerConnection):
         """Count it with whom a proxy says; why it is not taken, if it is not.
 
         Args:
-            headers: Of its request. They count only where a proxy that is believed sent them:
-                anybody else may write what it likes.
+            headers: Headers of its request. They count only where a proxy that is believed sent
+                them: anybody else may write what it likes.
         """
         if self.source not in self._gate.proxies:
             return None

@@ -106,7 +106,7 @@ def compliance_is_the_steady_tangent(subject: Subject) -> None:
 
 
 def displacements_add_up(subject: Subject) -> None:
-    """Of a linear body: superposition and proportionality."""
+    """A linear body obeys superposition and proportionality."""
     body, loads = subject.body, subject.loads
     both = settled(body, loads).displacement
     apart = sum(settled(body, [load]).displacement for load in loads)
@@ -116,14 +116,14 @@ def displacements_add_up(subject: Subject) -> None:
 
 
 def compliance_does_not_depend_on_load(subject: Subject) -> None:
-    """Of a linear body: K_o does not change with load."""
+    """The K_o of a linear body does not change with load."""
     at_rest = subject.body.respond(pressed(subject.loads, np.zeros(len(subject.loads))))
     C, loaded = at_rest.compliance, settled(subject.body, subject.loads).compliance
     _near(loaded, C, _EXACT * np.abs(C).max(), "C under load and at rest")
 
 
 def energy_is_half_the_work(subject: Subject) -> None:
-    """Of a linear body: the energy under steady loads is f' C f / 2."""
+    """The energy of a linear body under steady loads is f' C f / 2."""
     steady = settled(subject.body, subject.loads)
     half = 0.5 * float(subject.forces @ steady.compliance @ subject.forces)
     _near(np.array(steady.energy), half, _TANGENT * half, "energy and half of the work")

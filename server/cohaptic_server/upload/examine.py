@@ -63,8 +63,8 @@ def examine(path: Path, triangles: int) -> Preview:
     """Look at a file with no options at all.
 
     Args:
-        path: Of one of the kinds that are read.
-        triangles: Of the surface that is shown.
+        path: Path of one of the kinds that are read.
+        triangles: Triangles of the surface that is shown.
 
     Raises:
         BodyError: It cannot be read, or there is no way to touch what is in it.

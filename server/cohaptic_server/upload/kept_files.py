@@ -26,7 +26,7 @@ def keep(content: bytes, name: str, kind: str, mark: Path) -> Path:
     it, also where whoever began with it was ended.
 
     Args:
-        content: Of the file.
+        content: Content of the file.
         name: As the visitor has it; what of it is no letter or digit is left out.
         kind: One of `KINDS`.
         mark: Path of the mark, which the caller removes once the object is there.

@@ -15,7 +15,7 @@ class UploadLimits:
 
     Args:
         file: Size of the file [bytes].
-        memory: Of the process that reads and prepares it [bytes]. On Linux all address space
+        memory: Memory of the process that reads and prepares it [bytes]. On Linux all address space
             counts, of which its libraries have 0.3 GB.
         receive: For the file to come [s].
         examine: For it to be read and looked at [s].

@@ -34,7 +34,7 @@ class Rubber:
     """What `build_affordable` makes a nonlinear solid with.
 
     Args:
-        period: Of the simulation, in which it must be solved for two users [s].
+        period: Period of the simulation, in which it must be solved for two users [s].
         damping: B_o over K_o.
     """
 
@@ -50,8 +50,8 @@ class WorkerProcess:
     """A worker that runs.
 
     Args:
-        limits: Of the upload.
-        name: Of the visitor's file.
+        limits: Limits of the upload.
+        name: Name of the visitor's file.
         rubber: What makes a nonlinear solid of it; None makes a linear one.
 
     Raises:

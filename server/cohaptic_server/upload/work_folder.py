@@ -24,7 +24,7 @@ class WorkFolder:
     """A new folder, in the system's for such, of this process.
 
     Attributes:
-        path: Of the folder.
+        path: Path of the folder.
 
     Raises:
         OSError: It cannot be made.

@@ -150,7 +150,7 @@ class _Step:
 
     Args:
         outgoing: Where the sentence goes.
-        name: Of the file, in the sentence.
+        name: Name of the file, in the sentence.
         path: That the error says in its place.
         painted: Rule that is too long to be said; empty without one.
         event: What an error is that the visitor can do something about.

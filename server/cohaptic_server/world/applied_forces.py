@@ -167,7 +167,7 @@ def _previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
 
     Args:
         state: The world after the last tick.
-        rows: Of the users in it; -1 for who was not at its contact, shape (n,).
+        rows: Rows of the users in it; -1 for who was not at its contact, shape (n,).
         anybody: Whether there is such a one.
     """
     n = len(rows)

@@ -100,7 +100,7 @@ class Contacts(NamedTuple):
         slopes: Shape (n,).
         starts: Where each contact begins in the next two, and the last one's end, shape (n + 1,).
         vertices: Under the contacts, user after user, shape (k,) or longer.
-        weights: Of these, as those of a contact, shape (k,) or longer.
+        weights: Weights of these, as those of a contact, shape (k,) or longer.
     """
 
     frames: Floats
@@ -162,7 +162,7 @@ def locate(
         mesh: Resting surface.
         probe: Tip [m].
         free: Displacement of the vertices without this probe's own force.
-        radius: Of the pressure [m].
+        radius: Radius of the pressure [m].
         hint: Contact of the last tick; None to search the whole surface.
         tolerance: Distance along the surface to which the contact is found [m]; None for that of a
             tick.

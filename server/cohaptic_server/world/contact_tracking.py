@@ -59,7 +59,7 @@ def track_contacts(
         touches: Newest samples of the users, n of them.
         before: Row of each in the last tick; -1 for who was not there, shape (n,).
         presence: Share of each force that counts, 0 to 1, shape (n,).
-        time: Of this tick.
+        time: Time of this tick.
     """
     probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
     rough = [i for i, touch in enumerate(touches) if touch.friction]

@@ -54,7 +54,7 @@ class FreeField:
     """Displacement of the surface without one user's own force (science 3.3).
 
     Args:
-        response: Of the body to everybody.
+        response: Response of the body to everybody.
         forces: Magnitudes of the user's own loads, shape (k,) [N].
         loads: Position of these loads among the response's; an empty slice gives the displacement
             with every force.
@@ -108,7 +108,7 @@ class KnownFields(NamedTuple):
 
     Args:
         starts: Where each user's vertices begin, and the last one's end, shape (n + 1,).
-        vertices: Of each user, ascending, shape (k,) or longer.
+        vertices: Vertices of each user, ascending, shape (k,) or longer.
         values: Their displacement, shape (k, 3) or longer [m].
     """
 
@@ -129,7 +129,7 @@ class FlatterField:
     Args:
         field: Displacement.
         moved: Displacement of the contact, shape (3,) [m].
-        share: Of the differences, 0 to 1.
+        share: Share of the differences, 0 to 1.
     """
 
     field: Field
@@ -159,8 +159,8 @@ def flatten_bulges(
         fields: Displacement of each user's surface without its own force; flattened in place.
         frames: Foot, point and normal of each contact, shape (n, 3, 3).
         x_free: Contact points on these surfaces, which stay where they are, shape (n, 3) [m].
-        depths: Of the probes below these; at 0 nothing is flattened, shape (n,) [m].
-        contact_radius: Of the pressure under a contact [m].
+        depths: Depths of the probes below these; at 0 nothing is flattened, shape (n,) [m].
+        contact_radius: Contact radius of the pressure under a contact [m].
 
     Returns:
         Displacement of each contact [m], and the share of the differences from it that is left, 1

@@ -45,7 +45,7 @@ class RestingHand:
 
     Args:
         intention: Position that the hand wants for its tip [m].
-        stiffness: Of the hand [N/m].
+        stiffness: Stiffness of the hand [N/m].
         start: Where it came from [m]. In a wall thinner than it is pressed, the nearest surface of
             a tip may be the far one; a hand touches that which it came to. None for the nearest.
     """
@@ -62,7 +62,7 @@ class Equilibrium:
     Args:
         force: Normal force on each hand, shape (c,) [N].
         alone: Force on each hand at the same tip if nobody else touched the body, (c,) [N].
-        tip: Of each hand, shape (c, 3) [m].
+        tip: Tip of each hand, shape (c, 3) [m].
         place: Where each touches, on the resting surface, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
         turning: Largest share of a way along the surface that its own force makes of it anew: the

@@ -54,7 +54,7 @@ def limit_forces(requested: Floats, max_force: Floats) -> Floats:
 
     Args:
         requested: By each user, shape (n,) [N].
-        max_force: Of each contact, shape (n,) [N].
+        max_force: Largest force of each contact, shape (n,) [N].
     """
     forces = np.minimum(requested, max_force)
     return np.minimum(forces, fair_cap(forces, MAX_SUM))
@@ -100,7 +100,7 @@ def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
     """Samples of which the body takes no more than a budget together, shared fairly.
 
     Args:
-        touches: Of all users.
+        touches: Touches of all users.
         budget: Most of their forces together [N].
     """
     demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])

@@ -78,7 +78,7 @@ def loads_of(
     """The loads of all users, and after them those of other presses.
 
     Args:
-        contacts: Of the users.
+        contacts: Contacts of the users.
         forces: Normal, shape (n,) [N].
         tangential: On the hands, shape (n, 3) [N].
         rough: Rows of those who may have a tangential force, and of those of whom the compliance
@@ -220,7 +220,7 @@ def contact_compliance(compliance: Floats, normal: Floats, span: slice) -> Compl
 
     Args:
         compliance: Between all loads, bounded, shape (loads, loads) [m/N].
-        normal: Of the contact, shape (3,).
+        normal: Normal of the contact, shape (3,).
         span: Its loads: one, or three with friction.
     """
     if span.stop - span.start == 1:

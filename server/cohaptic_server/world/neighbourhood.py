@@ -45,7 +45,7 @@ def quantised(
 
     Args:
         starts: Where each of n begins, and the last one's end, shape (n + 1,).
-        vertices: Of each rising, at most 65,535, shape (k,).
+        vertices: Vertices of each rising, at most 65,535, shape (k,).
         displacement: Shape (k, 3) [m].
         c_ii: Not negative, shape (k,) [m/N].
 

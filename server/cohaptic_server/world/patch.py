@@ -25,7 +25,7 @@ def nearness(height: Floats, force: Floats) -> Floats:
     """Weight of each user as a neighbour, shape (n,): 1 in contact or about to be, 0 out of reach.
 
     Args:
-        height: Of the probes over the surfaces free of their own forces, shape (n,) [m].
+        height: Height of the probes over the surfaces free of their own forces, shape (n,) [m].
         force: Normal, that the body carries of each user, shape (n,) [N].
     """
     fade = (MAX_CONTACT_HEIGHT - height) / (MAX_CONTACT_HEIGHT - NEAR_HEIGHT)
@@ -56,7 +56,7 @@ def build_patches(
         delays: Loop delays for which gains are chosen [s].
         compliance: 3x3 compliance of each contact; None without friction.
         room: Lag of the room.
-        time: Of this tick.
+        time: Time of this tick.
     """
     frames, x_free = users.contacts.frames, observed.x_free
     normals = np.ascontiguousarray(frames[:, 2])

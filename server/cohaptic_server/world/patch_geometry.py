@@ -34,13 +34,13 @@ class Windows(NamedTuple):
     """Vertices round the contacts of n users at which a tick evaluates the free surface.
 
     Args:
-        geometry: Of the patches, as on the wire, shape (n,).
+        geometry: Geometry of the patches, as on the wire, shape (n,).
         keys: Foot of each contact on the resting surface [m], distance that the probe slides while
             the patch is in use [m], and the time for which it is [s], when the window was chosen;
             shape (n, 7).
         starts: Where each window begins, and the last one's end: in `vertices`, in `fitted`, and in
             `touched` and `carried`; shape (3, n + 1).
-        vertices: Of the surface, those of each window ascending, shape (k,) or longer.
+        vertices: Vertices of the surface, those of each window ascending, shape (k,) or longer.
         fitted: Those of a window that the touch mesh has and that face as the contact does, counted
             from its first vertex; none for a plane.
         touched: Vertices of the touch mesh that a mesh patch carries, ascending; none for other
@@ -85,9 +85,9 @@ def choose_windows(
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        geometries: Of the patches.
-        contacts: Of the probes.
-        velocities: Of the probes, shape (n, 3) [m/s].
+        geometries: Geometries of the patches.
+        contacts: Contacts of the probes.
+        velocities: Velocities of the probes, shape (n, 3) [m/s].
         horizons: Time for which each patch will be in use, shape (n,) [s].
         before: Row of each user in `previous`; -1 for none, shape (n,).
         previous: Windows of the last tick.
@@ -142,7 +142,7 @@ def free_shapes(
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        windows: Of the contacts; their geometries are the ones that are made.
+        windows: Windows of the contacts; their geometries are the ones that are made.
         displacement: At their vertices without each user's own force, shape (k, 3) [m].
         x_free: Contact points on these surfaces, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).

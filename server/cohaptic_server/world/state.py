@@ -30,7 +30,7 @@ class TickTime:
     """Number and time of one tick.
 
     Args:
-        number: Of the tick; 1 for the first.
+        number: Number of the tick; 1 for the first.
         now: Time of the tick on the server's clock [s].
         period: Simulation period N T [s].
     """
@@ -47,18 +47,18 @@ class Touch:
     Args:
         user: Number of the user.
         law: Control law of its client's local model.
-        max_stiffness: Of its device [N/m].
-        max_force: Of its device [N].
+        max_stiffness: Largest stiffness of its device [N/m].
+        max_force: Largest force of its device [N].
         damping_budget: Damping that its passivity layer may add [N s/m].
         probe: Position of the tip [m].
         force: On the hand [N].
         seq: Number of the sample; 0 before the first.
-        tick: Of the patch that the sample answers; 0 for none.
+        tick: Tick of the patch that the sample answers; 0 for none.
         t_client: Time stamp of the sample on the client's clock [s].
         arrived: Arrival of the sample on the server's clock [s].
         fresh: Whether samples still arrive; a stale user's force is released.
         fixed_gains: Gains that the user chose itself, where the server allows it.
-        geometry: Of the patches that the user asked for.
+        geometry: Geometry of the patches that the user asked for.
         friction: Whether its force may have a tangential part.
         anchor: Point of the resting surface that its finger holds by friction [m]; None for none.
     """
@@ -95,7 +95,7 @@ class UserState:
         requested_tangential: Tangential force before lag and limits, shape (3,) [N]; None without
             friction.
         delay: Measured delay of the user's loop.
-        velocity: Of the probe, smoothed [m/s].
+        velocity: Velocity of the probe, smoothed [m/s].
         free: Displacement without the user's own force; None until the tick is over.
         compliance: 3x3 compliance of the contact; None without friction or before the first tick
             is over.
@@ -180,7 +180,7 @@ class Anticipation:
 
     Args:
         users: Numbers of those who take part, shape (k,).
-        owner: Of each of their loads, the position in `users`, shape (l,).
+        owner: Owner of each of their loads, the position in `users`, shape (l,).
         axes: Direction of each load on the hand, shape (l, 3).
         part: X, the change of each load's force for the others' [N/N], shape (l, l).
         solve: (1 + X)^-1, shape (l, l).

@@ -38,7 +38,7 @@ class StickingHand:
 
     Args:
         intention: Position that the hand wants for its tip [m].
-        stiffness: Of the hand, in every direction [N/m].
+        stiffness: Stiffness of the hand, in every direction [N/m].
         contact: Material point that it sticks to.
     """
 
@@ -54,7 +54,7 @@ class StickingEquilibrium:
     Args:
         force: On each hand, shape (n, 3) [N].
         normal: Outward, of the surface free of each hand's own force, shape (n, 3).
-        response: Of the body; None without hands.
+        response: Response of the body; None without hands.
     """
 
     force: Floats

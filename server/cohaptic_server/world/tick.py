@@ -235,9 +235,9 @@ def _observe(
         last: Surfaces of the last tick; None before the first.
         users: With their contacts.
         horizons: Time for which the patches will be in use, shape (n,) [s].
-        response: Of the body to everybody.
+        response: Response of the body to everybody.
         spans: First load of each user, and the end of the last one's, shape (n + 1,).
-        forces: Of these loads, shape (l,) [N].
+        forces: Forces of these loads, shape (l,) [N].
 
     Returns:
         The surfaces, and the height of each probe over its own, shape (n,) [m].

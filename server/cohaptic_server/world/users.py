@@ -44,9 +44,9 @@ class Observed:
     """What the end of a tick adds: the surfaces of n users, each free of that user's own force.
 
     Args:
-        response: Of the body to everybody.
+        response: Response of the body to everybody.
         spans: First of each user's loads, and the end of the last one's, shape (n + 1,).
-        forces: Of these loads, shape (l,) [N].
+        forces: Forces of these loads, shape (l,) [N].
         windows: Vertices round the contacts at which the surfaces are known.
         free: Displacement at these vertices, shape (k, 3) [m].
         shown: Displacement of each contact [m], and the share of the differences from it with which
@@ -106,7 +106,7 @@ class Tracked:
             [N].
         rough: Rows of those who may have a tangential force.
         delays: Measured delays of the users' loops.
-        velocity: Of the probes, smoothed, shape (n, 3) [m/s].
+        velocity: Velocity of the probes, smoothed, shape (n, 3) [m/s].
         surfaces: Relaxed free surfaces on which the contacts are tracked, by the rows of the tick
             before.
     """
@@ -263,7 +263,7 @@ class WorldState:
     Args:
         tick: Number of the last tick; 0 before the first.
         users: By number, in the order of the response's loads.
-        response: Of the body at that tick; None before the first.
+        response: Response of the body at that tick; None before the first.
         releases: Forces that fade where their probes have left them.
         room: Lag of the room, with the coupling and margin that it comes from.
         coupling: C between the users, in their order, shape (n, n) [m/N].

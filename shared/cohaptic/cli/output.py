@@ -13,7 +13,7 @@ def check_output(option: str, path: Path | None, suffix: str = "") -> None:
 
     Args:
         option: By which the user named it, such as --json.
-        path: Of the file; None where none is wanted.
+        path: Path of the file; None where none is wanted.
         suffix: That its name has to end with; empty for any.
 
     Raises:

@@ -91,7 +91,7 @@ def each(
     """A value for each of n users, or SettingError with the first that is out of its limits.
 
     Args:
-        name: Of the value, for the message.
+        name: Name of the value, for the message.
         values: Shape (n,), or () for the same of everybody.
         n: How many users there are.
         limits: The least value, and the largest of each user, shape (n,), but for rounding.

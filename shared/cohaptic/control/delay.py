@@ -66,7 +66,7 @@ class LoopDelay:
         """The state after one more tick in which the client has pressed and named no tick.
 
         Args:
-            period: Of the simulation [s].
+            period: Period of the simulation [s].
         """
         return replace(self, unanswered=self.unanswered + period)
 
@@ -74,8 +74,8 @@ class LoopDelay:
         """The state after one more measurement.
 
         Args:
-            delay: Of one sample round the loop [s]; cut to 0 to `LONGEST`.
-            now: Of the measurement [s].
+            delay: Delay of one sample round the loop [s]; cut to 0 to `LONGEST`.
+            now: Time of the measurement [s].
         """
         delay = min(max(delay, 0.0), LONGEST)
         if now < self.until:

@@ -44,7 +44,7 @@ class FrictionState(NamedTuple):
         touching: Whether there was contact in the last period.
         share: Stiffness of the contact as a share of the body's; below 1 where the device is
             softer.
-        stiffness: Of the contact in its stiffest direction along the surface [N/m].
+        stiffness: Stiffness of the contact in its stiffest direction along the surface [N/m].
     """
 
     stretch: Vec3 = ZERO
@@ -174,7 +174,7 @@ def anchor_of(state: FrictionState, probe: Vec3, normal: Vec3, depth: float) -> 
         state: After the period.
         probe: Tip [m].
         normal: Outward unit normal in use.
-        depth: Of the tip below the surface in use [m].
+        depth: Depth of the tip below the surface in use [m].
     """
     if not state.touching:
         return None

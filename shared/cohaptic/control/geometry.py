@@ -19,7 +19,7 @@ class Sight:
     """A local surface as evaluated at one probe: everything that a law needs.
 
     Fields:
-        depth: Of the probe below the surface, negative outside [m].
+        depth: Depth of the probe below the surface, negative outside [m].
         normal: Outward unit normal at the foot of the probe.
         c_ii: Compliance of the contact there [m/N].
         own_force: On this hand that the body carries at the patch's tick, its opposite [N].

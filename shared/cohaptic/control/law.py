@@ -82,7 +82,7 @@ class LocalForce:
     Fields:
         normal_force: On the hand along the surface's normal, never negative [N].
         felt_from_others: Its part that is caused by the other users' contacts [N].
-        indentation: Of the surface under the probe, own force included [m].
+        indentation: Indentation of the surface under the probe, own force included [m].
         stored: Energy in the law's spring; the force of an integral stores none [J].
     """
 
@@ -127,11 +127,11 @@ def local_force(
 
     Args:
         law: Local model.
-        memory: Of its integral, after the last period; `AT_REST` before the first.
-        sight: Of the surface free of this client's own force.
-        gains: Of the law.
+        memory: Memory of its integral, after the last period; `AT_REST` before the first.
+        sight: Surface sample of the surface free of this client's own force.
+        gains: Gains of the law.
         dt: Time since the last period [s].
-        settings: Of the integral.
+        settings: Settings of the integral.
 
     Returns:
         Memory after this period, and the force.
@@ -168,7 +168,7 @@ def predictive_force(depth_free: float, k_h: float) -> float:
     """Normal force f = K (x_h - x_free).
 
     Args:
-        depth_free: Of the probe below the surface free of its own force [m].
+        depth_free: Depth free of the probe below the surface free of its own force [m].
         k_h: Gain K_i, at most 1 / C_ii [N/m].
 
     Returns:
@@ -181,7 +181,7 @@ def proportional_force(depth: float, k_h: float) -> float:
     """Normal force of L(z) = K_h.
 
     Args:
-        depth: Of the probe below the surface as the simulation returned it, x_o [m].
+        depth: Depth of the probe below the surface as the simulation returned it, x_o [m].
         k_h: Gain [N/m]; stable alone iff k_h < k_o, eq. (8).
 
     Returns:

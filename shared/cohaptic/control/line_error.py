@@ -71,7 +71,7 @@ class LineError:
     """The error of a fit on the line below a contact.
 
     Args:
-        fit: Of the vertices.
+        fit: Fit of the vertices.
         base: Plane or sphere of the patch.
         moved: Way that others have moved the surface under the finger [m].
     """
@@ -96,7 +96,7 @@ class LineError:
 
         Args:
             probe: Position [m].
-            depth: Of the probe, roughly [m].
+            depth: Depth of the probe, roughly [m].
         """
         place = min(max(depth / self._spacing, -float(_FURTHEST)), float(_FURTHEST))
         k = math.floor(place)

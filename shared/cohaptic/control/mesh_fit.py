@@ -41,7 +41,7 @@ class RestSurface:
         support: h_k^2 of each vertex [m^2].
         starts: Where the ring of each vertex begins in `ring`, n + 1 numbers.
         ring: The two other corners of each face round each vertex, in the order of the face.
-        place: Of each vertex in the neighbourhood of `owner`; of others, any number.
+        place: Place of each vertex in the neighbourhood of `owner`; of others, any number.
         owner: Neighbourhood that has filled `place`: a fill is quicker than a table for each.
     """
 
@@ -99,8 +99,9 @@ class MeshFit:
 
     Args:
         rest: The resting mesh.
-        facts: Of each vertex, as `unpack` gives them: number in the resting mesh, displacement
-            without this client's own force [m], compliance of a contact centred there [m/N].
+        facts: Values of each vertex, as `unpack` gives them: number in the resting mesh,
+            displacement without this client's own force [m], compliance of a contact centred
+            there [m/N].
         out: Normal of a vertex that has none.
     """
 
@@ -142,7 +143,8 @@ class MeshFit:
             px: Probe, its first number [m].
             py: Its second [m].
             pz: Its third [m].
-            depth: Of the probe, roughly; of plane or sphere, or what the vertices said before [m].
+            depth: Depth of the probe, roughly; of plane or sphere, or what the vertices said before
+                [m].
 
         Returns:
             Depth [m], the three numbers of the unit normal, c_ii [m/N], and the weighted share of
@@ -266,8 +268,8 @@ class MeshFit:
 
         Args:
             at: Where the numbers of the first vertex begin.
-            place: Of the other, as `where` says.
-            number: Of the other in the resting mesh.
+            place: Place of the other, as `where` says.
+            number: Number of the other in the resting mesh.
             i: Which number of three.
         """
         if place >= 0:

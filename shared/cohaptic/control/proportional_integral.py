@@ -39,9 +39,9 @@ class IntegralState(NamedTuple):
     """Memory of the integral.
 
     Fields:
-        force: Of the integral [N].
+        force: Force of the integral [N].
         ramp: How fast it goes to zero out of contact [N/s].
-        depth: Of the probe in the last period [m].
+        depth: Depth of the probe in the last period [m].
     """
 
     force: float = 0.0
@@ -61,10 +61,10 @@ def integration_threshold(
 
     Args:
         state: After the last period.
-        depth: Of the probe now [m].
+        depth: Depth of the probe now [m].
         entering: Threshold on the way in and at rest [m].
         leaving: Largest threshold on the way out [m].
-        full_force: Of the integral, from which `leaving` holds in full [N].
+        full_force: Full force of the integral, from which `leaving` holds in full [N].
         dt: Time since the last period [s].
     """
     if depth <= 0.0:

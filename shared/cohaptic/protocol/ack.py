@@ -22,7 +22,7 @@ class Ack:
     """The newest scene frame of a watcher, and whether it needs the surface in the next one.
 
     Args:
-        tick: Of the newest scene frame received; earlier ones are acknowledged with it.
+        tick: Tick of the newest scene frame received; earlier ones are acknowledged with it.
         wants: 1 for frames with the surface until the next ack, whatever the encoding: Green's
             functions are missing; else 0.
     """

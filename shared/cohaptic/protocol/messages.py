@@ -74,8 +74,8 @@ class Hello(WithSecrets):
         fixed_gains: Instead of the server's choice; refused unless the server allows it.
         key: A secret that the client has made, with which it comes back to its name; the server
             tells it to nobody. Not on the wire if there is none.
-        token: Of an invitation, or of a session. Not on the wire if there is none.
-        capabilities: Of the device, for people. Not on the wire if there are none.
+        token: Token of an invitation, or of a session. Not on the wire if there is none.
+        capabilities: Capabilities of the device, for people. Not on the wire if there are none.
         wait: Whether it waits for a place where the room is full. Not on the wire if not.
     """
 
@@ -124,10 +124,10 @@ class BodyInfo(ControlMessage):
     """Position and size of the body, for a client before its first patch.
 
     Args:
-        name: Of the body.
-        center: Of its resting surface in the world frame [m].
-        radius: Of the sphere round `center` that holds the resting surface [m].
-        contact_radius: Of the pressure under a contact (science 3.5) [m].
+        name: Name of the body.
+        center: Centre of its resting surface in the world frame [m].
+        radius: Radius of the sphere round `center` that holds the resting surface [m].
+        contact_radius: Contact radius of the pressure under a contact (science 3.5) [m].
     """
 
     name: Annotated[str, Field(max_length=MAX_BODY_NAME)]

@@ -108,7 +108,7 @@ class Neighbourhood:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Of the vertices in the resting mesh, rising, shape (k,)."""
+        """Indices of the vertices in the resting mesh, rising, shape (k,)."""
         return self._numbers()[0::5]
 
     @property
@@ -119,7 +119,7 @@ class Neighbourhood:
 
     @property
     def compliances(self) -> tuple[int, ...]:
-        """Of a contact centred at each vertex, along its normal, shape (k,) [c_scale]."""
+        """Compliance of a contact at each vertex, along its normal, shape (k,) [c_scale]."""
         return self._numbers()[4::5]
 
     def _numbers(self) -> tuple[int, ...]:

@@ -92,15 +92,18 @@ class Patch:
         law: Local model that the gains are meant for.
         x_free: Contact point of the surface without this client's own force [m].
         normal: Outward unit normal there.
-        curvature: Of a sphere or mesh patch, positive for a body bulging towards the hand [1/m].
+        curvature: Curvature of a sphere or mesh patch, positive for a body bulging towards the hand
+            [1/m].
         c_ii: Compliance of the contact [m/N].
         k_h: Gain that the server chose for the client's law [N/m].
         integral_gain: I of the law's integral; 0 when unused [N/(m s)].
         own_force: Force on this hand that the body carries at this tick, its opposite [N].
         u_others: Displacement of the material under the contact by the others [m].
         room: Lag, coupling and margin of the room (science 3.8).
-        neighbourhood: Of a mesh patch: the surface around the contact; None for the others.
-        compliance: Of the contact in all directions, for a client with friction; None without.
+        neighbourhood: Neighbourhood of a mesh patch: the surface around the contact; None for the
+            others.
+        compliance: Compliance of the contact in all directions, for a client with friction; None
+            without.
     """
 
     tick: Final[int]

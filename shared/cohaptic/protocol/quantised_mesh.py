@@ -40,8 +40,8 @@ class QuantisedMesh:
 
     Args:
         low: Corner of the box with the smallest coordinates, of 32 bits each, shape (3,) [m].
-        unit: Of each axis, 32 bits each, shape (3,) [m]; 0 where the surface is flat.
-        places: Of the vertices, from `low`, shape (n, 3) [unit].
+        unit: Unit of each axis, 32 bits each, shape (3,) [m]; 0 where the surface is flat.
+        places: Places of the vertices, from `low`, shape (n, 3) [unit].
         faces: Indices of vertices, counter-clockwise seen from outside, shape (m, 3).
     """
 

@@ -54,13 +54,13 @@ class UserRecord:
         c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as the next three.
         k_o_coupled: Coupling-aware stiffness [N/m].
         k_h: Gain of its law [N/m].
-        integral_gain: Of its law; 0 for none [N/(m s)].
-        loop_delay: Of its loop, as measured; 0 before the first measurement [s].
+        integral_gain: Integral gain of its law; 0 for none [N/(m s)].
+        loop_delay: Loop delay of its loop, as measured; 0 before the first measurement [s].
         normal: Outward unit normal of the free surface at the contact.
         law: Local model that it runs.
-        geometry: Of its patches.
+        geometry: Geometry of its patches.
         presence: Share of its force that the body carries, from 0 to 1.
-        curvature: Of its patch, positive where the body bulges [1/m].
+        curvature: Curvature of its patch, positive where the body bulges [1/m].
         fresh: Whether its samples still arrive.
         friction: Whether its force may have a part along the surface.
         x_free: Contact point of the surface without this user's own force [m].
@@ -153,7 +153,7 @@ class Scene:
         """The frame; raises LocalProtocolError when a value is out of its limits.
 
         Args:
-            traversal: Of the rest mesh.
+            traversal: Traversal of the rest mesh.
         """
         records = b"".join(user.encode() for user in self.users)
         surface = b"" if self.surface is None else self.surface.encode(traversal)
@@ -165,7 +165,7 @@ class Scene:
 
         Args:
             data: The frame.
-            traversal: Of the rest mesh; nothing longer than it is inflated.
+            traversal: Traversal of the rest mesh; nothing longer than it is inflated.
         """
         flags = open_header(data, FrameKind.SCENE)
         check_range("flags of a scene", flags, 0, _SURFACE_FLAG, remote=True)
@@ -192,7 +192,7 @@ def encode_scene(
         tick: Simulation tick.
         t_server: Its time [s].
         room: Lag of the room.
-        records: Of the users, one behind the other.
+        records: Records of the users, one behind the other.
         surface: Empty for a frame of forces only.
 
     Raises:

@@ -59,7 +59,7 @@ class Surface:
 
     @property
     def displacement(self) -> npt.NDArray[np.float64]:
-        """Of every vertex, shape (n, 3) [m]."""
+        """Displacement of every vertex, shape (n, 3) [m]."""
         return self.scale * self.units.astype(np.float64)
 
     def __eq__(self, other: object) -> bool:
@@ -76,7 +76,7 @@ class Surface:
         """The tail of the frame; raises LocalProtocolError when the scale is out of its limits.
 
         Args:
-            traversal: Of the rest mesh.
+            traversal: Traversal of the rest mesh.
         """
         _check_scale(self.scale, remote=False)
         stream = zlib.compress(fold(self.units, traversal), _LEVEL)
@@ -88,7 +88,7 @@ class Surface:
 
         Args:
             data: From the scale on.
-            traversal: Of the rest mesh; nothing longer than it is inflated.
+            traversal: Traversal of the rest mesh; nothing longer than it is inflated.
         """
         n = traversal.vertices
         if len(data) < _HEAD.size:
@@ -105,8 +105,8 @@ def fold(units: Units, traversal: Traversal) -> bytes:
     """What is left of units after their prediction, modulo 2^16, as bytes that deflate well.
 
     Args:
-        units: Of each vertex, shape (n, 3).
-        traversal: Of the mesh.
+        units: Units of each vertex, shape (n, 3).
+        traversal: Traversal of the mesh.
     """
     units = np.concatenate([units, np.zeros((1, 3), np.int16)])
     predicted = units[traversal.p] + units[traversal.q] - units[traversal.r]
@@ -121,7 +121,7 @@ def unfold(raw: bytes, traversal: Traversal) -> Units:
 
     Args:
         raw: 6 n bytes.
-        traversal: Of the mesh.
+        traversal: Traversal of the mesh.
     """
     n = traversal.vertices
     planes = np.frombuffer(raw, np.uint8).reshape(2, 3, n)

@@ -30,9 +30,9 @@ class UploadOffer(ControlMessage):
 
     Args:
         kinds: Suffixes of files, with the point.
-        max_bytes: Of a file.
-        max_memory: Of the process that reads and prepares it [bytes].
-        max_seconds: Of the preparation [s].
+        max_bytes: Largest size of a file.
+        max_memory: Largest memory of the process that reads and prepares it [bytes].
+        max_seconds: Longest time of the preparation [s].
     """
 
     type: Literal["upload_offer"] = "upload_offer"
@@ -46,7 +46,7 @@ class BeginUpload(ControlMessage):
     """The file that follows, in binary messages.
 
     Args:
-        name: Of the file, for people: no path is made of it.
+        name: Name of the file, for people: no path is made of it.
         size: In bytes.
     """
 
@@ -74,7 +74,7 @@ class Examined(ControlMessage):
         findings: All of them.
         fix: Rule of the proposed part that is held.
         scale: Metres in one unit of the file, as proposed; the rest mesh is in metres with it.
-        triangles: Of the surface in the file.
+        triangles: Triangles of the surface in the file.
     """
 
     type: Literal["examined"] = "examined"
@@ -106,7 +106,7 @@ class Progress(ControlMessage):
 
     Args:
         phase: In a word or two.
-        share: Of the phase, 0 to 1.
+        share: Share of the phase, 0 to 1.
     """
 
     type: Literal["progress"] = "progress"

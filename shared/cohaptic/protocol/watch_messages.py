@@ -117,9 +117,9 @@ class Moderate(ControlMessage):
     Args:
         action: What is done.
         user: Number of the user whom it is done to; ignored for one who is not in the room.
-        force: Of `force_budget`: most of all users' forces together that the body gets [N]; None
-            for no limit but the server's own.
-        name: Of `unban`: of who was put out, by which it touched.
+        force: Force of `force_budget`: most of all users' forces together that the body gets [N];
+            None for no limit but the server's own.
+        name: Name of `unban`: of who was put out, by which it touched.
     """
 
     type: Literal["moderate"] = "moderate"
@@ -134,7 +134,7 @@ class WatchedUser(ControlMessage):
 
     Args:
         user: Its number.
-        name: Of the user.
+        name: Name of the user.
     """
 
     user: int

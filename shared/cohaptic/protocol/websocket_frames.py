@@ -21,7 +21,7 @@ class Head(NamedTuple):
     """What the first bytes of a frame say.
 
     Args:
-        size: Of the header, with the masking key if there is one [bytes].
+        size: Size of the header, with the masking key if there is one [bytes].
         payload: Behind it [bytes].
         masked: Whether there is a key.
     """
@@ -50,7 +50,7 @@ def make_frame(data: str | bytes, key: bytes = b"") -> bytes:
 
     Args:
         data: Text or binary.
-        key: Of a client: four bytes that nobody can foretell. A server has none.
+        key: Key of a client: four bytes that nobody can foretell. A server has none.
     """
     kind, payload = (TEXT, data.encode()) if isinstance(data, str) else (BINARY, data)
     size = len(payload)

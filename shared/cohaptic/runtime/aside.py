@@ -20,7 +20,7 @@ LAST_WORDS = 1.0  # s at the most for the end of a program to wait for its reade
 
 
 def in_words(lines: int) -> str:
-    """Of what was left out."""
+    """Words on what was left out."""
     return f"{lines} lines were left out here: nobody read them in time\n"
 
 
@@ -30,7 +30,7 @@ def aside(
     """What to write to in place of a stream; the same where it is no file of the system's.
 
     Args:
-        stream: Of a terminal, a pipe or a file.
+        stream: Stream of a terminal, a pipe or a file.
         most: Bytes that may wait.
         tell: Makes the text for a reader from the number of lines that were left out.
     """
@@ -42,11 +42,11 @@ def aside(
 
 
 class Aside(io.TextIOBase):
-    """Of one file.
+    """Writes one file aside.
 
     Args:
         file: Its number; it stays open.
-        encoding: Of the text.
+        encoding: Encoding of the text.
         most: Bytes that may wait.
         tell: As for `aside`.
 
@@ -94,12 +94,12 @@ class Aside(io.TextIOBase):
         return os.isatty(self._file)
 
     def fileno(self) -> int:
-        """Of the file."""
+        """Descriptor of the file."""
         return self._file
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
-        """Of the text."""
+        """Encoding of the text."""
         return self._encoding
 
     def _put(self, text: str) -> None:

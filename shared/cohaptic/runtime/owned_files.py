@@ -35,7 +35,7 @@ def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside:
 
     Args:
         folder: Where they are.
-        prefix: Of their names.
+        prefix: Prefix of their names.
         suffix: The same.
         now: Unix time [s].
         beside: Suffix of a file or a folder that goes with each, behind the whole name.

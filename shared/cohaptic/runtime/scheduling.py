@@ -68,8 +68,8 @@ def memory_lock_limit() -> float:
 def be_ordinary() -> None:
     """Give up what `prefer_this_process` was granted, as far as other processes are kept waiting.
 
-    Of the calling thread, and of those that it starts from now on; on other systems than Linux,
-    where no priority stops others for good, nothing.
+    The priority is that of the calling thread, and of those that it starts from now on. Nothing is
+    done on other systems than Linux, where no priority stops others for good.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):

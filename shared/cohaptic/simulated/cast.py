@@ -23,9 +23,10 @@ def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, ang
 
     Args:
         mesh: Resting surface.
-        center: Of the sphere that holds it [m].
-        radius: Of that sphere [m].
-        contact_radius: Of a fingertip, over which the direction of the press is averaged [m].
+        center: Centre of the sphere that holds it [m].
+        radius: Radius of that sphere [m].
+        contact_radius: Contact radius of a fingertip, over which the direction of the press is
+            averaged [m].
         angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].
 
     Returns:
@@ -76,7 +77,7 @@ def _hits(
         seen: Vertices [m].
         flat: The same as somebody on the ray sees them: to the side, up, and towards the eye [m].
         faces: Those that the ray may meet.
-        height: Of the ray [m].
+        height: Height of the ray [m].
     """
     for a, b, c in faces:
         (ax, ay, af), (bx, by, bf), (cx, cy, cf) = flat[a], flat[b], flat[c]

@@ -25,7 +25,7 @@ class Hand:
     Args:
         mass: Hand and device together [kg].
         damping: Towards the point where the intention is at rest [N s/m].
-        stiffness: Of the spring between intention and tip [N/m].
+        stiffness: Stiffness of the spring between intention and tip [N/m].
     """
 
     mass: float = 0.15
@@ -48,7 +48,7 @@ class Rhythm:
     """Release and press, again and again, half of the time each.
 
     Args:
-        period: Of one release and press [s].
+        period: Period of one release and press [s].
     """
 
     period: float
@@ -141,7 +141,7 @@ class Place:
     """A point on a resting surface, with the direction into the body.
 
     Args:
-        point: Of the surface [m].
+        point: Point of the surface [m].
         inward: Unit vector into the body there.
     """
 
@@ -227,7 +227,7 @@ def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> 
         state: Position [m] and velocity [m/s] of the tip.
         hand: Its mechanics.
         target: Intended position [m].
-        force: Of the device on the hand [N].
+        force: Force of the device on the hand [N].
         dt: Step [s].
     """
     x, v = state.position, state.velocity

@@ -15,12 +15,12 @@ class TouchStatus(BaseModel):
     """Status of one client.
 
     Args:
-        name: Of the user.
+        name: Name of the user.
         state: In words: connecting, waiting, touching, free, fault (until the user
             acknowledges it), device silent, server silent, stopped.
         force: On the hand [N].
         felt_from_others: Part of it that is there because others touch [N].
-        indentation: Of the surface under the probe [m].
+        indentation: Indentation of the surface under the probe [m].
         k_o: Stiffness of the body at the contact [N/m].
         k_h: Gain in use; below `k_o` with the predictive law where the device is the softer [N/m].
         max_stiffness: Largest that the device renders stably; 0 if it states none [N/m].

@@ -16,7 +16,7 @@ class Row(NamedTuple):
         wanted: Normal force that the law asked for, before the safety layer [N].
         felt_from_others: Part of the force that is there because others touch [N].
         u_others: Displacement of the contact point by the others, along the normal [m].
-        indentation: Of the surface under the probe [m].
+        indentation: Indentation of the surface under the probe [m].
         k_h: Gain in use [N/m].
         damping: Force of the passivity layer, along the normal [N].
         k_o: Stiffness of the body at the contact [N/m].
@@ -25,7 +25,7 @@ class Row(NamedTuple):
         late: How late the period began [s].
         tick: Simulation tick of the patch in use.
         patch_age: Time since that patch came [s].
-        lag: Of the room: time constant with which the object answers the others' forces [s].
+        lag: Lag of the room: time constant with which the object answers the others' forces [s].
         along: Tangential force, by friction [N].
         fault: 1 while a fault keeps the force off, 2 if it does until the user acknowledges it.
     """

@@ -82,7 +82,7 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
 
     Args:
         users: One row each.
-        width: Of the terminal [characters].
+        width: Width of the terminal [characters].
     """
     columns = _columns(users)
     while len(columns) > 1 and _wide(columns) > width:

@@ -56,8 +56,8 @@ def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
     """Whether the clutch's button is the very switch that the hand holds: one of them is useless.
 
     Args:
-        choice: Of the device.
-        info: Of the same.
+        choice: Choice of the device.
+        info: Abilities of the same.
     """
     return info.switch and clutch_of(choice) == SWITCH
 
@@ -68,7 +68,7 @@ def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
     Args:
         raw: In its own frame.
         config: With the choice, and the body's place.
-        middle: Of its workspace, in its own frame [m].
+        middle: Middle of its workspace, in its own frame [m].
     """
     choice = config.choice
     dx, dy, dz = _PLACES[choice.one_of("place", _PLACES, "front")]

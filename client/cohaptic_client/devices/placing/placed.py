@@ -66,7 +66,7 @@ class Placed:
 
     Args:
         raw: In its own frame.
-        workspace: Of the device.
+        workspace: Workspace of the device.
         recentre: Whether the first point of the tip is put on the workspace's centre.
         clutch: Bit of `DeviceSample.buttons` that holds the tip; 0 for none.
     """

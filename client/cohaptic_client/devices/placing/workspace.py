@@ -25,7 +25,7 @@ class Workspace:
         origin: Point of the device's frame that is put on `center` [m].
         center: In the world [m].
         scale: Metres of the world for a metre of the device.
-        turn: Of the device's frame about the vertical, counterclockwise from above [rad].
+        turn: Turn of the device's frame about the vertical, counterclockwise from above [rad].
     """
 
     origin: Vec3

@@ -47,7 +47,7 @@ class Intake:
 
     Attributes:
         patch: To be used in this period, with `surface`.
-        surface: Of that patch.
+        surface: Surface of that patch.
     """
 
     def __init__(self, slot: Slot, make: Callable[[Patch], Surface]) -> None:
@@ -90,9 +90,9 @@ class Statistics:
 
     Args:
         late: Lateness of each period [s].
-        cost: Of each period, from waking to sleeping [s].
+        cost: Cost of each period, from waking to sleeping [s].
         missed: Periods left out because the one before was too late.
-        periods: Of all of the run.
+        periods: Periods of all of the run.
     """
 
     late: Tally = field(default_factory=Tally)
@@ -105,11 +105,11 @@ class HapticLoop:
     """The loop over a device; `run` returns when the force has faded.
 
     Args:
-        config: Of the loop.
+        config: Configuration of the loop.
         memory: Shared with the network process.
         device: To be read and written.
         scheduling: That the system granted to this process, in words.
-        watchdog: Of the device; None where it offers none.
+        watchdog: Watchdog of the device; None where it offers none.
         engaged: Called once, with the time at which the hand can feel a force for the first time.
 
     Attributes:
@@ -301,7 +301,7 @@ class HapticLoop:
 
 
 def fault_level(safety: SafetyState) -> float:
-    """Of a row: 0 without a fault, 1 with one, 2 until the user has acknowledged it."""
+    """Fault level of a row: 0 without a fault, 1 with one, 2 until the user has acknowledged it."""
     if safety.mode is _FAULT:
         return 2.0
     return 1.0 if safety.fault else 0.0

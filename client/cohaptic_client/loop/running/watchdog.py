@@ -36,7 +36,7 @@ class Watchdog:
 
     Args:
         device: To be released.
-        clock: Of the loop.
+        clock: Clock of the loop.
         limit: A call that takes longer is a stall [s].
         end: Ends the process with a status.
 

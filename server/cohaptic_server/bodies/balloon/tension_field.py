@@ -33,7 +33,8 @@ def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
     Args:
         x: Vertices, shape (n, 3) [m].
         faces: Shape (m, 3).
-        gradients: Of the three shape functions in the unstretched sheet, shape (m, 3, 2) [1/m].
+        gradients: Gradients of the three shape functions in the unstretched sheet, shape (m, 3, 2)
+            [1/m].
         out: Shape (m, 10).
     """
     for e in range(len(faces)):
@@ -208,7 +209,7 @@ def add_pressure(
     Args:
         x: Shape (n, 3) [m].
         faces: Shape (m, 3).
-        pressure: Of the water [Pa].
+        pressure: Pressure of the water [Pa].
         index: As for `add_tangents`.
         beyond: As for `add_tangents`.
         blocks: As for `add_tangents`.

@@ -32,7 +32,7 @@ class ModalResponse:
 
     Args:
         elastic: The response of the elastic body.
-        modes: Of the body.
+        modes: Modes of the body.
         along: Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)].
         static: Amplitude of each at rest under the loads, shape (k,) [sqrt(N m)].
         deviation: From it, and the speed of it over the mode's frequency, shape (k, 2) [sqrt(N m)].
@@ -145,7 +145,7 @@ def with_felt(response: Response, share: float) -> Response:
     """The response as the next tick finds it, with a share of the swing that hands are shown.
 
     Args:
-        response: Of a tick.
+        response: Response of a tick.
         share: 0 to 1; it has no effect on a body without inertia.
     """
     return replace(response, felt=share) if isinstance(response, ModalResponse) else response

@@ -22,7 +22,7 @@ class Modes:
 
     Args:
         frequency: Natural angular frequencies, without damping, shape (k,) [rad/s].
-        shapes: Of each, shape (k, n, 3) [sqrt(m/N)]. A force f on a vertex has the static
+        shapes: Shapes of each, shape (k, n, 3) [sqrt(m/N)]. A force f on a vertex has the static
             amplitude g = shapes . f [sqrt(N m)], of which the surface moves by shapes g [m]: so
             shapes' shapes is the mode's part of the compliance. Half of g squared is its energy.
         damping: Share of critical damping, of every mode.
@@ -82,7 +82,7 @@ def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats
     the one in which it is applied included.
 
     Args:
-        frequency: Of each mode, shape (k,) [rad/s].
+        frequency: Frequency of each mode, shape (k,) [rad/s].
         damping: Share of critical damping.
         dt: Simulation period N T [s].
         at: Angular frequencies up to that of Nyquist, shape (p,) [rad/s].

@@ -122,7 +122,7 @@ def stresses(F: Floats, weights: Floats, mu: Floats, lame: Floats, J: Floats, co
 
     Args:
         F: Deformation gradients, shape (m, 9, q); where one is inverted it stays as it is.
-        weights: Of the points, shape (m, q) [m^3].
+        weights: Weights of the points, shape (m, q) [m^3].
         mu: Shear modulus, shape (m,) [Pa].
         lame: Lame's first constant, shape (m,) [Pa].
         J: Receives the determinants, shape (m, q).

@@ -66,8 +66,8 @@ class RubberSolid:
         name: Name for people and for the wire.
         damping: B_o / K_o at the simulation period of the server.
         table: What `vertex_compliance` returned for the same solid; computed when needed if None.
-        moduli: Of each tetrahedron, at small strains; None takes the material of the settings for
-            all of them.
+        moduli: Elastic moduli of each tetrahedron, at small strains; None takes the material of the
+            settings for all of them.
 
     Attributes:
         name: As given.

@@ -144,7 +144,8 @@ class ColumnStore:
         """Store a column in place of the least recently used one.
 
         Args:
-            column: Of its places those are kept that count; the displacement of missing ones is 0.
+            column: Column of its places those are kept that count; the displacement of missing ones
+                is 0.
             share: Its share at first.
             protected: Ticks after its last use during which a column must stay.
 

@@ -164,7 +164,7 @@ def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: F
     comes in gradually.
 
     Args:
-        blocks: Of each vertex, shape (n, 9) [m/N].
+        blocks: Blocks of each vertex, shape (n, 9) [m/N].
         vertices: Under the contact, shape (v,).
         weights: Share of the force on each, shape (v,).
         direction: Unit vector, shape (3,).

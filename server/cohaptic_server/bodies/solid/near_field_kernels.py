@@ -54,7 +54,7 @@ class NearFieldKernel:
 
         Args:
             vertices: Shape (v,).
-            centres: Of the contacts, shape (k, 3) [m].
+            centres: Centres of the contacts, shape (k, 3) [m].
             reach: Distance [m].
             out: Receives those that are nearer, shape (k,).
 
@@ -100,7 +100,7 @@ class NearFieldKernel:
             u: Displacement of vertices by the far field, corrected in place, shape (v, 3) [m].
             vertices: Shape (v,).
             order: Positions in `vertices`, by rank, shape (v,).
-            centre: Of the contact, shape (3,) [m].
+            centre: Centre of the contact, shape (3,) [m].
             full: Distance from it up to which columns count in full [m].
             none: Distance from which they do not count [m].
             kinds: Kind of each column, shape (s,).
@@ -151,7 +151,7 @@ class NearFieldKernel:
             vertices: Under the pressure, shape (v,).
             order: Positions in `vertices`, by rank, shape (v,).
             pressure: Share of each of them, shape (v,).
-            centre: Of the contact with the columns, shape (3,) [m].
+            centre: Centre of the contact with the columns, shape (3,) [m].
             full: Distance from it up to which columns count in full [m].
             none: Distance from which they do not count [m].
             kinds: Kind of each column, shape (s,).

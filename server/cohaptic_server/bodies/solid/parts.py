@@ -160,7 +160,7 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_a
         mesh: Corners of the tetrahedra.
         elements: Nodes of each tetrahedron, the corners first, shape (m, 4) or (m, 10).
         n: Number of nodes.
-        moduli: Of each tetrahedron.
+        moduli: Elastic moduli of each tetrahedron.
     """
     lame, mu = moduli.lame, moduli.mu
     means = _linear_means() if elements.shape[1] == 4 else _quadratic_means()

@@ -69,7 +69,7 @@ class SolidShape:
         surface: Node of each vertex of the surface, shape (n,).
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
-        moduli: Of each tetrahedron.
+        moduli: Elastic moduli of each tetrahedron.
     """
 
     tets: TetMesh
@@ -104,7 +104,8 @@ def shape_of(
         tets: The object at rest.
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius.
-        moduli: Of each tetrahedron; None takes the material of the settings for all of them.
+        moduli: Elastic moduli of each tetrahedron; None takes the material of the settings for all
+            of them.
 
     Raises:
         BodyError: Nothing is fixed, too little, or everything; or the moduli are not as many.

@@ -210,7 +210,8 @@ class Solid:
         settings: Material, elements and contact radius.
         name: Name for people and for the wire.
         parts: Factor and far field from an earlier preparation; None computes them.
-        moduli: Of each tetrahedron; None takes the material of the settings for all of them.
+        moduli: Elastic moduli of each tetrahedron; None takes the material of the settings for all
+            of them.
 
     Attributes:
         name: As given.

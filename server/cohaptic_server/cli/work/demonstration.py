@@ -56,7 +56,7 @@ def demonstrate(
     Args:
         scene: Without places of the hands.
         body: Name of the body, or path of a file.
-        options: Of an object from a file.
+        options: Options of an object from a file.
         json: Where the result is written, if it is wanted.
         keep: Folder that keeps recordings and logs, if they are wanted.
         nonlinear: Whether the deformation is finite.

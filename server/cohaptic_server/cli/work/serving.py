@@ -49,9 +49,9 @@ def serve_object(
     """Build the body of the settings, and serve it until interrupted.
 
     Args:
-        settings: Of the server.
+        settings: Settings of the server.
         protection: Who comes in, and how that is secured.
-        options: Of an object from a file.
+        options: Options of an object from a file.
         users: For how many a file is prepared, if that is said.
         relaxation: Relaxation time of a viscous body [s].
         admin: Port of metrics and health, as it was given; None for none.

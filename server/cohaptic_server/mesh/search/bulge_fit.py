@@ -30,9 +30,9 @@ def fit_bulge(
         rest: Resting positions of all vertices, shape (n, 3) [m].
         normals: At these, shape (n, 3).
         vertices: Those whose displacement is known, shape (k,).
-        displacement: Of these, shape (k, 3) [m].
+        displacement: Displacement of these, shape (k, 3) [m].
         frame: Foot, point and normal of the contact, shape (3, 3).
-        radius: Of the fit [m].
+        radius: Radius of the fit [m].
         matrix: Room for the normal equations, shape (6, 8): the right side, then one row.
 
     Returns:

@@ -46,7 +46,7 @@ class ContactSearch:
 
     Attributes:
         count: Number of vertices under the pressure.
-        slope: Of the contact, as in `Contact`.
+        slope: Slope of the contact, as in `Contact`.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class ContactSearch:
 
         Args:
             x, y, z: Probe [m].
-            radius: Of the pressure [m].
+            radius: Radius of the pressure [m].
             again: Start from the contact that was taken or found last; else search everywhere.
             keep: Offset beside the normal within which that contact stays [m].
             tolerance: Offset to which a moved contact is found [m].

@@ -40,7 +40,7 @@ class LoadedField:
         Args:
             vertices: At which the other one is known, shape (k,).
             values: Its displacement there, shape (k, 3) [m].
-            share: Of the way, 0 to 1.
+            share: Share of the way, 0 to 1.
             followed: Set to the field in between; where the loaded one is not known, to the other,
                 shape (k, 3) [m].
         """

@@ -17,7 +17,7 @@ class NearTree:
         points: Shape (n, 3), n at least 1 [m].
 
     Attributes:
-        tree: Of the points.
+        tree: Tree of the points.
         found: Room for the indices of all points, shape (n,).
     """
 

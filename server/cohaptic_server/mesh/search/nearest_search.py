@@ -15,7 +15,7 @@ class NearestSearch:
         vertices: Resting positions, shape (n, 3) [m].
         faces: Corners, shape (m, 3).
         around: Faces that share a vertex with each face, shape (m, 3 valence).
-        tree: Of the quadrature points, those of a face one after the other.
+        tree: Tree of the quadrature points, those of a face one after the other.
         split: Quadrature points of a face.
 
     Attributes:

@@ -21,7 +21,7 @@ class PointTree:
         order: Index of each of these in the order of whoever asks, shape (n,).
         boxes: Least and greatest coordinates of each node, the root at 1, shape (2^(levels + 1), 6)
             [m].
-        levels: Of the tree below its root.
+        levels: Levels of the tree below its root.
     """
 
     def __init__(self, points: Floats, order: Ints, boxes: Floats, levels: int) -> None:

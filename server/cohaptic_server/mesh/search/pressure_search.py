@@ -21,9 +21,9 @@ class PressureSearch:
     """Spreads pressures over one surface.
 
     Args:
-        tree: Of the quadrature points; what follows is in its order.
-        areas: Of the quadrature points, shape (q,) [m^2].
-        corners: Of their faces, shape (q, 3).
+        tree: Tree of the quadrature points; what follows is in its order.
+        areas: Areas of the quadrature points, shape (q,) [m^2].
+        corners: Corners of their faces, shape (q, 3).
         shares: Barycentric coordinates, shape (q, 3).
         outward: Unit normals of their faces, shape (q, 3).
         under: Where vertices under a pressure are left, rising, shape (n,).
@@ -58,7 +58,7 @@ class PressureSearch:
         Args:
             x, y, z: The place [m].
             nx, ny, nz: Outward unit normal of the finger; zeros for all sides.
-            radius: Of the pressure [m].
+            radius: Radius of the pressure [m].
         """
         most = radius * radius
         self.count = 0

@@ -28,11 +28,11 @@ def fit_spheres(
         starts: Where the vertices of each contact begin, and the last one's end, in the first row,
             and the same of `rows` in the second, shape (2 or more, n + 1).
         vertices: Those whose displacement is known, shape (k,).
-        displacement: Of these, shape (k, 3) [m].
+        displacement: Displacement of these, shape (k, 3) [m].
         rows: Those of its vertices that are fitted, counted from a contact's first, shape (r,).
         points: Points through which the spheres go, roughly, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).
-        radius: Of the fit [m].
+        radius: Radius of the fit [m].
         matrix: Room for the normal equations, shape (5, 6).
         curvature: Set to the curvatures, without a bound, 0 for fewer than six points, shape (n,)
             [1/m].
@@ -63,11 +63,11 @@ def fit_sphere(
     Args:
         rest: Resting positions of all vertices, shape (n, 3) [m].
         vertices: Those whose displacement is known, shape (k,).
-        displacement: Of these, shape (k, 3) [m].
+        displacement: Displacement of these, shape (k, 3) [m].
         rows: Those of `vertices` that are fitted, as indices into them, shape (r,).
         point: Through which the sphere goes, roughly, shape (3,) [m].
         normal: Outward unit normal there, shape (3,).
-        radius: Of the fit [m].
+        radius: Radius of the fit [m].
         matrix: Room for the normal equations, shape (5, 6).
 
     Returns:

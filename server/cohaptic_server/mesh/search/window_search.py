@@ -21,7 +21,7 @@ class WindowSearch:
         normals: Outward unit normals there, shape (t, 3).
         beside: Vertices that share an edge with each, short rows filled up with itself, shape
             (t, valence).
-        tree: Of the points.
+        tree: Tree of the points.
         found: Where vertices are left, shape (t,).
         path: Where points of a path are left, shape (w, 3); w bounds their number [m].
 
@@ -64,8 +64,8 @@ class WindowSearch:
         Args:
             start: Contact point, shape (3,) [m].
             normal: Outward unit normal there, shape (3,).
-            direction: Of the slide, of any length, shape (3,).
-            length: Of the path [m].
+            direction: Direction of the slide, of any length, shape (3,).
+            length: Length of the path [m].
             step: Between two points of the path [m].
             half_width: Largest distance of a vertex from the path [m].
             most: Largest number of vertices.
@@ -161,8 +161,8 @@ class WindowSearch:
             near: Number of vertices in `found` round the path.
             start: Contact point, shape (3,) [m].
             normal: Outward unit normal there, shape (3,).
-            direction: Of the slide, of any length, shape (3,).
-            length: Of the path [m].
+            direction: Direction of the slide, of any length, shape (3,).
+            length: Length of the path [m].
             step: Between two points of the path [m].
         """
         x, y, z = start[0], start[1], start[2]

@@ -17,8 +17,8 @@ class WindowVertices:
     """Chooses windows on one surface.
 
     Args:
-        surface: Of all vertices of the surface, n.
-        touch: Of the vertices of its touch mesh, t.
+        surface: Surface of all vertices of the surface, n.
+        touch: Touch of the vertices of its touch mesh, t.
         ahead: Along a path over the touch mesh.
         touched: Where `ahead` leaves vertices of the touch mesh, shape (t,).
         members: Vertices of the surface that the touch mesh has, rising, shape (t,).
@@ -68,8 +68,8 @@ class WindowVertices:
             normal: Outward unit normal of the surface there, shape (3,).
             radius: Round it, within which all vertices are taken [m].
             reach: Round it, within which those of the touch mesh are taken [m].
-            direction: Of the slide, of any length, shape (3,).
-            length: Of the path along which those of the touch mesh are carried [m].
+            direction: Direction of the slide, of any length, shape (3,).
+            length: Length of the path along which those of the touch mesh are carried [m].
             step: Between two points of the path [m].
             half_width: Largest distance of a carried vertex from the path [m].
             most: Largest number of carried vertices; 0 for none.

@@ -96,7 +96,7 @@ def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
     """Surface of the object in a file, or surfaces of its parts, in units of the file.
 
     Args:
-        source: Of a surface, of a volume mesh, whose boundary is taken, or of a label map.
+        source: Source of a surface, of a volume mesh, whose boundary is taken, or of a label map.
 
     Raises:
         BodyError: The file cannot be read, or is far too large.

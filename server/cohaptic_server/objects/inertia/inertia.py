@@ -24,7 +24,7 @@ class Inertia:
     Args:
         density: Mass density of what is not named; None for none, if nothing is named, or for that
             of water [kg/m^3].
-        densities: Of parts by their names [kg/m^3].
+        densities: Densities of parts by their names [kg/m^3].
         damping: Share of critical damping, of each natural mode.
 
     Raises:
@@ -56,7 +56,7 @@ class Inertia:
         """Density of each tetrahedron, shape (count,) [kg/m^3].
 
         Args:
-            parts: Of the tetrahedra; None where they have no names.
+            parts: Parts of the tetrahedra; None where they have no names.
             count: Number of them.
 
         Raises:

@@ -50,7 +50,7 @@ class PartMaterials:
         """Check that the values fit the parts that there are.
 
         Args:
-            names: Of the parts; empty for an object without any.
+            names: Names of the parts; empty for an object without any.
 
         Raises:
             SettingError: A value names no part, or a part has no value and needs one.
@@ -73,8 +73,8 @@ class PartMaterials:
         """The moduli of elements.
 
         Args:
-            material: Of what is not named.
-            parts: Of the tetrahedra; None for an object without any.
+            material: Material of what is not named.
+            parts: Parts of the tetrahedra; None for an object without any.
             elements: Tetrahedron that each element is, or is a piece of, shape (k,).
 
         Raises:
@@ -130,9 +130,9 @@ def check_names(option: str, named: Named, names: Sequence[str]) -> None:
     """Check that values are those of parts that there are.
 
     Args:
-        option: Of the command line, for the error.
+        option: Option of the command line, for the error.
         named: Values by the names of parts.
-        names: Of the parts; empty for an object without any.
+        names: Names of the parts; empty for an object without any.
 
     Raises:
         SettingError: A value names no part.

@@ -23,7 +23,7 @@ def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bo
     has moved by a hair, a middle may be in none of them.
 
     Args:
-        surfaces: Of the parts [m].
+        surfaces: Surfaces of the parts [m].
         tets: What fills all of them.
     """
     middles = tets.vertices[tets.tets].mean(axis=1)
@@ -44,7 +44,7 @@ def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) ->
     """The part of each tetrahedron: of those that it lies within the one of the least volume.
 
     Args:
-        surfaces: Of the parts.
+        surfaces: Surfaces of the parts.
         within: `members`, shape (parts, m).
 
     Raises:
@@ -68,7 +68,7 @@ def check_volumes(names: Sequence[str], found: Floats, wanted: Floats) -> None:
     """Refuse tetrahedra that miss much of a part.
 
     Args:
-        names: Of the parts.
+        names: Names of the parts.
         found: Volume of the tetrahedra of each, shape (parts,) [m^3].
         wanted: What it should be, shape (parts,) [m^3].
 

@@ -20,7 +20,7 @@ class PartSurface(NamedTuple):
     """The surface of one part.
 
     Args:
-        name: Of the part; empty if the object has no parts.
+        name: Name of the part; empty if the object has no parts.
         x: Vertices, shape (n, 3).
         faces: Triangles, shape (m, 3).
     """
@@ -35,7 +35,7 @@ class Parts:
     """The parts of an object.
 
     Args:
-        names: Of the parts, each once.
+        names: Names of the parts, each once.
         of: Part of each tetrahedron, as an index into `names`, shape (m,).
 
     Raises:

@@ -18,7 +18,7 @@ class VolumeLostError(BodyError):
         problem: What is wrong, as the beginning of a sentence.
         advice: The rest of it: why, and what to do.
         part: Name of the part; empty for the object.
-        path: Of the file, if it is known.
+        path: Path of the file, if it is known.
 
     Attributes:
         problem: As given.

@@ -27,7 +27,7 @@ class Label:
     """One label of a map.
 
     Args:
-        value: Of its voxels.
+        value: Value of its voxels.
         name: From the header, or the value.
         voxels: How many there are.
         box: First and last voxel but one along each axis, shape (3, 2).
@@ -78,7 +78,7 @@ class LabelMap:
         """The box round some labels, with voxels left out where they are very many.
 
         Args:
-            labels: Of this map.
+            labels: Labels of this map.
             margin: Voxels of background round the box.
             most: Number of voxels of the box, without the margin.
 
@@ -105,9 +105,9 @@ class LabelMap:
 
         Args:
             path: The file, for an error.
-            values: Of the voxels, whole numbers, shape (i, j, k).
+            values: Values of the voxels, whole numbers, shape (i, j, k).
             affine: As of the class.
-            names: Of labels, by their values.
+            names: Names of labels, by their values.
 
         Raises:
             BodyError: The values are none of a label map, or voxels have no sensible size.

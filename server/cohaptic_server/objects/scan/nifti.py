@@ -29,7 +29,7 @@ def read_nifti(path: Path) -> LabelMap:
     """Read a NIfTI file; x is to the right of the patient, y forwards, z up.
 
     Args:
-        path: Of a `.nii` or `.nii.gz`.
+        path: Path of a `.nii` or `.nii.gz`.
 
     Raises:
         BodyError: It is no label map.

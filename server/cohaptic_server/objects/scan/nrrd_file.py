@@ -44,7 +44,7 @@ def read_nrrd(path: Path) -> LabelMap:
     """Read an NRRD file with its voxels in it; axes as of `read_nifti`.
 
     Args:
-        path: Of a `.nrrd`.
+        path: Path of a `.nrrd`.
 
     Raises:
         BodyError: It is no label map.

@@ -41,7 +41,7 @@ class ScanSurfaces(NamedTuple):
 
     Args:
         surfaces: The first is that of the object [m]; further ones cut their parts out of it.
-        volumes: Of the voxels of each part, shape (parts,) [m^3].
+        volumes: Volumes of the voxels of each part, shape (parts,) [m^3].
         blur: Distance within which the surfaces are not known [m].
         words: What was done to the voxels, a phrase for each thing.
     """

@@ -25,8 +25,8 @@ def read_voxels(
     Args:
         path: The file, for an error.
         file: Whose next byte is the first of the voxels, unpacked.
-        shape: Of the voxels, as `check_size` has let pass.
-        kind: Of one voxel.
+        shape: Shape of the voxels, as `check_size` has let pass.
+        kind: Kind of one voxel.
 
     Returns:
         The voxels, of that shape.

@@ -55,7 +55,7 @@ class StoredFactor:
     """A factor that is read when it is needed, in the process that needs it.
 
     Args:
-        path: Of its entry.
+        path: Path of its entry.
         count: Memory of its numbers [bytes].
 
     Attributes:

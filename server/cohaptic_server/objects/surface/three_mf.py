@@ -39,7 +39,7 @@ class Model(NamedTuple):
 
     Args:
         metres: In one unit of its coordinates.
-        triangles: Of everything that is to be built.
+        triangles: Triangles of everything that is to be built.
     """
 
     metres: float

@@ -36,7 +36,7 @@ from cohaptic_server.room.watch.watcher import Watcher
 
 
 class Follows:
-    """Of one room; the only one who sets `Visitor.following` and `Visitor.user`."""
+    """Who follows whom in one room; nothing else sets `Visitor.following` and `Visitor.user`."""
 
     def __init__(self) -> None:
         self._followers: dict[int, dict[Visitor, None]] = {}  # by user, in the order they came
@@ -106,7 +106,7 @@ _TOLD = object()
 
 
 class Gathering:
-    """Of one room.
+    """The company in one room.
 
     Args:
         room: The users.

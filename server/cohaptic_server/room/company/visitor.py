@@ -19,10 +19,10 @@ class Visitor:
 
     Attributes:
         watcher: Its session.
-        mailbox: Of the session.
+        mailbox: Mailbox of the session.
         name: That it gave itself; empty before it said one.
         user: Number of its hand, as its key has proved; 0 without a hand.
-        key: Of that hand.
+        key: Key of that hand.
         open: Whether its view may be followed.
         following: Number of the user whose view it is sent; 0 for nobody's.
         aim: From where it looks; None before it said so.

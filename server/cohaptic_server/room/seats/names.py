@@ -32,7 +32,7 @@ _MOST_KEPT = 64  # as many as the largest room has users
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Of one client to its name.
+    """Claim of one client to its name.
 
     Args:
         key: Its secret; None without one.
@@ -85,7 +85,7 @@ class KeptNames:
         """Keep a name for who had it, and for a while its seat.
 
         Args:
-            name: Of who was there.
+            name: Name of who was there.
             claim: To it.
             now: Time [s].
             since: When it took its seat [s]; None for one whose seat is not kept. It is kept for no

@@ -27,9 +27,9 @@ def rename(
     """Have somebody go by another name, or tell why it does not.
 
     Args:
-        room: Of which it is, or before which it waits.
+        room: Room of which it is, or before which it waits.
         waiting: Who waits.
-        entrance: Of the room; names of those who were put out are nobody's.
+        entrance: Entrance of the room; names of those who were put out are nobody's.
         peers: All of the room.
         peer: Whose wish it is.
         wish: The name.

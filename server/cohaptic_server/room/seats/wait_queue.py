@@ -27,7 +27,7 @@ MOST_MISSED = 1024  # that are remembered; more than the turns of the largest ro
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Of one who waits.
+    """Place of one visitor who waits.
 
     Args:
         number: By which the caller knows who it is.
@@ -59,7 +59,7 @@ class WaitQueue:
 
     Args:
         most: Places; 0 for no queue.
-        most_of_source: Of them, for one address: a queue of one address would be nobody else's.
+        most_of_source: Most of them for one address: a queue of one address would be nobody else's.
         places: In the order of coming.
         missed: Turns of late, the oldest first.
     """
@@ -84,7 +84,7 @@ class WaitQueue:
         """With one more, at the end.
 
         Args:
-            number: Of who enters.
+            number: Number of who enters.
             source: Whom its connection is counted with.
             now: Time [s].
 
@@ -117,7 +117,7 @@ class WaitQueue:
         """Without one who has gone; the same if it does not wait.
 
         Args:
-            number: Of who has gone.
+            number: Number of who has gone.
             now: Time [s]. Who was called has missed its turn.
         """
         missed = tuple(one for one in self.missed if one.until > now)
@@ -136,7 +136,7 @@ class WaitQueue:
 
         Args:
             free: Seats that nobody sits in and that are kept for nobody who lost a connection.
-                Of them those that are kept for who was called before are taken off here.
+                Those that are kept for visitors who were called before are taken off here.
             now: Time [s].
 
         Returns:

@@ -27,7 +27,7 @@ class _Waiter:
 
     Args:
         peer: Who it is.
-        session: Of it.
+        session: Session of it.
         hello: With which it came; its name is another one after a `set_name`.
         token: With which it comes back; None for one who needs none, and once it has gone out.
         told: Its place and their number, as it knows them; None before it was told any.
@@ -60,7 +60,7 @@ class _Waiter:
 
 
 class Waiting:
-    """Of one room.
+    """Those who wait for a seat in one room.
 
     Args:
         room: That is full; its `queue` is changed here alone.
@@ -104,7 +104,7 @@ class Waiting:
 
         Args:
             peer: Who it is.
-            session: Of it.
+            session: Session of it.
             hello: With which it came; nobody else waits by its name. A place that its session
                 has by another name is handed on to it.
             token: With which it comes back; None for one who needs none.
@@ -138,7 +138,7 @@ class Waiting:
         return self._waiters.pop(number).hello
 
     def hello_of(self, peer: Peer) -> Hello | None:
-        """Of one who waits; None for who does not."""
+        """Hello of a visitor who waits; None for one who does not."""
         number = self._number(peer)
         return None if number is None else self._waiters[number].hello
 

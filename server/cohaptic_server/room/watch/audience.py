@@ -40,7 +40,7 @@ def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord
 
     Args:
         world: After a tick.
-        patches: Of the same tick, by user; users who have left have none.
+        patches: Patches of the same tick, by user; users who have left have none.
     """
     users = list(world.users.values())[:MAX_USERS]
     return tuple(_record(user, patches.get(user.touch.user)) for user in users)
@@ -93,12 +93,12 @@ class SceneEncoder:
     """The newest scene.
 
     Args:
-        traversal: Of the rest mesh.
+        traversal: Traversal of the rest mesh.
         follows_records: Whether the surface is a function of the records, as that of a body without
             memory is.
 
     Attributes:
-        tick: Of the newest scene; 0 before the first.
+        tick: Tick of the newest scene; 0 before the first.
         version: Number of scenes so far that differed from the one before.
     """
 
@@ -129,7 +129,7 @@ class SceneEncoder:
         Args:
             tick: Number of the tick.
             now: Time of the tick [s].
-            records: Of the users.
+            records: Records of the users.
             surface: Returns the displacement of all vertices, shape (n, 3) [m]; called if needed.
             room: Lag of the room.
         """
@@ -265,7 +265,7 @@ class Audience:
 
         Args:
             world: After the tick.
-            patches: Of the tick, by user.
+            patches: Patches of the tick, by user.
             now: Time of the tick [s].
         """
         if self.watchers and world.tick > self._encoder.tick:

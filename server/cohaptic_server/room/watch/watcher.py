@@ -165,7 +165,7 @@ class Watcher:
         """Whether the newest scene is to be sent now; call it at every tick.
 
         Args:
-            version: Of the newest scene.
+            version: Version of the newest scene.
             now: Time [s].
             clear: Whether all earlier writes have left the process.
         """
@@ -184,8 +184,8 @@ class Watcher:
         """Whether so long nothing has changed that the newest scene is sent as a sign of life.
 
         Args:
-            tick: Of the newest scene.
-            version: Of the newest scene.
+            tick: Tick of the newest scene.
+            version: Version of the newest scene.
             now: Time [s].
         """
         free = self.hears_news and not self._in_flight and version == self._sent_version

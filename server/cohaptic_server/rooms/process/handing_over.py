@@ -72,7 +72,7 @@ class HandedDoor(socket.socket):
     """Connections come out of it as out of a listening socket.
 
     Args:
-        end: Of a pair; its file is the door's from now on.
+        end: End of a pair; its file is the door's from now on.
         gate: Knows whom there is a budget for.
         left: Called with the number of each connection that has ended.
     """

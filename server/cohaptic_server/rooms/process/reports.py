@@ -53,7 +53,8 @@ class Report(_Line):
     Args:
         users, watchers: Who is there.
         held_users, held_watchers: Seats that it holds.
-        users_serial, watchers_serial: Of the newest `Allow` that it has read; 0 before the first.
+        users_serial, watchers_serial: Serial numbers of the newest `Allow` that it has read; 0
+            before the first.
         ticks, missed: Since its start.
     """
 
@@ -72,7 +73,7 @@ class Measured(_Line):
     """What a room tells those who look after the server, once a second.
 
     Args:
-        metrics: Of the room.
+        metrics: Metrics of the room.
     """
 
     kind: Literal["measured"] = "measured"

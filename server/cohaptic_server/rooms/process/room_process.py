@@ -57,7 +57,7 @@ CALM = 5.0  # s below `LESS` before it goes first again: one that swings about t
 
 
 class Precedence:
-    """Of one room.
+    """Precedence of one room.
 
     Attributes:
         first: Whether it goes before ordinary processes.
@@ -71,7 +71,7 @@ class Precedence:
         """Take in what its ticks took lately; returns whether `first` changed.
 
         Args:
-            share: Of a core that its ticks want: processor time of one over their period.
+            share: Share of a core that its ticks want: processor time of one over their period.
             now: Time [s].
         """
         before = self.first
@@ -112,11 +112,11 @@ def run_room(
     """Main function of the process.
 
     Args:
-        settings: Of the room.
+        settings: Settings of the room.
         build: Makes its body; a function of a module, which the process can import.
         control: One end of the channel to the supervisor.
         door: Where connections come out.
-        style: Of the log.
+        style: Style of the log.
         protect: Makes what says who comes in; reads the files of keys.
         measured: Whether it tells the supervisor its metrics.
     """
@@ -138,7 +138,7 @@ class _Room:
     """What lives in the process.
 
     Args:
-        settings: Of the room.
+        settings: Settings of the room.
         build: As above.
         door: The same.
         protect: The same.

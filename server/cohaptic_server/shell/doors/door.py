@@ -44,7 +44,7 @@ class Door(socket.socket):
     which the listening socket is one; where there are no such sets, everybody comes out at once.
 
     Args:
-        family: Of the address.
+        family: Family of the address.
         gate: Knows whom there is a budget for.
         loop: Gives other events their turn, and keeps deadlines.
         tls: Whether connections begin with a handshake.
@@ -104,7 +104,7 @@ class Door(socket.socket):
         return 0 if self._porch is None else len(self._porch)
 
     def fileno(self) -> int:
-        """Of what an event loop has to watch."""
+        """Descriptor that an event loop has to watch."""
         return super().fileno() if self._porch is None else self._porch.fileno()
 
     def accept(self) -> tuple[socket.socket, Any]:

@@ -89,7 +89,7 @@ class Porch:
         return len(self._held)
 
     def fileno(self) -> int:
-        """Of what is readable when `ready` would tell of one, and it is shown."""
+        """Descriptor that is readable when `ready` would tell of one, and it is shown."""
         return self._shown.fileno()
 
     def show(self, *, readable: bool) -> None:

@@ -185,11 +185,11 @@ class UploadDesk:
 
     Args:
         open_object: Makes a prepared object that of the server.
-        limits: Of one upload.
+        limits: Limits of one upload.
         rubber: What makes nonlinear solids of the files; None makes linear ones.
 
     Attributes:
-        worker: Of the upload that runs; None without one.
+        worker: Worker of the upload that runs; None without one.
         busy: Whether there is one.
     """
 
@@ -338,7 +338,7 @@ def take_uploads(
     """Let visitors bring objects to a server.
 
     Args:
-        server: Of the object.
+        server: Server of the object.
         served: Its body.
         damping: B_o over K_o of every object.
         nonlinear: Whether they are nonlinear solids, on meshes as fine as the tick affords.

@@ -33,12 +33,12 @@ def show_swing(
 
     Args:
         body: That may have modes; of others the response is returned as it is.
-        response: Of this tick.
+        response: Response of this tick.
         loop: That the hands close.
-        gains: Of what anticipation leaves of it; None where nothing is anticipated, and of the
-            swing nothing is felt. Neither is it by a hand alone that uses a law of the paper: it
-            answers its own dent, a delay later, and may have no gain left for a swing.
-        lag: Of the room [s].
+        gains: Gains of what anticipation leaves of it; None where nothing is anticipated, and of
+            the swing nothing is felt. Neither is it by a hand alone that uses a law of the paper:
+            it answers its own dent, a delay later, and may have no gain left for a swing.
+        lag: Lag of the room [s].
         compliance: Between the loads of the loop, shape (loads, loads) [m/N].
         spans: Rows of each user in `compliance`.
         starts: First load of each user in the response.

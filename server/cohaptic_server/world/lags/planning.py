@@ -51,8 +51,8 @@ class Planned(NamedTuple):
     """What a tick finds for the next.
 
     Args:
-        anticipation: Of those who touch.
-        gains: Of what it leaves of the room's loop; None where nothing is anticipated.
+        anticipation: Anticipation of those who touch.
+        gains: Gains of what it leaves of the room's loop; None where nothing is anticipated.
         m: Spectral radius of the coupling.
         late: By how much the turning of contacts answers late, `Turned.late` [s].
     """
@@ -96,7 +96,7 @@ def find_anticipation(
 
     Args:
         loop: That the hands close.
-        normals: Of their contacts, shape (n, 3).
+        normals: Normals of their contacts, shape (n, 3).
         S: `known_coupling`; None where it has not been known for `CALM_TIME`.
         turned: What it was made of.
         dt: Simulation period N T [s].

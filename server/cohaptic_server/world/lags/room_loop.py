@@ -41,7 +41,7 @@ class RoomLoop:
         stiffest: Largest K of a hand that closes the loop, in any direction [N/m].
         S: Coupling of science 3.8, weighted by nearness, shape (loads, loads).
         longest_delay: T_max, with the client's way into a new patch [s].
-        damping_budget: Of the weakest device [N s/m]; infinite for nobody.
+        damping_budget: Damping budget of the weakest device [N s/m]; infinite for nobody.
         predictive: Whether anybody uses the predictive law.
         papers: Whether anybody who closes a loop uses a law of the paper.
     """

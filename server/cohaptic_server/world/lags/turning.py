@@ -40,7 +40,7 @@ class Turned(NamedTuple):
     """The loop of a room in which others turn contacts, all weighted by nearness.
 
     Args:
-        S: Of all users' normals, then of the tangents of those who are turned (science 3.12),
+        S: S of all users' normals, then of the tangents of those who are turned (science 3.12),
             symmetric, shape (users + tangents, users + tangents).
         tangents: How many of its rows are tangents.
     """
@@ -101,7 +101,7 @@ def turned_loop(
         users: With their measured delays.
         compliance: Between all their loads, shape (loads or more, loads or more) [m/N].
         spans: Loads of each user: one, or three where two are along its surface.
-        contacts: Of the users.
+        contacts: Contacts of the users.
         mesh: Resting surface.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
     """

@@ -65,10 +65,10 @@ def flatten(
     Args:
         rest: Resting positions, shape (v, 3) [m].
         normals: At these, shape (v, 3).
-        frames: Of the contacts, shape (n, 3, 3).
+        frames: Frames of the contacts, shape (n, 3, 3).
         x_free: Contact points on their surfaces, shape (n, 3) [m].
-        depths: Of the probes below these, shape (n,) [m].
-        radius: Of the fit of a bulge [m].
+        depths: Depths of the probes below these, shape (n,) [m].
+        radius: Radius of the fit of a bulge [m].
         largest: Product of depth and curvature up to which a bulge is shown as it is.
         matrix: Room for `fit_bulge`, shape (6, 8).
         known_starts, known: Vertices at which each user's surface is known, shape (k,).

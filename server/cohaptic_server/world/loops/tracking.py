@@ -52,8 +52,8 @@ def track(
         first: User to begin with.
         before: Row of each user in the last tick, -1 for none, shape (n,).
         tips: That the contacts follow, shape (n, 3) [m].
-        shares: Of the way to the free surface, 0 to 1, shape (n,).
-        radius: Of the pressure [m].
+        shares: Shares of the way to the free surface, 0 to 1, shape (n,).
+        radius: Radius of the pressure [m].
         keep: Offset beside the normal within which a contact stays [m].
         tolerance: Offset to which a moved contact is found [m].
         frames, slopes, starts, under, weights: Contacts of the last tick, as `Contacts`.

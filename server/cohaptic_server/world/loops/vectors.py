@@ -11,7 +11,7 @@ def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None
     """Height of each tip over a place of its contact, along the contact's normal.
 
     Args:
-        frames: Of the contacts, shape (n, 3, 3).
+        frames: Frames of the contacts, shape (n, 3, 3).
         tips: Shape (n, 3) [m].
         places: Shape (n, 3) [m].
         found: Set to the heights, shape (n,) [m].
@@ -27,7 +27,7 @@ def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None
     """Normal part of each force on a hand, from 0 to its device's largest; 0 for what is no number.
 
     Args:
-        frames: Of the contacts, shape (n, 3, 3).
+        frames: Frames of the contacts, shape (n, 3, 3).
         forces: Shape (n, 3) [N].
         most: Shape (n,) [N].
         found: Set to the normal forces, shape (n,) [N].
@@ -45,7 +45,7 @@ def tangential_parts(frames: Floats, vectors: Floats, found: Floats) -> None:
     """Part of each vector in the tangent plane of its contact.
 
     Args:
-        frames: Of the contacts, shape (n, 3, 3).
+        frames: Frames of the contacts, shape (n, 3, 3).
         vectors: Shape (n, 3).
         found: Set to these parts, shape (n, 3).
     """
@@ -77,11 +77,11 @@ def smoothed(
         tips: Now, shape (n, 3) [m].
         old_tips: In the last tick, by its rows, shape (m, 3) [m].
         old: Velocities of the last tick, by its rows, shape (m, 3) [m/s].
-        times: Of the samples, shape (n,) [s].
-        old_times: Of those of the last tick, by its rows, shape (m,) [s].
+        times: Times of the samples, shape (n,) [s].
+        old_times: Old times of those of the last tick, by its rows, shape (m,) [s].
         fresh: 1 for users whose samples still arrive, else 0, shape (n,).
         least: Shorter interval between two samples, which gives no velocity [s].
-        share: Of the newest velocity in the mean.
+        share: Share of the newest velocity in the mean.
         found: Set to the velocities, shape (n, 3) [m/s].
     """
     for i in range(before.shape[0]):
@@ -104,7 +104,7 @@ def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) 
     """Whose contact is new, or further from its previous place than a hand can move it.
 
     Args:
-        frames: Of the contacts, shape (n, 3, 3).
+        frames: Frames of the contacts, shape (n, 3, 3).
         before: Row of each user in the last tick; -1 for one who was not there, shape (n,).
         old: Frames of the contacts of the last tick, by its rows, shape (m, 3, 3).
         most: Distance that a hand can move a contact in a tick [m].

@@ -50,16 +50,17 @@ def choose_windows(
 
     Args:
         surface: Tree of the surface's vertices, n.
-        finder: Of windows with vertices of the touch mesh; None where all patches are planes.
+        finder: Finder of windows on the touch mesh; None where all patches are planes.
         found: Where it leaves the vertices of one window, shape (n,).
         found_fitted, found_touched, found_carried: Where it leaves parts of them.
         first: User to begin with.
-        geometry: Of the users' patches, shape (u,).
-        frames: Of their contacts, shape (u, 3, 3).
+        geometry: Geometry of the users' patches, shape (u,).
+        frames: Frames of their contacts, shape (u, 3, 3).
         slides: Way of each probe while its patch is in use, shape (u, 3) [m].
         directions: Tangential velocities, shape (u, 3) [m/s].
         horizons: Time for which the patches are in use, shape (u,) [s].
-        lengths, half_widths: Of the paths along which vertices are carried, shape (u,) [m].
+        lengths, half_widths: Lengths and half widths of the paths along which vertices are carried,
+            shape (u,) [m].
         radius, reach, step, most: As in `WindowVertices.choose`.
         reuse: Way of a contact within which its window is kept [m].
         speeding_up: Speed by which a longer horizon widens a window [m/s].

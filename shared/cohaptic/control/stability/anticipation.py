@@ -52,7 +52,7 @@ class Gains:
     Args:
         together: beta = m_+ / (1 + m_+), of the largest eigenvalue of S, m_+.
         apart: alpha = m_- / (1 + kappa - m_-), of the smallest one, -m_-.
-        kappa: Of the negative part, what is left to the loop over what is anticipated.
+        kappa: kappa of the negative part, what is left to the loop over what is anticipated.
     """
 
     together: float
@@ -80,7 +80,7 @@ class Part:
     Args:
         X: Symmetric, shape (n, n).
         solve: (1 + X)^-1, shape (n, n).
-        gains: Of the loop that is left.
+        gains: Gains of the loop that is left.
         radius: m, the spectral radius of S.
         lowest: Smallest eigenvalue of S; below -1 no delay is stable.
     """
@@ -112,7 +112,7 @@ def anticipated(S: Floats, kappa: float | None = None) -> Part:
 
     Args:
         S: `lag_choice.coupling_matrix`, symmetric, shape (n, n).
-        kappa: Of a larger room that this one is a part of; None for its own.
+        kappa: kappa of a larger room that this one is a part of; None for its own.
     """
     values, vectors = np.linalg.eigh(S)
     gains = gains_left(float(values[-1]), float(values[0]))
@@ -133,8 +133,9 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
     theta is the largest mass over damping of the hands.
 
     Args:
-        gains: Of the loop.
-        stiffness: Of the stiffest K, as K theta over the hands' least damping; without unit.
+        gains: Gains of the loop.
+        stiffness: Stiffness of the stiffest K, as K theta over the hands' least damping; without
+            unit.
     """
     if gains.together == gains.apart == 0.0:
         return 0.0  # of nobody, or of one alone; to find it took a fifth of an empty room's tick
@@ -146,12 +147,12 @@ def row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
     """Square of the largest gain that a hand gives its row of the loop, F of 3.13.
 
     Args:
-        gains: Of the loop.
+        gains: Gains of the loop.
         p: theta times angular frequency, any shape.
         stiffness: As for `hand_factor`.
 
     Returns:
-        Of the shape of `p`.
+        Values of the shape of `p`.
     """
     alpha, beta, c = gains.apart, gains.together, gains.held
     p2 = p * p
@@ -174,7 +175,7 @@ def hand_class(damping_budget: float, stiffest: float) -> tuple[float, float]:
     """theta of the hands of a room [s], and the stiffness of `hand_factor`.
 
     Args:
-        damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
+        damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
         stiffest: Largest K of a hand, in any direction [N/m].
     """
     damping = HAND_DAMPING + min(FULL_BUDGET, max(0.0, damping_budget))
@@ -186,8 +187,8 @@ def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) 
     """tau that moving hands need where forces are anticipated [s].
 
     Args:
-        gains: Of what anticipation leaves of the loop.
-        damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
+        gains: Gains of what anticipation leaves of the loop.
+        damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
         stiffest: Largest K of a hand, in any direction [N/m].
     """
     theta, stiffness = hand_class(damping_budget, stiffest)

@@ -49,8 +49,8 @@ def coupling_matrix(C: Floats, stiffness: Sequence[Floats] | Floats) -> Floats:
 
     Args:
         C: Compliance of all contacts, user after user, shape (n, n) [m/N].
-        stiffness: Of each user, symmetric and positive, shape (1, 1) or (3, 3) [N/m]; (3, 3) with
-            friction. Their sizes add up to n.
+        stiffness: Stiffness of each user, symmetric and positive, shape (1, 1) or (3, 3) [N/m]; (3,
+            3) with friction. Their sizes add up to n.
 
     Returns:
         Shape (n, n), symmetric, without a unit.
@@ -120,7 +120,7 @@ def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> 
     Args:
         coupling: m.
         longest_delay: T_max [s].
-        damping_budget: Of the room's weakest device [N s/m].
+        damping_budget: Damping budget of the room's weakest device [N s/m].
     """
     needed = lag_needed(coupling, longest_delay)
     lag = max(needed / SHARE, hand_time(damping_budget, coupling) * coupling)

@@ -36,8 +36,8 @@ class Coupling:
     Args:
         rho_no_delay: Spectral radius over one simulation period without further delay; stable iff
             < 1.
-        rho_any_delay: Of the absolute values; stable under any bounded delays iff < 1. None with an
-            integral: no such bound holds for one.
+        rho_any_delay: Spectral radius of the absolute values; stable under any bounded delays iff
+            < 1. None with an integral: no such bound holds for one.
         safe_k_h: Gains that `gains.choose_gains` takes: from the row rule; with the predictive law
             1 / C_ii, with the room's lag [N/m].
         safe_integral_gain: Same, for the integral [N/(m s)].
@@ -92,7 +92,7 @@ def couple(
         integral_gain: I of everybody, to be judged with k_h [N/(m s)]; 0 for the predictive law.
         simulation_period: N T [s].
         delay: Network round trip, for the safe gains and the lag [s].
-        max_stiffness: Of the devices [N/m].
+        max_stiffness: Largest stiffness of the devices [N/m].
 
     Raises:
         SettingError: C, k_h or the integral gain is outside its limits.
@@ -198,11 +198,11 @@ def room_radius(
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].
-        gains: Of each user.
-        law: Of everybody.
+        gains: Gains of each user.
+        law: Law of everybody.
         delays: Simulation periods round each user's loop, at least 1, shape (n,).
         simulation_period: N T [s].
-        lag: Of the room, through which every force enters the body [s].
+        lag: Lag of the room, through which every force enters the body [s].
     """
     n, longest = len(C), int(delays.max())
     M = loop_matrix(C, law)

@@ -47,7 +47,7 @@ def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
         stiffness: As for `hand_factor`.
 
     Returns:
-        Of the shape of `p`.
+        Values of the shape of `p`.
     """
     if stiffness == np.inf:
         return np.asarray(1.0 + p * p)
@@ -65,12 +65,12 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
     have more where K is limited: the lag of 3.13 allows for it, as it grows with frequency.
 
     Args:
-        gains: Of the loop.
+        gains: Gains of the loop.
         p: theta times angular frequency, any shape.
         stiffness: As for `hand_factor`.
 
     Returns:
-        Of the shape of `p`.
+        Values of the shape of `p`.
     """
     heaviest = row_gain(gains, p)
     if stiffness == np.inf:
@@ -96,13 +96,13 @@ def felt_share(
     """g, the share of the swing that hands may be shown, 0 to 1.
 
     Args:
-        gains: Of the loop without it.
+        gains: Gains of the loop without it.
         theta: Largest mass over damping of the hands [s].
         stiffness: As for `hand_factor`.
         tau: The room's lag [s].
         weight: Largest eigenvalue of the modes' parts of the coupling, each hand with itself too:
             sum over hands of w' K w.
-        swing: Of the object.
+        swing: Swing of the object.
     """
     p, lagged = theta * swing.frequency, tau * swing.frequency
     room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(worst_row_gain(gains, p, stiffness))

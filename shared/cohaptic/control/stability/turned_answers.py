@@ -30,8 +30,8 @@ def lag_where_turned(gains: Gains, damping_budget: float, stiffest: float, late:
     """tau that moving hands need [s].
 
     Args:
-        gains: Of what anticipation leaves of the loop.
-        damping_budget: Of the room's weakest device, Colgate's bound [N s/m].
+        gains: Gains of what anticipation leaves of the loop.
+        damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
         stiffest: Largest K of a hand, in any direction, finite [N/m].
         late: q T_b, by how much the turning answers late [s].
     """

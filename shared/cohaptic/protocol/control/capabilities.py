@@ -19,7 +19,7 @@ class Capabilities(ControlMessage):
         force_axes: Along which it gives force; 0 for one that only senses.
         max_force: For a short time; 0 for one that only senses [N].
         max_stiffness: That it renders stably [N/m].
-        damping: Of its own, physical [N s/m].
+        damping: Damping of its own, physical [N s/m].
         max_damping: That it renders stably; 0 where nobody has measured it [N s/m].
         resolution: Least step of position that it tells apart; 0 where unknown [m].
         rate: At which it reports and takes forces at best [Hz].

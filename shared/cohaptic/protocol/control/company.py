@@ -35,7 +35,7 @@ class Present(WithSecrets):
     Args:
         name: By which others know the visitor.
         user: Number of its hand; None while it only watches. It counts only with the key.
-        key: Of the hello of that hand: nobody else can say that it is theirs. Not on the wire
+        key: Key of the hello of that hand: nobody else can say that it is theirs. Not on the wire
             without a hand.
         open: Whether others may follow its view.
     """
@@ -75,7 +75,7 @@ class Point(ControlMessage):
     """Point at a place for everybody to see, for a few seconds.
 
     Args:
-        point: Of the resting surface, world frame [m].
+        point: Point of the resting surface, world frame [m].
     """
 
     type: Literal["point"] = "point"
@@ -87,7 +87,7 @@ class Follower(ControlMessage):
 
     Args:
         user: Its number; None for one who only watches.
-        name: Of it.
+        name: Name of it.
     """
 
     user: User | None
@@ -128,8 +128,8 @@ class Pointed(ControlMessage):
 
     Args:
         user: Who; None for one who only watches.
-        name: Of it.
-        point: Of the resting surface, world frame [m].
+        name: Name of it.
+        point: Point of the resting surface, world frame [m].
     """
 
     type: Literal["pointed"] = "pointed"
