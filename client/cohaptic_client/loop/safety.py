@@ -51,7 +51,7 @@ class SafetyLimits:
             a hand moves in a period [s].
         latch: Whether a fault stays until the user acknowledges it.
         dead_man: Whether there is force only while the user holds the device's switch.
-        external_rate: External rate of all change that the hand's own motion does not explain
+        external_rate: Limit of all change that the hand's own motion does not explain
             [N/s].
     """
 
