@@ -36,6 +36,7 @@ PACKAGES = (
     "shared/cohaptic",
     "server/cohaptic_server",
     "client/cohaptic_client",
+    "client/cohaptic_drivers",
     "experiments/cohaptic_experiments",
 )
 TYPES = {"u8": 1, "u16": 2, "u32": 4, "f16": 2, "f32": 4, "f64": 8}

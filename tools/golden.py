@@ -93,7 +93,11 @@ def _first_difference(one: np.ndarray, two: np.ndarray) -> str:
         return f"{len(one)} before, {len(two)} after"
     if one.tobytes() == two.tobytes():
         return ""
-    rows = np.flatnonzero((one != two).reshape(len(one), -1).any(axis=1))
+    # By their bits: 0.0 and -0.0 are equal, and two that are no numbers are not.
+    bits = [
+        np.ascontiguousarray(array).view(np.uint8).reshape(len(one), -1) for array in (one, two)
+    ]
+    rows = np.flatnonzero((bits[0] != bits[1]).any(axis=1))
     if one.dtype == np.uint8:
         return f"differ from byte {rows[0]:,} of {len(one):,} on"
     largest = float(np.abs(one - two).max())
@@ -119,6 +123,7 @@ def since(revision: str) -> list[str]:
             print(f"\n== {revision if root is tree else 'this tree'}", flush=True)
             path = os.pathsep.join(str(root / side) for side in _SIDES)
             environment = {**os.environ, "PYTHONPATH": path}
+            # Where there is no compiler both are plain.
             subprocess.run([sys.executable, "-m", "compiling"], cwd=root, env=environment)
             command = [sys.executable, str(root / "tools/golden.py"), "record", str(into)]
             subprocess.run(command, cwd=root, env=environment, check=True)

@@ -221,7 +221,7 @@ def loop_config(
         settings: Settings of the client.
         welcome: Welcome message of the server.
         memory: Path of the shared memory.
-        clock_origin: Clock origin of this process's clock [s].
+        clock_origin: Origin of this process's clock [s].
         rest_mesh: Path of the file with the resting mesh; None without mesh patches.
         mesh: The same mesh, on which a simulated hand is put.
         every_row: Whether somebody keeps the record of each period.

@@ -3,6 +3,9 @@
 Groups:
     cohaptic.commands: Subcommands of `cohaptic`, each a function or an application of typer.
     cohaptic.devices: Devices, each a `DeviceKind`.
+    cohaptic.bodies: Bodies, each a class or a function that is called without arguments.
+
+Our own names are nobody else's. Two other packages that add one name are both refused.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
+OURS = "cohaptic"
 
 
 class ExtensionError(CohapticError):
@@ -39,14 +43,29 @@ class ExtensionError(CohapticError):
 
 
 @cache
-def added(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group by name, sorted; of two with one name, the one found first."""
+def entries(group: str) -> dict[str, tuple[EntryPoint, ...]]:
+    """Entry points of a group by name, sorted; of one name ours first, then by package."""
     from importlib.metadata import entry_points  # it is slow to import, and a loop may need none
 
-    found: dict[str, EntryPoint] = {}
-    for entry in entry_points(group=group):
-        found.setdefault(entry.name, entry)
-    return dict(sorted(found.items()))
+    found: dict[str, list[EntryPoint]] = {}
+    for entry in sorted(entry_points(group=group), key=lambda e: (package_of(e) != OURS, str(e))):
+        found.setdefault(entry.name, []).append(entry)
+    return {name: tuple(found[name]) for name in sorted(found)}
+
+
+def added(group: str) -> list[str]:
+    """Names that packages add to a group, sorted."""
+    return list(entries(group))
+
+
+def adder(group: str, name: str) -> str:
+    """Name of the package that adds an entry."""
+    return package_of(entries(group)[name][0])
+
+
+def package_of(entry: EntryPoint) -> str:
+    """Name of the package that adds an entry."""
+    return entry.dist.name if entry.dist else entry.module
 
 
 def load(group: str, name: str, *kinds: type[T]) -> T:
@@ -60,11 +79,18 @@ def load(group: str, name: str, *kinds: type[T]) -> T:
     Raises:
         ExtensionError: It cannot be imported, or is of another class.
     """
-    entry = added(group)[name]
-    package = entry.dist.name if entry.dist else entry.value
+    entry, *others = entries(group)[name]
+    package = package_of(entry)
+    rivals = {package_of(other) for other in others} - {package}
+    if rivals and package != OURS:
+        raise ExtensionError(group, name, package, f"{min(rivals)} adds one of that name, too")
     try:
         found = entry.load()
+    except CohapticError:
+        raise
     except Exception as error:  # code of others: whatever it raises, one sentence says whose it is
+        if package == OURS:
+            raise
         why = f"{type(error).__name__}: {error}"
         raise ExtensionError(group, name, package, why) from error
     if not isinstance(found, kinds):

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from types import FunctionType
+from typing import NoReturn
 
 import pytest
 
 from cohaptic import extensions
 from cohaptic.cli.app import build_app
-from cohaptic.errors import SettingError
+from cohaptic.errors import DeviceError, SettingError
 from cohaptic.extensions import ExtensionError, added, load
-from cohaptic_client.devices.catalogue import device_kind, names, search
+from cohaptic.simulated.hand import Hand
+from cohaptic.vec import ZERO
+from cohaptic_client.devices.catalogue import device_kind, names, open_device, search
+from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.kind import DeviceKind
 from cohaptic_server.objects.catalogue import build_body
 
@@ -40,16 +47,16 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: gloves\nVersion: 1.0\n")
     monkeypatch.syspath_prepend(tmp_path)
-    extensions.added.cache_clear()
+    extensions.entries.cache_clear()
     yield about
-    extensions.added.cache_clear()
+    extensions.entries.cache_clear()
 
 
 def adds(package: Path, group: str, **entries: str) -> None:
     """Let the package add entries to a group."""
     lines = [f"{name} = cohaptic_gloves:{what}" for name, what in entries.items()]
     (package / "entry_points.txt").write_text("\n".join([f"[{group}]", *lines]) + "\n")
-    extensions.added.cache_clear()
+    extensions.entries.cache_clear()
 
 
 @pytest.fixture
@@ -125,5 +132,49 @@ def test_an_unknown_body_is_answered_with_those_that_packages_add(package: Path)
 
 def test_entries_are_sorted_and_loaded_as_what_they_are(package: Path) -> None:
     adds(package, "cohaptic.tests", b="KIND", a="INFO")
-    assert list(added("cohaptic.tests")) == ["a", "b"]
+    assert added("cohaptic.tests") == ["a", "b"]
     assert load("cohaptic.tests", "b", DeviceKind).name == "glove"
+
+
+def claims(folder: Path, package: str, group: str, name: str, what: str) -> None:
+    """A second package that adds an entry."""
+    about = folder / f"{package}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(f"[{group}]\n{name} = cohaptic_gloves:{what}\n")
+
+
+def test_two_packages_that_add_one_name_are_both_refused(package: Path) -> None:
+    adds(package, DEVICES, glove="KIND")
+    claims(package.parent, "mittens", DEVICES, "glove", "KIND")
+    extensions.entries.cache_clear()
+    with pytest.raises(ExtensionError, match=r"glove, which the package .* adds one of that name"):
+        device_kind("glove")
+
+
+def test_what_is_ours_is_taken_by_nobody(package: Path) -> None:
+    adds(package, DEVICES, haply="KIND")
+    assert device_kind("haply").summary != "a glove"
+    adds(package, "cohaptic.commands", serve="no_body")
+    assert (
+        load("cohaptic.commands", "serve", FunctionType).__module__ == "cohaptic_server.cli.serve"
+    )
+
+
+@pytest.mark.usefixtures("only_gloves")
+def test_a_driver_of_others_that_fails_costs_nobody_elses(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    adds(package, DEVICES, glove="KIND")
+
+    def fails(*_: object) -> NoReturn:
+        raise OSError("no such glove")
+
+    kind = replace(device_kind("glove"), find=fails, open=fails)
+    kinds = {"glove": kind, "simulated": device_kind("simulated")}
+    monkeypatch.setattr("cohaptic_client.devices.catalogue.device_kind", kinds.__getitem__)
+    _, missing = search()
+    assert str(missing[0]) == "glove: its driver failed (no such glove)"
+    config = DeviceConfig(DeviceChoice("glove"), ZERO, 0.1, Hand(), None)
+    with pytest.raises(DeviceError, match="its driver failed"):
+        open_device(config)

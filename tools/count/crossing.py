@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import FrameType
 
-OURS = ("cohaptic.", "cohaptic_server.", "cohaptic_client.")
+OURS = ("cohaptic.", "cohaptic_server.", "cohaptic_client.", "cohaptic_drivers.")
 
 
 @dataclass

@@ -9,8 +9,8 @@ from functools import lru_cache
 from importlib import import_module
 from typing import cast
 
-from cohaptic.errors import DeviceError, SettingError
-from cohaptic.extensions import ExtensionError, added, load
+from cohaptic.errors import CohapticError, DeviceError, SettingError
+from cohaptic.extensions import OURS, ExtensionError, added, adder, load
 from cohaptic_client.devices.choice import DeviceChoice, split_choice
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
@@ -58,7 +58,15 @@ def device_info(choice: DeviceChoice) -> DeviceInfo:
 
 def open_device(config: DeviceConfig) -> Device:
     """Open the device of a configuration; raises DeviceError when it cannot be had."""
-    return device_kind(config.choice.name).open(config)
+    name = config.choice.name
+    try:
+        return device_kind(name).open(config)
+    except CohapticError:
+        raise
+    except Exception as error:  # the user is told in a sentence, whatever a driver of others raises
+        if name in _HERE or adder(GROUP, name) == OURS:
+            raise
+        raise DeviceError(name, f"its driver failed ({error})") from error
 
 
 def search() -> tuple[list[Found], list[DeviceError]]:
@@ -72,4 +80,8 @@ def search() -> tuple[list[Found], list[DeviceError]]:
             missing.append(error)
         except ExtensionError as error:
             missing.append(DeviceError(name, error.problem, f"install {error.package} anew"))
+        except Exception as error:  # code of others: the devices of everybody else are looked for
+            if name in _HERE or adder(GROUP, name) == OURS:
+                raise
+            missing.append(DeviceError(name, f"its driver failed ({error})"))
     return found, missing

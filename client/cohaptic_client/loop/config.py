@@ -19,11 +19,11 @@ class LoopConfig:
 
     Args:
         memory: Path of the shared memory.
-        clock_origin: Clock origin of the network process's clock, so that both read the same time
+        clock_origin: Origin of the network process's clock, so that both read the same time
             [s].
         haptic_period: T [s].
         simulation_period: N T [s].
-        law: Law of the integral of `Law.PI`.
+        law: Settings of the integral of `Law.PI`.
         smoothing: Share of a simulation period over which the loop moves to a new patch.
         max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].
         friction: mu of the contact; 0 for none.

@@ -44,7 +44,7 @@ class Contact:
         damped_force: Normal force with that damping [N].
         friction: Memory of the sticking contact.
         compliance: That the friction uses; None without friction.
-        law_force: Law force of law and friction: the body's share [N].
+        law_force: Force of law and friction: the body's share [N].
         requested_force: The same with the damping: of the hand, before its limits [N].
     """
 

@@ -27,8 +27,8 @@ def balance(
     Args:
         state: After the last period.
         contact: In this period.
-        before: The same of the surface in the last period.
-        now: Time of the surface in this period.
+        before: Surface under the probe in the last period.
+        now: Surface under the probe in this period.
         safety: After this period.
         given_ratio: Force that the hand is given over the one that was requested.
         dt: Time since the last period [s].
@@ -65,8 +65,8 @@ def work_of_body(
     """Work of the body in one period: its own force of this client times the surface's way [J].
 
     Args:
-        before: The same of the surface in the last period.
-        now: Time of the surface in this period.
+        before: Surface under the probe in the last period.
+        now: Surface under the probe in this period.
         fade: Law in use, after this period.
         moved_in: Way of the hand into the surface [m].
         friction: Whether the material's way along the surface counts.

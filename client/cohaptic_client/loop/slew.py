@@ -24,7 +24,7 @@ def hold_back(depth: float, target: float, most: float) -> float:
 
     Args:
         depth: Depth of the last period, and the way that the hand itself went in since [m].
-        target: Target of the probe below the surface that is shown [m].
+        target: Depth of the probe below the surface that is shown [m].
         most: Way of the surface in this period [m].
     """
     if depth <= 0.0 and target <= 0.0:
@@ -38,7 +38,7 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
 
     Args:
         normal: Normal of the last period.
-        target: Target of the surface that is shown.
+        target: Normal of the surface that is shown.
         most: Turn in this period [rad].
 
     Returns:
@@ -67,7 +67,7 @@ def slew_normal(
 
     Args:
         normal: Normal of the last period.
-        target: Target of the surface that is shown.
+        target: Normal of the surface that is shown.
         moved: Way of the hand in this period [m].
         k_h: Gain in use [N/m].
         force: On the hand, above 0 [N].
@@ -107,8 +107,8 @@ def slew_compliance(
     A patch without one says nothing new of it: a contact that sticks does not let go for that.
 
     Args:
-        previous: Result of the last period; None before the first.
-        newest: The same of the newest patch.
+        previous: Compliance of the last period; None before the first.
+        newest: Compliance of the newest patch.
         friction: Memory of the contact.
         normal_force: In the last period [N].
         share: Share of the way that time alone would go in this period.

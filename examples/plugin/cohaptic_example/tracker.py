@@ -23,10 +23,12 @@ from cohaptic_client import (
     placed_info,
 )
 
-INFO = DeviceInfo("tracker", max_force=0.0, max_stiffness=1000.0, force_axes=0)
+# The loop counts a position as old as two reports: at 60 of them in a second a hand may move by
+# 50 mm from one to the next.
+INFO = DeviceInfo("tracker", max_force=0.0, max_stiffness=1000.0, rate=60.0, force_axes=0)
 SILENCE = 0.1  # s without a datagram after which the hand is not seen any more
 REACH = 2.0  # m; nothing farther from the middle is a hand
-FASTEST = 5.0  # m/s; what is faster is a mistake of the tracker
+FASTEST = 1.5  # m/s; the safety layer lets go of what is faster, and a tracker makes mistakes
 _MOST = 32  # datagrams that one period looks at; the newest counts
 _LONGEST = 1 << 16  # bytes; no datagram is longer
 
@@ -78,8 +80,9 @@ class Tracker:
         passed, way = now - self._seen, math.dist(position, self._position)
         if passed <= SILENCE and way > FASTEST * passed:
             return
-        if 0.0 < passed <= SILENCE:
-            self._velocity = scale(sub(position, self._position), 1.0 / passed)
+        # After a silence the hand may be anywhere, and nobody knows how fast it is.
+        seen = 0.0 < passed <= SILENCE
+        self._velocity = scale(sub(position, self._position), 1.0 / passed) if seen else ZERO
         self._position, self._seen = position, now
 
 

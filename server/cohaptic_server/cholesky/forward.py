@@ -30,7 +30,7 @@ class _Reached(NamedTuple):
 
     Args:
         presses: Those that reach it, rising, shape (m,).
-        y: y of each in x, y, z, shape (a, 3 m).
+        y: Solution of each in x, y, z, shape (a, 3 m).
     """
 
     presses: Ints

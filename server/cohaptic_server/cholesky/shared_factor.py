@@ -27,7 +27,7 @@ class SharedFactor:
 
     Args:
         factor: Any precision; its numbers are copied once.
-        context: TLS context of the process that shall map them.
+        context: Context of multiprocessing for the process that shall map them.
 
     Attributes:
         bytes: Memory of its numbers.

@@ -53,7 +53,7 @@ def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline
     """Serve the rooms of a configuration until interrupted.
 
     Args:
-        context: TLS context of the command, which says what was given.
+        context: Context of the command, which says what was given.
         path: Path of the configuration.
         style: Style of the log.
         lifeline: Whether to end as well when standard input closes.

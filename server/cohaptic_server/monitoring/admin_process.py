@@ -3,7 +3,7 @@
 It is a process of its own, so that no request about a server costs that server a tick, and so
 that there is an answer when the server hangs.
 
-From a request to its response there is no I/O.
+`answer` makes a response of a request without I/O.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cohaptic.compiled import describe, use
 from cohaptic.errors import CohapticError, SettingError
-from cohaptic.extensions import ExtensionError, added, load
+from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.modal.modal_body import ModalBody
 from cohaptic_server.bodies.viscous import Viscous
@@ -102,7 +102,7 @@ def build_body(
 def _added(name: str, damping: float) -> Body:
     """A body that a package adds; raises ExtensionError where it makes none."""
     make: Any = load(GROUP, name, type, FunctionType)
-    package = added(GROUP)[name].value.partition(":")[0]
+    package = adder(GROUP, name)
     try:
         made = make()
     except CohapticError:

@@ -67,7 +67,7 @@ def tetrahedralise(
         x: Vertices of the surface, shape (n, 3) [m].
         faces: Triangles of the surface, shape (m, 3).
         edge: Target edge length, as a share of the bounding box's diagonal.
-        largest: Largest of several pieces keep the one that has most of the volume, if one has.
+        largest: Whether the piece that has most of the volume is kept, if one has, of several.
         crossing: Whether the surface passes through itself: its worst elements may be worse.
         within: A closed surface, part of what is filled: only the tetrahedra in it are kept,
             whatever else is enclosed. None keeps all that is enclosed.

@@ -20,7 +20,7 @@ class Entrance:
     """Who may come in.
 
     Args:
-        sources: Sources of whom an address may not let too many join.
+        sources: Budgets of addresses, which may not let too many join.
         admission: Admission of the server; without one anybody comes in.
         room: Name of the room; that of the only one if not given.
         keep: Called with what has to outlive this process.

@@ -44,7 +44,7 @@ class Seating:
     """Seats for users, or for watchers.
 
     Args:
-        most: Most of the room.
+        most: Most seats of the room.
         who: Such as "users".
         instead: What who finds no seat can do.
 

@@ -111,7 +111,7 @@ class RoomTable(Table):
         allow_fixed_gains: Whether clients may choose their own gains.
         allow_latency: Whether pages may inject latency.
         watchers_point: Whether who only watches may point at the surface, too.
-        object: Object of a body from a file.
+        object: Options of an object from a file.
         limits: Budgets of its connections, beside those of the server.
         start: At once, with the server, or on demand, when somebody comes.
         end_after: How long nobody is there before a room ends that starts on demand [s].

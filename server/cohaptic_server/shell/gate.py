@@ -219,7 +219,7 @@ class Taken(socket.socket):
     Attributes:
         gate: That it is counted at; None once it is not any more.
         source: Whom it is counted with.
-        turns: Turns of handshakes, while it shakes hands; None before and after, and without TLS.
+        turns: Turns that handshakes take, during its own; None before and after, and without TLS.
     """
 
     gate: Gate | None = None

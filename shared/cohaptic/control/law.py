@@ -168,7 +168,7 @@ def predictive_force(depth_free: float, k_h: float) -> float:
     """Normal force f = K (x_h - x_free).
 
     Args:
-        depth_free: Depth free of the probe below the surface free of its own force [m].
+        depth_free: Depth of the probe below the surface free of its own force [m].
         k_h: Gain K_i, at most 1 / C_ii [N/m].
 
     Returns:

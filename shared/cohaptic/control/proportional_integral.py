@@ -64,7 +64,7 @@ def integration_threshold(
         depth: Depth of the probe now [m].
         entering: Threshold on the way in and at rest [m].
         leaving: Largest threshold on the way out [m].
-        full_force: Full force of the integral, from which `leaving` holds in full [N].
+        full_force: Force of the integral from which `leaving` holds in full [N].
         dt: Time since the last period [s].
     """
     if depth <= 0.0:

@@ -117,9 +117,9 @@ class Moderate(ControlMessage):
     Args:
         action: What is done.
         user: Number of the user whom it is done to; ignored for one who is not in the room.
-        force: Force of `force_budget`: most of all users' forces together that the body gets [N];
+        force: For `force_budget`: most of all users' forces together that the body gets [N];
             None for no limit but the server's own.
-        name: Name of `unban`: of who was put out, by which it touched.
+        name: For `unban`: name by which the user touched who was put out.
     """
 
     type: Literal["moderate"] = "moderate"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cohaptic_server.cli.work import demonstration
 from cohaptic_server.cli.work.demonstration import COMPILE, compiling_beside
 from tests.patience import PATIENCE
 
@@ -76,3 +77,7 @@ def test_without_sources_there_is_nothing_to_compile(tmp_path: Path) -> None:
     with compiling_beside(print, tmp_path / "log", tmp_path):
         pass
     assert not (tmp_path / "log").exists()
+
+
+def test_a_demonstration_of_this_checkout_looks_for_it_where_it_is() -> None:
+    assert (demonstration.CHECKOUT / "compiling/beside.py").is_file()

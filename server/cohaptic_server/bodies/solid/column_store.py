@@ -144,7 +144,7 @@ class ColumnStore:
         """Store a column in place of the least recently used one.
 
         Args:
-            column: Column of its places those are kept that count; the displacement of missing ones
+            column: Column of which the places that count are kept; the displacement of missing ones
                 is 0.
             share: Its share at first.
             protected: Ticks after its last use during which a column must stay.

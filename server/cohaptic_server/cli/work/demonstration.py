@@ -178,12 +178,12 @@ def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
 
 
 COMPILE = "COHAPTIC_COMPILE"  # 0: never beside a demonstration; `hatch_build.py` knows it too
-_CHECKOUT = Path(__file__).parents[3]
+CHECKOUT = Path(__file__).parents[4]
 
 
 @contextlib.contextmanager
 def compiling_beside(
-    tell: Callable[[str], None], log: Path, checkout: Path = _CHECKOUT
+    tell: Callable[[str], None], log: Path, checkout: Path = CHECKOUT
 ) -> Generator[None, None, None]:
     """Have a process beside the block that compiles what is not compiled.
 

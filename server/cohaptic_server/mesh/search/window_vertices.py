@@ -17,8 +17,8 @@ class WindowVertices:
     """Chooses windows on one surface.
 
     Args:
-        surface: Surface of all vertices of the surface, n.
-        touch: Touch of the vertices of its touch mesh, t.
+        surface: Number of vertices of the surface, n.
+        touch: Number of vertices of its touch mesh, t.
         ahead: Along a path over the touch mesh.
         touched: Where `ahead` leaves vertices of the touch mesh, shape (t,).
         members: Vertices of the surface that the touch mesh has, rising, shape (t,).

@@ -78,7 +78,7 @@ def smoothed(
         old_tips: In the last tick, by its rows, shape (m, 3) [m].
         old: Velocities of the last tick, by its rows, shape (m, 3) [m/s].
         times: Times of the samples, shape (n,) [s].
-        old_times: Old times of those of the last tick, by its rows, shape (m,) [s].
+        old_times: Times of the samples of the last tick, by its rows, shape (m,) [s].
         fresh: 1 for users whose samples still arrive, else 0, shape (n,).
         least: Shorter interval between two samples, which gives no velocity [s].
         share: Share of the newest velocity in the mean.

@@ -134,7 +134,7 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
 
     Args:
         gains: Gains of the loop.
-        stiffness: Stiffness of the stiffest K, as K theta over the hands' least damping; without
+        stiffness: The stiffest K, as K theta over the hands' least damping; without
             unit.
     """
     if gains.together == gains.apart == 0.0:
