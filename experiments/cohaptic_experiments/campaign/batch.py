@@ -41,11 +41,10 @@ def all_haptics(
         lags: Lags of the rooms, shape (trials,) [s].
         couplings: S of each, padded likewise.
         roots: Padded likewise.
-        shares: Shares of the negative part that is anticipated, shape (trials,); below 0 for
-            nothing.
+        shares: Share of the negative part that is anticipated, (trials,); below 0 for nothing.
         periods: Simulation periods, shape (trials,) [s].
         seeds: Shape (trials,).
-        seconds: Length of haptics.
+        seconds: Length of the haptics [s].
         tails: Written here, shape (trials, k, n) [N].
         figures: Written here, shape (trials, 4).
     """
