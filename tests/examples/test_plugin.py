@@ -41,7 +41,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def tracker(installed: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
     """The module of the device, with the package on the path."""
-    monkeypatch.syspath_prepend(installed)
+    monkeypatch.syspath_prepend(installed)  # pyright: ignore[reportUnknownMemberType]
     extensions.entries.cache_clear()
     yield importlib.import_module("cohaptic_example.tracker")
     extensions.entries.cache_clear()
