@@ -169,7 +169,7 @@ class HapticLoop:
         """Run until told to stop, interrupted, orphaned, or the device fails.
 
         Told to stop or orphaned it ends with zero force. Interrupted, or with an error, it leaves
-        the force of that moment for the caller to take away (`letting_go`).
+        the force of that moment for the caller to take away (`entry.Release`).
         """
         clock, period, statistics = self._clock, self._haptic_period, self.statistics
         due = housekeeping = report = clock.now()
