@@ -269,7 +269,6 @@ export class TourRunner {
     const store = this.hands.store();
     const own: TouchState | null = this.hands.own.state;
     const users = this.hands.view()?.users ?? [];
-    const mine = users.find((user) => user.user === own?.user);
     return {
       others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
       coming: store.info?.can_touch !== false && (!this.asked || (this.wantsPartner && this.hands.own.handle !== null) || this.partner.handle !== null),
@@ -278,7 +277,7 @@ export class TourRunner {
       force: norm(own?.force ?? [0, 0, 0]),
       fromOthers: own?.felt_from_others ?? 0,
       lag: this.hands.view()?.room.lag ?? 0,
-      loopDelay: mine?.loop_delay ?? 0,
+      loopDelay: Math.min(...[own, ...this.lent().map(({ state }) => state)].map((hand) => users.find(({ user }) => user === hand?.user)?.loop_delay ?? 0)),
       law: own?.law ?? null,
       paper: this.hands.own.law === "paper",
       swing: this.measured.swing(),

@@ -21,7 +21,7 @@ export interface Facts {
   readonly fromOthers: number;
   /** Of the room: in how long the object answers the others [s]. */
   readonly lag: number;
-  /** Of the own loop, measured [s]. */
+  /** The shortest loop of the hands that the tour delays, measured [s]; 0 before all were measured. */
   readonly loopDelay: number;
   /** The law that runs, and whether its gain is the paper's rule. */
   readonly law: "proportional" | "pi" | "predictive" | null;
