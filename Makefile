@@ -39,7 +39,7 @@ PAGE   := $(shell find $(addprefix web/,src index.html package.json package-lock
 # is built, which takes as long.
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
-export IMPORTED = import cohaptic_server.cli.work.demonstration, cohaptic_server.cli.work.serving, cohaptic_client.touching
+export IMPORTED = import cohaptic_tools.demo.demonstration, cohaptic_server.cli.serving, cohaptic_client.touching
 $(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt $(PAGE)
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
 	@{ $(PIP) $(PINNED) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \

@@ -25,10 +25,10 @@ from typing import Any
 import numpy as np
 
 import json_report
+from cohaptic_ops.rooms.config import RoomsConfig, RoomTable
+from cohaptic_ops.rooms.supervisor import Supervisor
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body, DenseResponse, Load, Response
-from cohaptic_server.rooms.config import RoomsConfig, RoomTable
-from cohaptic_server.rooms.supervisor import Supervisor
 from cohaptic_server.settings import ServerSettings
 from load_users import crowd
 from tick_lateness import lateness

@@ -35,9 +35,6 @@ from cohaptic.control.law import Law
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.demo.places import placement_at
-from cohaptic_server.demo.scene import PRESS_DEPTH, Scene, reference
-from cohaptic_server.demo.set_up import FIX, set_up
 from cohaptic_server.mesh.thickness import depth_under
 from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.objects.object_file import ObjectFile
@@ -46,6 +43,9 @@ from cohaptic_server.world.contact import locate
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
+from cohaptic_tools.demo.places import placement_at
+from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene, reference
+from cohaptic_tools.demo.set_up import FIX, set_up
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 APART = (60.0, 90.0, 120.0, 180.0)  # degrees

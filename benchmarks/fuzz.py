@@ -35,7 +35,6 @@ from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.websocket_frames import make_frame
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.guard.budget import Budget
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
@@ -45,6 +44,7 @@ from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
+from cohaptic_tools.demo.processes import Process
 from core_users import PERIOD
 from fuzz_frames import KEY, Fuzzer, pressing
 from soak_server import resident

@@ -30,12 +30,13 @@ from typing import IO, Any
 from cohaptic.clock import SystemClock
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.cli.work.serving import SWITCH_INTERVAL
+from cohaptic_server.cli.serving import SWITCH_INTERVAL
 from cohaptic_server.room.pace import TickMeters, is_missed, next_tick
+from cohaptic_server.routes import Serving
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.shell.uploads.upload_desk import UploadDesk, take_uploads
+from cohaptic_uploads.upload_desk import UploadDesk, take_uploads
 from object_start import memory
 from tick_waits import Waits
 from upload_visitors import NAMES, file_of
@@ -88,7 +89,7 @@ async def be_server(*, ordinary: bool) -> None:
     """The server: says its address, then for each line what was since the line before."""
     body = Balloon()
     server = CohapticServer(body, ServerSettings(port=0, allow_upload=True))
-    desk = take_uploads(server, ServedBody(body), 0.0)
+    desk = take_uploads(Serving(server, ServedBody(body)))
     url = await server.start()
     print(json.dumps(url), flush=True)
     if not ordinary:

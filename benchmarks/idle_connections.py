@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 import json_report
-from cohaptic_server.demo.processes import Process as Serving
+from cohaptic_tools.demo.processes import Process as Serving
 from core_users import PERIOD, User
 from load_users import RoomCount
 from tick_lateness import lateness

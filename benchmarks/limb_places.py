@@ -15,18 +15,18 @@ from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.demo.lateness import LEAST
-from cohaptic_server.demo.places import (
+from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.thickness import depth_under, is_smooth
+from cohaptic_tools.demo.lateness import LEAST
+from cohaptic_tools.demo.places import (
     is_met_squarely,
     is_open,
     placement_at,
     supported,
     width_of_hand,
 )
-from cohaptic_server.demo.scene import Scene, reference
-from cohaptic_server.demo.settled import Placement, rests
-from cohaptic_server.mesh.sampling import spread_over
-from cohaptic_server.mesh.thickness import depth_under, is_smooth
+from cohaptic_tools.demo.scene import Scene, reference
+from cohaptic_tools.demo.settled import Placement, rests
 
 _CANDIDATES = 400  # vertices, spread over the surface
 _HALVED = 3  # times at the most

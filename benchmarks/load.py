@@ -38,7 +38,7 @@ import numpy as np
 import json_report
 import progress
 from bad_neighbours import play
-from cohaptic_server.demo.processes import DemoFailed
+from cohaptic_tools.demo.processes import DemoFailed
 from core_users import PERIOD
 from load_rooms import Rooms
 from load_search import most

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import progress
-from cohaptic_server.demo.processes import DemoFailed, Process
+from cohaptic_tools.demo.processes import DemoFailed, Process
 
 START = 180.0  # s for a server to open all its rooms; far more than it takes on a quiet machine
 LEASE = 3600  # s for which a room may sleep

@@ -35,8 +35,8 @@ from pathlib import Path
 from typing import Any
 
 import json_report
-from cohaptic_server.demo.rest import Rest
 from cohaptic_server.touchable import KINDS
+from cohaptic_tools.demo.rest import Rest
 from limited import Ended, run_limited
 
 SESSIONS = Path(__file__).with_name("object_session.py")

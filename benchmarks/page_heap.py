@@ -43,10 +43,10 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 import json_report
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.shell.server import CohapticServer
+from cohaptic_tools.demo.processes import Process
 from page_start import opened, touch
 from trend import Trend, trend
 

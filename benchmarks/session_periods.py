@@ -23,8 +23,8 @@ from playwright.sync_api import sync_playwright
 
 import json_report
 from cohaptic.status.report import TouchStatus
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
+from cohaptic_tools.demo.processes import Process
 from page_start import opened, touch
 from soak_people import Count, do_harm
 

@@ -28,7 +28,7 @@ from statistics import median
 
 import json_report
 from cohaptic.control.law import Law
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.processes import Process
 from soak_people import Count, Person, do_harm, watch
 from soak_server import ROOMS, STORMY, Server
 

@@ -8,7 +8,7 @@ import re
 import urllib.request
 from pathlib import Path
 
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.processes import Process
 
 # Rooms and their bodies; the processes of the first two are never killed.
 BODIES = {"calm": "balloon", "spring": "spring", "stormy": "balloon", "killed": "balloon"}

@@ -29,15 +29,15 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.resolved_object import resolved
-from cohaptic_server.demo.analysis import measured
-from cohaptic_server.demo.lateness import LEAST
-from cohaptic_server.demo.rest import Rest, judge
-from cohaptic_server.demo.scene import Scene, reference
-from cohaptic_server.demo.set_up import describe_placement, set_up
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.sampling import spread_over
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.objects.demand import Demand
+from cohaptic_tools.demo.analysis import measured
+from cohaptic_tools.demo.lateness import LEAST
+from cohaptic_tools.demo.rest import Rest, judge
+from cohaptic_tools.demo.scene import Scene, reference
+from cohaptic_tools.demo.set_up import describe_placement, set_up
 from limb_places import place_on_limb
 
 DELAYS = (0.0, 0.08, 0.25)  # s, one way

@@ -2,7 +2,7 @@
 
     python benchmarks/upload_visitors.py URL NAME FOLDER
 
-Beside those with the files of `tests/server/upload/hostile.py` there are visitors who send a byte a
+Beside those with the files of `tests/uploads/hostile.py` there are visitors who send a byte a
 second, who all come at once, and who go in the middle. The last line is what became of the file.
 """
 
@@ -24,7 +24,7 @@ from cohaptic.protocol.upload_messages import CHUNK, SUBPROTOCOL, BeginUpload, P
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for the files, which the tests have
-from tests.server.upload.hostile import HOSTILE  # noqa: E402
+from tests.uploads.hostile import HOSTILE  # noqa: E402
 
 CLOCK = SystemClock()
 _PREPARING = 30.0  # s of a preparation that is seen

@@ -86,7 +86,7 @@ def picture(folder: Path, target: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    from cohaptic_server.demo.analysis import Recording, Timeline
+    from cohaptic_tools.demo.analysis import Recording, Timeline
 
     timeline = Timeline.of([Recording.load(folder / f"{name}.npz") for name in ("left", "right")])
     level = timeline.columns["level"][0]

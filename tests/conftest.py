@@ -17,6 +17,7 @@ from xdist.remote import Producer
 from xdist.scheduler import LoadScopeScheduling, Scheduling
 
 from cohaptic.compiled import describe, is_complete
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from tests.give_up import give_up
 from tests.time_out import pytest_timeout_set_timer as pytest_timeout_set_timer
 
@@ -93,6 +94,18 @@ def only_live_tests_touch_the_machine(request: pytest.FixtureRequest) -> Iterato
     yield
     if not any(map(request.node.get_closest_marker, LIVE)):
         assert touched == set(), f"mark this test live: it did {', '.join(sorted(touched))}"
+
+
+@pytest.fixture(scope="session")
+def balloon() -> Balloon:
+    """The balloon that the server serves."""
+    return Balloon()
+
+
+@pytest.fixture(scope="session")
+def small_balloon() -> Balloon:
+    """A coarser one, for tests that take many ticks."""
+    return Balloon(BalloonSettings(subdivisions=2, contact_radius=0.03))
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -35,6 +35,9 @@ PROTOCOL = (ROOT / "docs/protocol.md").read_text()
 PACKAGES = (
     "shared/cohaptic",
     "server/cohaptic_server",
+    "server/cohaptic_ops",
+    "server/cohaptic_tools",
+    "server/cohaptic_uploads",
     "client/cohaptic_client",
     "client/cohaptic_drivers",
     "experiments/cohaptic_experiments",

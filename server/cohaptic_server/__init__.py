@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from cohaptic_server.objects.catalogue import build_body as build_body
     from cohaptic_server.objects.object_file import ObjectFile as ObjectFile
     from cohaptic_server.room.room import Room as Room
+    from cohaptic_server.routes import Route as Route
+    from cohaptic_server.routes import Serving as Serving
     from cohaptic_server.settings import ServerSettings as ServerSettings
+    from cohaptic_server.shell.endpoint import Endpoint as Endpoint
     from cohaptic_server.shell.server import CohapticServer as CohapticServer
     from cohaptic_server.world.equilibrium import Equilibrium as Equilibrium
     from cohaptic_server.world.equilibrium import RestingHand as RestingHand
@@ -40,15 +43,18 @@ __all__ = [
     "Body",
     "CohapticServer",
     "DenseResponse",
+    "Endpoint",
     "Equilibrium",
     "Load",
     "ObjectFile",
     "Response",
     "RestingHand",
     "Room",
+    "Route",
     "RubberBalloon",
     "RubberSolid",
     "ServerSettings",
+    "Serving",
     "Solid",
     "SolidSettings",
     "Spring",
@@ -79,7 +85,10 @@ _HOMES = {
     "build_body": "cohaptic_server.objects.catalogue",
     "ObjectFile": "cohaptic_server.objects.object_file",
     "Room": "cohaptic_server.room.room",
+    "Route": "cohaptic_server.routes",
+    "Serving": "cohaptic_server.routes",
     "ServerSettings": "cohaptic_server.settings",
+    "Endpoint": "cohaptic_server.shell.endpoint",
     "CohapticServer": "cohaptic_server.shell.server",
     "Equilibrium": "cohaptic_server.world.equilibrium",
     "RestingHand": "cohaptic_server.world.equilibrium",

@@ -4,6 +4,7 @@ Groups:
     cohaptic.commands: Subcommands of `cohaptic`, each a function or an application of typer.
     cohaptic.devices: Devices, each a `DeviceKind`.
     cohaptic.bodies: Bodies, each a class or a function that is called without arguments.
+    cohaptic.routes: Services that a server offers beside hands and watchers, each a `Route`.
 
 Our own names are nobody else's. Two other packages that add one name are both refused.
 """

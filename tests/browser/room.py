@@ -21,8 +21,8 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Watch
 from cohaptic.status.report import TouchStatus
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 
 CLOCK = SystemClock()

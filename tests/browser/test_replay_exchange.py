@@ -16,7 +16,7 @@ from tests.browser.looking_back import (
 from tests.browser.test_upload import drop, own_store, shown
 from tests.browser.test_watch import difference, picture
 from tests.browser.visitor import Look
-from tests.server.upload.test_worker import block_vtu
+from tests.uploads.test_worker import block_vtu
 
 pytestmark = pytest.mark.live
 

@@ -16,8 +16,8 @@ from typing import Literal
 
 import pytest
 
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.shell.listener import page_address
+from cohaptic_tools.demo.processes import Process
 from tests.browser.conftest import Open
 from tests.browser.visitor import Look, Visitor
 from tests.patience import PATIENCE

@@ -9,8 +9,8 @@ import pytest
 
 from tests.browser.conftest import Open, Serve
 from tests.browser.visitor import DESKTOP, PHONE, Look, Visitor
-from tests.server.upload.sound import SOUND
-from tests.server.upload.test_worker import block_vtu
+from tests.uploads.sound import SOUND
+from tests.uploads.test_worker import block_vtu
 
 pytestmark = pytest.mark.live
 

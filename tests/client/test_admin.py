@@ -25,7 +25,7 @@ from tests.patience import PATIENCE
 from tests.server.access.some import ALL, RING, token
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.peers import hello
-from tests.server.shell.stage import Client, Serving, serving, visit
+from tests.server.shell.stage import Client, Served, serving, visit
 
 pytestmark = pytest.mark.live
 
@@ -60,7 +60,7 @@ async def come(client: Client, name: str, secret: str) -> None:
     await client.hear()
 
 
-def beside(balloon: Balloon, protection: Protection, check: Callable[[Serving], Any]) -> None:
+def beside(balloon: Balloon, protection: Protection, check: Callable[[Served], Any]) -> None:
     async def go() -> None:
         async with serving(balloon, protection=protection) as served:
             await check(served)
@@ -74,7 +74,7 @@ def test_who_is_kicked_is_told_and_comes_back_refused(balloon: Balloon, tmp_path
     protection = Protection(Admission(RING, admits_anybody=False), certificate)
     owner, secret = invitation("owner", room_admin=True), invitation("guest")
 
-    async def check(served: Serving) -> None:
+    async def check(served: Served) -> None:
         trust = ssl.create_default_context(cafile=ca)
         there = ("--token", owner, "--ca-file", ca)
         assert await asyncio.to_thread(run, served.url, *there) == "nobody touches"
@@ -107,7 +107,7 @@ def test_a_number_is_a_users_and_not_the_name_of_another(balloon: Balloon) -> No
     protection = Protection(Admission(RING, admits_anybody=False))
     there = ("--token", invitation("owner", room_admin=True))
 
-    async def check(served: Serving) -> None:
+    async def check(served: Served) -> None:
         async with visit(served.url) as first, visit(served.url) as second:
             await come(first, "2", invitation("first"))
             await come(second, "bob", invitation("second"))
@@ -126,7 +126,7 @@ def test_a_number_is_a_users_and_not_the_name_of_another(balloon: Balloon) -> No
 def test_who_may_not_is_refused(balloon: Balloon) -> None:
     protection = Protection(Admission(RING, admits_anybody=False))
 
-    async def check(served: Serving) -> None:
+    async def check(served: Served) -> None:
         with pytest.raises(Refused, match="without a token"):
             await asyncio.to_thread(run, served.url)
         guest = ("--token", invitation("guest"))
@@ -139,7 +139,7 @@ def test_who_may_not_is_refused(balloon: Balloon) -> None:
 
 
 def test_a_room_is_named_as_for_those_who_touch(balloon: Balloon) -> None:
-    async def check(served: Serving) -> None:
+    async def check(served: Served) -> None:
         listed = await asyncio.to_thread(run, served.url, "list", "--room", "main")
         assert listed == "nobody touches"
         with pytest.raises(Refused, match="there is no room other"):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import importlib
+import json
 import math
 import os
 import shutil
@@ -14,14 +17,22 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+from websockets.typing import Subprotocol
 
 from cohaptic import extensions
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic.simulated.hand import Hand
 from cohaptic_client import DeviceConfig
 from cohaptic_client.devices.catalogue import device_kind, names, open_device, read_device
+from cohaptic_server import CohapticServer, ServerSettings, Serving
 from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.routes import loaded, opened, read_wanted
+from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.testing import check_body
+from tests.patience import PATIENCE
+from tests.server.shell.stage import visit
 
 pytestmark = pytest.mark.live
 
@@ -107,6 +118,55 @@ def test_the_tracker_goes_where_a_datagram_says(tracker: ModuleType) -> None:
 
 
 @pytest.mark.usefixtures("tracker")
+def test_programs_read_the_forces_while_the_server_runs_and_not_more_than_may() -> None:
+    async def read(url: str) -> dict[str, float]:
+        kinds = [Subprotocol("example-forces.1")]
+        async with connect(url, subprotocols=kinds, proxy=None) as ws:
+            async for told in ws:
+                forces: dict[str, float] = json.loads(told)["forces"]
+                if any(forces.values()):
+                    with pytest.raises(ConnectionClosed, match="1 programs read already"):
+                        async with connect(url, subprotocols=kinds, proxy=None) as other:
+                            await other.recv()
+                    return forces
+        raise AssertionError("it was closed")
+
+    async def play() -> None:
+        wanted = read_wanted(["forces=1"])
+        server = CohapticServer(build_body("drum"), ServerSettings(port=0))
+        serving = Serving(server, ServedBody(server.room.body))
+        async with opened(loaded(wanted), wanted, serving) as lines:
+            (line,) = lines
+            assert line.startswith("up to 1 programs of this machine may read forces")
+            url = await server.start()
+            running = asyncio.ensure_future(server.run())
+            async with asyncio.timeout(PATIENCE), visit(url) as hand:
+                await hand.join("ada")
+                hand.probe, hand.force = (-0.01, 0.0, 0.0), (1.0, 0.0, 0.0)
+                pressing = asyncio.ensure_future(hand.play(100_000))
+                forces = await read(url)
+                pressing.cancel()
+            running.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await running
+        assert forces.keys() == {"ada"}
+        assert 0.0 < forces["ada"] <= 1.0 + 1e-9
+
+    asyncio.run(play())
+
+
+@pytest.mark.usefixtures("tracker")
+def test_a_route_refuses_what_it_cannot_use() -> None:
+    with pytest.raises(SettingError, match="--route forces is '0'"):
+        loaded({"forces": "0"})
+    with pytest.raises(SettingError, match="given once for forces"):
+        read_wanted(["forces", "forces=2"])
+    # Ours have options of their own.
+    with pytest.raises(SettingError, match="--route is 'admin=9100'; it must be forces"):
+        read_wanted(["admin=9100"])
+
+
+@pytest.mark.usefixtures("tracker")
 def test_the_command_line_knows_both(installed: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     run = [sys.executable, "-m", "cohaptic"]
@@ -119,4 +179,9 @@ def test_the_command_line_knows_both(installed: Path) -> None:
     )
     assert refused.returncode == 2
     assert "one of: balloon, spring, drum, or a file" in refused.stderr
+    refused = subprocess.run(
+        [*run, "serve", "--route", "force"], env=environment, capture_output=True, text=True
+    )
+    assert refused.returncode == 2
+    assert "--route is 'force'; it must be forces" in refused.stderr
     assert device_kind("tracker").name == "tracker"

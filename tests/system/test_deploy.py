@@ -16,10 +16,10 @@ import typer.main
 from prometheus_client.parser import text_string_to_metric_families
 
 from cohaptic.cli.app import build_app
+from cohaptic_ops.monitoring.exposition import exposition
+from cohaptic_ops.rooms.config import load_config
 from cohaptic_server.cli.access_options import AccessOptions
-from cohaptic_server.monitoring.exposition import exposition
-from cohaptic_server.rooms.config import load_config
-from tests.server.monitoring.some import room, ticking, user
+from tests.ops.monitoring.some import room, ticking, user
 
 pytestmark = pytest.mark.live
 

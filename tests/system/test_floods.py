@@ -22,7 +22,7 @@ from websockets.typing import Subprotocol
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import norm
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample
 from tests.system.flooder import FLOODS, HTTP

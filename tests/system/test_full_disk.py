@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 from tests.small_disk import fill, small_disk
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.testing.blocks import block
+from cohaptic_tools.demo.processes import Process
 from tests.give_up import give_up
 
 pytestmark = pytest.mark.live

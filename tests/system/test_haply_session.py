@@ -20,9 +20,9 @@ from cohaptic.status.report import TouchStatus
 from cohaptic_client.devices.placing.placed import AFTER_LOSS, RETURN_TIME
 from cohaptic_drivers.haply.exchange import SILENCE
 from cohaptic_drivers.haply.inverse3 import MIDDLE
-from cohaptic_server.demo.analysis import Recording
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
+from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 
 pytestmark = [

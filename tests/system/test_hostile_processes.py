@@ -26,9 +26,9 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import ZERO, Vec3, scale
 from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, SafetyLimits
-from cohaptic_server.demo.analysis import Recording
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
+from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.processes import Process
 from tests.client.plane_server import BODY, PERIOD, SURFACE
 from tests.server.peers import hello_text
 

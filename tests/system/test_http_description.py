@@ -18,7 +18,7 @@ import schemathesis
 from hypothesis import HealthCheck, Phase, given, settings
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.processes import Process
 
 pytestmark = [
     pytest.mark.live,

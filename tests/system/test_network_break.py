@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from cohaptic_client.loop.safety import EXTERNAL_RATE
-from cohaptic_server.demo.analysis import Recording
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.processes import Process
 from tests.system.broken_path import BrokenPath
 from tests.system.test_rooms import CLOCK, STEP_TIME, largest_unexplained, port_of, state, until
 

@@ -20,9 +20,9 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic.status.report import TouchStatus
-from cohaptic_server.demo.analysis import Recording
-from cohaptic_server.demo.processes import Process
 from cohaptic_server.numeric import Floats
+from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 
 pytestmark = [

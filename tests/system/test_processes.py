@@ -22,11 +22,11 @@ from cohaptic_client.loop.arrival import LONGEST_PATIENCE
 from cohaptic_client.loop.arrival import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE, SafetyLimits
-from cohaptic_server.demo.analysis import STEP, Recording
-from cohaptic_server.demo.processes import Stage
-from cohaptic_server.demo.scene import PRESS_DEPTH, Scene
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
+from cohaptic_tools.demo.analysis import STEP, Recording
+from cohaptic_tools.demo.processes import Stage
+from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene
 from tests.patience import PATIENCE
 
 pytestmark = [

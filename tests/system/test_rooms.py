@@ -20,8 +20,8 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import EXTERNAL_RATE
-from cohaptic_server.demo.analysis import STEP, Recording
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.analysis import STEP, Recording
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 from tests.system.broken_path import BrokenPath
 

@@ -11,10 +11,10 @@ from cohaptic.simulated.hand import HandScript, Place
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.demo.rest import RIPPLE
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.testing.blocks import block
+from cohaptic_tools.demo.rest import RIPPLE
 
 LENGTH, ROOT, TIP = 0.12, 0.016, 0.012  # m; of the limb, and its radii
 SETTLE = 8.0  # s

@@ -10,12 +10,12 @@ import pytest
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.demo.lateness import LEAST
-from cohaptic_server.demo.places import place_hands
-from cohaptic_server.demo.scene import Scene, reference
-from cohaptic_server.demo.settled import Placement
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.equilibrium import RestingHand, solve
+from cohaptic_tools.demo.lateness import LEAST
+from cohaptic_tools.demo.places import place_hands
+from cohaptic_tools.demo.scene import Scene, reference
+from cohaptic_tools.demo.settled import Placement
 
 THICKNESS = 0.004  # m
 YOUNG = 200e3  # Pa; where hands stand it gives way at some 30 N/m

@@ -16,7 +16,7 @@ import pytest
 from cohaptic.protocol.messages import UserLeft
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import norm
-from cohaptic_server.demo.analysis import Recording
+from cohaptic_tools.demo.analysis import Recording
 from tests.patience import PATIENCE
 from tests.server.shell.stage import Client, visit
 

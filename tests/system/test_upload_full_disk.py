@@ -12,7 +12,8 @@ from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.upload_messages import Examined, PrepareObject
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from tests.server.shell.stage import names
-from tests.server.shell.uploads.stage_of_uploads import (
+from tests.small_disk import fill, small_disk
+from tests.uploads.desk.stage_of_uploads import (
     LONG,
     begin,
     bring,
@@ -22,8 +23,7 @@ from tests.server.shell.uploads.stage_of_uploads import (
     said,
     stay,
 )
-from tests.server.upload.test_worker import block_vtu, cube
-from tests.small_disk import fill, small_disk
+from tests.uploads.test_worker import block_vtu, cube
 
 pytestmark = pytest.mark.live
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.demo.processes import Process
+from cohaptic_tools.demo.processes import Process
 from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live

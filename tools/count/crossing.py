@@ -12,7 +12,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import FrameType
 
-OURS = ("cohaptic.", "cohaptic_server.", "cohaptic_client.", "cohaptic_drivers.")
+OURS = (
+    "cohaptic.", "cohaptic_client.", "cohaptic_drivers.", "cohaptic_ops.", "cohaptic_server.",
+    "cohaptic_tools.", "cohaptic_uploads.",
+)  # fmt: skip
 
 
 @dataclass

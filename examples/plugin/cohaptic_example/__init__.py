@@ -1,1 +1,1 @@
-"""A body and a device for cohaptic, known to it by the entry points in `pyproject.toml`."""
+"""A body, a device and a route for cohaptic; entry points in `pyproject.toml` name them."""

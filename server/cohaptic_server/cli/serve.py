@@ -14,7 +14,7 @@ from cohaptic.room_address import base_path as read_base_path
 from cohaptic_server.cli.access_options import AccessOptions, takes_access
 from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, Users, takes_object
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.monitoring.logs import LogFormat, LogStyle, set_up_log
+from cohaptic_server.logs import LogFormat, LogStyle, set_up_log
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.touchable import KINDS, names
 
@@ -116,6 +116,15 @@ Config = Annotated[
         " options only --quiet and --log-format go with it."
     ),
 ]
+Routes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--route",
+        metavar="NAME[=TEXT]",
+        help="Offer a route that an installed package adds.",
+        rich_help_panel=_WEB,
+    ),
+]
 AllowUpload = Annotated[
     bool,
     typer.Option(
@@ -158,6 +167,7 @@ def serve(
     watchers_point: WatchersPoint = True,
     limit: Limit = None,
     admin: Admin = None,
+    route: Routes = None,
     config: Config = None,
     log_format: LogForm = LogFormat.TEXT,
     quiet: Annotated[
@@ -173,7 +183,7 @@ def serve(
     style = LogStyle(logging.WARNING if quiet else logging.INFO, log_format)
     set_up_log(style)
     if config is not None:
-        from cohaptic_server.cli.rooms import serve_rooms
+        from cohaptic_ops.rooms_cli import serve_rooms  # the one command that is of both packages
 
         serve_rooms(context, config, style, lifeline=lifeline)
         return
@@ -191,9 +201,9 @@ def serve(
     if allow_upload and nonlinear and not use("kernels"):
         without = f"given without --nonlinear here: {describe('kernels')}"
         raise SettingError("--allow-upload", "given with --nonlinear", without)
-    from cohaptic_server.cli.work.serving import serve_object
+    from cohaptic_server.cli.serving import serve_object
 
     serve_object(
-        settings, protection, options, users, relaxation, admin,
+        settings, protection, options, users, relaxation, admin, route or [],
         nonlinear=nonlinear, lifeline=lifeline,
     )  # fmt: skip

@@ -62,10 +62,10 @@ def may_connect(
     return origin.lower() in (f"http://{host.lower()}", f"https://{host.lower()}")
 
 
-def may_upload(
+def is_of_this_machine(
     origin: str | None, host: str | None, peer: str | None, *, allowed: Collection[str]
 ) -> bool:
-    """Whether a connection may bring a file, which is more than to touch.
+    """Whether a request may do more than touch, such as bring a file.
 
     It must come from this machine, also through a tunnel, and from the server's own page or no page
     at all: another page of this machine, or of a name that was made to point at it, may not.

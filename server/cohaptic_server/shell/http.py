@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -22,13 +22,12 @@ from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
 from cohaptic.errors import one_line
-from cohaptic.protocol.upload_messages import CHUNK, MAX_UPLOAD_TEXT
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.room_address import split_path
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
-from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
+from cohaptic_server.http.origins import is_of_this_machine, is_own_host, may_connect
 from cohaptic_server.http.page_files import load_page
 from cohaptic_server.http.reachable import PATH, hosts_for_others
 from cohaptic_server.http.routes import (
@@ -45,6 +44,7 @@ from cohaptic_server.http.routes import (
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import Unsolved
 from cohaptic_server.shell.doors.own_addresses import machine_addresses
+from cohaptic_server.shell.endpoint import Endpoint
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.wire import Wire
 
@@ -172,6 +172,7 @@ class Web:
         settings: Settings of the server.
         gate: Budgets of the server, with its clock.
         solve: Finds a vertex's block of the functions; the body itself does if not given.
+        endpoints: Further kinds of connections, by their subprotocols.
 
     Attributes:
         model: Name of the body's Green's functions; None if it has none.
@@ -184,7 +185,9 @@ class Web:
         settings: ServerSettings,
         gate: Gate,
         solve: Callable[[int], bytes] | None = None,
+        endpoints: Mapping[str, Endpoint] | None = None,
     ) -> None:
+        self._endpoints = {} if endpoints is None else endpoints
         self._gate, self._clock = gate, gate.clock
         self.ticked = self._clock.now()
         self._settings = settings
@@ -215,9 +218,13 @@ class Web:
         refusal = connection.come_from(headers)
         if refusal is not None:
             return response(too_many(plain_request, refusal))
-        if "Upgrade" in headers and UPLOAD in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
-            origins, hosts = headers.get_all("Origin"), headers.get_all("Host")
-            return self._refuse_upload(connection, plain_request, origins, hosts)
+        asked = _subprotocols(request) if "Upgrade" in headers else []
+        endpoint = next((self._endpoints[name] for name in asked if name in self._endpoints), None)
+        if endpoint is None and UPLOAD in asked:
+            why = "this server takes no files; see --allow-upload\n"
+            return response(text(plain_request, 403, "Forbidden", why))
+        if endpoint is not None:
+            return self._refuse_endpoint(connection, request, endpoint)
         refused = self._check(connection, request)
         if refused is not None:
             self._gate.traffic.refused["origin or host"] += 1
@@ -252,37 +259,31 @@ class Web:
         # Asked for each time: a machine that travels has another address.
         return hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())
 
-    def _is_of_this_machine(self, connection: Wire, request: HttpRequest) -> bool:
-        """Whether it is the server's own page, on the machine of the server."""
+    def _is_of_this_machine(
+        self, connection: Wire, request: HttpRequest, allowed: Collection[str] = ()
+    ) -> bool:
+        """Whether it is the server's own page, or an allowed one, on the machine of the server."""
         origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
-        return may_upload(
+        return len(origins) <= 1 and is_of_this_machine(
             origins[0] if origins else None,
             hosts[0] if len(hosts) == 1 else None,
             connection.source,
-            allowed=(),
+            allowed=allowed,
         )
 
-    def _refuse_upload(
-        self,
-        connection: Wire,
-        request: Request,
-        origins: Sequence[str],
-        hosts: Sequence[str],
+    def _refuse_endpoint(
+        self, connection: Wire, request: HttpRequest, endpoint: Endpoint
     ) -> Response | None:
-        """None lets a connection bring a file."""
-        if not self._settings.allow_upload:
-            why = "this server takes no files; see --allow-upload\n"
-        elif len(origins) > 1 or not may_upload(
-            origins[0] if origins else None,
-            hosts[0] if len(hosts) == 1 else None,
-            connection.source,
-            allowed=self._settings.allow_origins,
-        ):
-            why = "only the page of this server, on the same machine, may bring a file\n"
-        else:
-            connection.allow(max(CHUNK, MAX_UPLOAD_TEXT))
-            return None
-        return response(text(request, 403, "Forbidden", why))
+        """None lets a connection of a further kind come in."""
+        refused = None
+        if not endpoint.own_page_only:
+            refused = self._check(connection, request)
+        elif not self._is_of_this_machine(connection, request, self._settings.allow_origins):
+            why = "only the page of this server, on the same machine, may open this connection\n"
+            refused = response(text(plain(request), 403, "Forbidden", why))
+        if refused is None:
+            connection.allow(endpoint.longest)
+        return refused
 
     @property
     def waiting(self) -> int:
@@ -303,6 +304,12 @@ class Web:
         """Cancel the solves that are queued."""
         if self._blocks is not None:
             self._blocks.close()
+
+
+def _subprotocols(request: HttpRequest) -> list[str]:
+    """Subprotocols that a client asks for."""
+    listed = ",".join(request.headers.get_all("Sec-WebSocket-Protocol"))
+    return [name.strip() for name in listed.split(",")]
 
 
 def _own_address(connection: ServerConnection) -> str | None:

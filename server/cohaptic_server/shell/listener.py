@@ -8,7 +8,7 @@ import errno
 import logging
 import socket
 import ssl
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Collection, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,6 @@ from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from cohaptic.errors import SettingError
-from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.protocol.version import FAMILY, SUBPROTOCOL
 from cohaptic.room_address import below
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
@@ -65,6 +64,7 @@ async def listen(
     gate: Gate,
     tls: ssl.SSLContext | None = None,
     door: socket.socket | None = None,
+    further: Collection[str] = (),
 ) -> tuple[Listener, str]:
     """Open the port with the options of every websocket; returns the listener and its URL.
 
@@ -75,13 +75,14 @@ async def listen(
         gate: Who may come in.
         tls: TLS settings of every connection; None without TLS.
         door: Accepts connections in place of the port.
+        further: Subprotocols that the server takes besides its own.
 
     Raises:
         SettingError: The address or port cannot be had.
     """
     secure = tls is not None
     doors = await open_doors(settings, gate, tls=secure) if door is None else [door]
-    listener = await serve_doors(handle, process, doors, gate, tls, settings.base_path)
+    listener = await serve_doors(handle, process, doors, gate, tls, settings.base_path, further)
     return listener, url_of(settings.host, doors[0], tls=secure)
 
 
@@ -92,11 +93,12 @@ async def serve_doors(
     gate: Gate,
     tls: ssl.SSLContext | None = None,
     base: str = "",
+    further: Collection[str] = (),
 ) -> Listener:
     """Serve whoever comes through some doors; arguments as for `listen`.
 
     Args:
-        handle, process, doors, gate, tls: The same.
+        handle, process, doors, gate, tls, further: The same.
         base: Path that all requests may be below; who reads them later sees nothing of it.
     """
 
@@ -131,7 +133,7 @@ async def serve_doors(
             process_request=process_below,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
             # A client without our subprotocol gets an error message from its session, not just 400.
-            select_subprotocol=_select_subprotocol,
+            select_subprotocol=partial(_select_subprotocol, further),
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
             create_connection=wire,
@@ -227,10 +229,10 @@ def page_address(url: str) -> str:
 
 
 def _select_subprotocol(
-    _connection: ServerConnection, offered: Sequence[Subprotocol]
+    further: Collection[str], _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
     """Our subprotocol or another version of it; a browser that gets none hears no reason."""
-    if UPLOAD in offered:
-        return Subprotocol(UPLOAD)
+    if (special := next((name for name in offered if name in further), None)) is not None:
+        return special
     others = (name for name in offered if name.startswith(FAMILY))
     return Subprotocol(SUBPROTOCOL) if SUBPROTOCOL in offered else next(others, None)

@@ -12,14 +12,13 @@ import asyncio
 import contextlib
 import logging
 import socket
-from collections.abc import Awaitable, Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
 from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError
-from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.room_address import MAIN
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
@@ -34,6 +33,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
+from cohaptic_server.shell.endpoint import Endpoint
 from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
@@ -64,7 +64,8 @@ class CohapticServer:
         lobby: Both, as peers.
         gate: Who may come in, and how much they may ask for.
         meters: Meters of the ticks since the start, or since somebody put fresh ones here.
-        take_upload: Serves a connection that brings a file; None where none may.
+        endpoints: Further kinds of connections, by their subprotocols; complete before it listens.
+        ending: Set once it takes nobody in any more.
     """
 
     def __init__(
@@ -80,7 +81,9 @@ class CohapticServer:
         self.protection = protection or Protection()
         trusted = self.protection.proxies
         self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, trusted)
-        self.web = Web(body, settings, self.gate, solve)
+        self.endpoints: dict[str, Endpoint] = {}
+        self.ending = asyncio.Event()
+        self.web = Web(body, settings, self.gate, solve, self.endpoints)
         self.audience = Audience(self.room, self.web.model)
         state, room = self.protection.state, settings.room or MAIN
         self._journal = None if state is None else Journal(state, room)
@@ -88,7 +91,6 @@ class CohapticServer:
         self.entrance = Entrance(self.gate.sources, self.protection.admission, room, keep)
         self.lobby = Lobby(self.room, self.audience, self.entrance)
         self.meters = TickMeters()
-        self.take_upload: Callable[[Wire], Awaitable[None]] | None = None
         self._connections: dict[Peer, Connection] = {}
         self._listener: Listener | None = None
         self._exchange: Exchange | None = None
@@ -114,8 +116,9 @@ class CohapticServer:
             self.entrance.recall(kept, self.clock.now(), self.clock.to_wall())
         self.room.frames.prepare()
         self._listener, url = await listen(
-            self._handle, self.web.process, self.settings, self.gate, self.protection.tls, door
-        )
+            self._handle, self.web.process, self.settings, self.gate, self.protection.tls, door,
+            self.endpoints,
+        )  # fmt: skip
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
@@ -146,6 +149,7 @@ class CohapticServer:
                 while self.sleeps:
                     due = await self._nap(due, before_tick)
         finally:
+            self.ending.set()
             await self._stop()
 
     @property
@@ -274,8 +278,9 @@ class CohapticServer:
         tune(ws.transport.get_extra_info("socket"))
         if await refuse_other_room(ws, self.settings.room):
             return
-        if ws.subprotocol == UPLOAD and self.take_upload is not None:
-            await self.take_upload(ws)
+        if ws.subprotocol in self.endpoints:
+            with contextlib.suppress(ConnectionClosed):
+                await self.endpoints[ws.subprotocol].serve(ws)
             return
         await self._open.wait()
         connection = self.connect(ws)

@@ -174,7 +174,7 @@ def test_a_server_says_where_it_listens_and_ends_cleanly(
 def test_a_start_imports_nothing_that_only_preparing_needs() -> None:
     """Each takes a third of a second, in the server and again in the process beside its ticks."""
     check = (
-        "import sys; import cohaptic_server.cli.work.serving, cohaptic_server.shell.column_process;"
+        "import sys; import cohaptic_server.cli.serving, cohaptic_server.shell.column_process;"
         "import cohaptic_server.objects.build, cohaptic_server.objects.build_rubber;"
         "print([m for m in ('trimesh', 'networkx', 'meshio', 'scipy.spatial') if m in sys.modules])"
     )

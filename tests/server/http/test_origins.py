@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.http.origins import is_own_host, may_connect, may_upload
+from cohaptic_server.http.origins import is_of_this_machine, is_own_host, may_connect
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_only_the_own_page_on_this_machine_may_bring_a_file(
     origin: str | None, host: str | None, peer: str | None, may: bool
 ) -> None:
     allowed = ("https://proxy.example",)
-    assert may_upload(origin, host, peer, allowed=allowed) == may
+    assert is_of_this_machine(origin, host, peer, allowed=allowed) == may
 
 
 @pytest.mark.parametrize("allowed", [".Lab.example", "*.lab.example"])

@@ -120,7 +120,7 @@ async def visit(
 
 
 @dataclass
-class Serving:
+class Served:
     """A server that ticks."""
 
     server: CohapticServer
@@ -136,11 +136,11 @@ class Serving:
 @contextlib.asynccontextmanager
 async def serving(
     body: Body, max_users: int = 64, protection: Protection | None = None, **more: Any
-) -> AsyncGenerator[Serving]:
+) -> AsyncGenerator[Served]:
     settings = ServerSettings(port=0, simulation_hz=SIMULATION_HZ, max_users=max_users, **more)
     server = CohapticServer(body, settings, protection=protection)
     url = await server.start()
-    served = Serving(server, url, asyncio.ensure_future(server.run()))
+    served = Served(server, url, asyncio.ensure_future(server.run()))
     try:
         yield served
     finally:

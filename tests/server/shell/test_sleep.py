@@ -14,7 +14,7 @@ from cohaptic.protocol.watch_messages import Watch
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.session import HELLO_TIMEOUT
 from tests.patience import PATIENCE
-from tests.server.shell.stage import Serving, serving, visit
+from tests.server.shell.stage import Served, serving, visit
 
 pytestmark = pytest.mark.live
 
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.live
 class Watched:
     """A server of which the ticks are counted that it makes."""
 
-    def __init__(self, served: Serving) -> None:
+    def __init__(self, served: Served) -> None:
         self.served, self.server, self.made = served, served.server, 0
         tick = self.server.tick
 

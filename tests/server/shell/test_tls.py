@@ -26,7 +26,7 @@ from cohaptic_server.shell.gate import Turns
 from cohaptic_server.shell.protection import Protection
 from tests.patience import PATIENCE
 from tests.server.credentials.pairs import write_authority, write_pair
-from tests.server.shell.stage import Serving, serving, visit
+from tests.server.shell.stage import Served, serving, visit
 
 pytestmark = pytest.mark.live
 
@@ -39,7 +39,7 @@ def trusting(folder: Path) -> ssl.SSLContext:
     return ssl.create_default_context(cafile=str(write_authority(folder)))
 
 
-def address(served: Serving) -> tuple[str, int]:
+def address(served: Served) -> tuple[str, int]:
     host, _, port = served.url.rpartition("//")[2].rpartition(":")
     return host, int(port)
 

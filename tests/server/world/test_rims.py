@@ -4,10 +4,10 @@ import numpy as np
 
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.demo.places import is_met_squarely, place_hands
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import ZeroField
+from cohaptic_tools.demo.places import is_met_squarely, place_hands
 
 
 def test_no_hand_stands_on_a_rim_where_it_would_slide_to_the_face_beside_it() -> None:

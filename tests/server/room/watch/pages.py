@@ -28,7 +28,7 @@ from cohaptic.protocol.watch_messages import (
     decode_watch_control,
 )
 from tests.patience import PATIENCE
-from tests.server.shell.stage import Client, Serving, visit
+from tests.server.shell.stage import Client, Served, visit
 
 
 @dataclass
@@ -101,7 +101,7 @@ async def watching(
 
 
 @contextlib.asynccontextmanager
-async def pressing(served: Serving, name: str = "ann") -> AsyncGenerator[Client]:
+async def pressing(served: Served, name: str = "ann") -> AsyncGenerator[Client]:
     """A user who presses, and goes on while others do something."""
     async with visit(served.url) as client:
         client.probe, client.force = (0.09, 0.0, 0.0), (2.0, 0.0, 0.0)

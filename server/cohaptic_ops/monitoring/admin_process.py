@@ -1,0 +1,175 @@
+"""The process of an admin port: hears lines of a server, and answers requests about it.
+
+It is a process of its own, so that no request about a server costs that server a tick, and so
+that there is an answer when the server hangs.
+
+`answer` makes a response of a request without I/O.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import signal
+import socket
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+from urllib.parse import parse_qs
+
+from prometheus_client.exposition import CONTENT_TYPE_LATEST
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request as HttpRequest
+from websockets.http11 import Response
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import SettingError
+from cohaptic.runtime.scheduling import stand_back
+from cohaptic_ops.monitoring.exposition import exposition
+from cohaptic_ops.monitoring.json_lines import BadLine
+from cohaptic_ops.monitoring.known import NO_ROOM, Known
+from cohaptic_ops.monitoring.lines import (
+    LONGEST,
+    OpenLine,
+    RefusedLine,
+    decode,
+    encode,
+)
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.http.routes import Answer, Request, page, text
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response
+from cohaptic_server.shell.listener import open_doors, serve_doors, url_of
+from cohaptic_server.shell.wire import Wire
+
+
+def serve_admin(end: socket.socket, host: str, port: int, allow_hosts: tuple[str, ...]) -> None:
+    """Main function of the process; it ends when the server does.
+
+    Args:
+        end: End of a pair; the server writes lines into the other.
+        host, port: Where to listen.
+        allow_hosts: Further names under which it may be asked.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
+    logging.basicConfig(level=logging.CRITICAL)  # what is said about requests would fill a disk
+    with contextlib.suppress(OSError):
+        stand_back()
+    asyncio.run(_serve(end, host, port, allow_hosts))
+
+
+async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[str, ...]) -> None:
+    end.setblocking(False)
+    reader, writer = await asyncio.open_connection(sock=end, limit=LONGEST)
+    clock, known = SystemClock(), Known()
+    missing: list[str] = []
+    gate = Gate(Limits(), clock)
+
+    async def process(connection: ServerConnection, request: HttpRequest) -> Response | None:
+        refused = check(connection, request)
+        if refused is not None:
+            return refused
+        connection.close_timeout = DOWNLOAD_TIMEOUT
+        # Also to one who asks for a websocket: there is none here.
+        return response(answer(plain(request), known, clock.now()))
+
+    async def nobody(_: Wire) -> None:
+        """No request becomes a websocket."""
+
+    try:
+        settings = ServerSettings(host, port, allow_hosts=allow_hosts, room=None)
+        check = HostCheck(settings)
+        doors = await open_doors(settings, gate, missing.append)
+    except SettingError as error:
+        refusal = RefusedLine(name=error.name, value=str(error.value), limit=error.limit)
+        writer.write(encode(refusal))
+        await writer.drain()
+        return
+    listener = await serve_doors(nobody, process, doors, gate)
+    url = url_of(host, doors[0]).replace("ws", "http", 1)
+    writer.write(encode(OpenLine(url=url, missing=tuple(missing))))
+    # Anything else but a line is the end of the server, or of its mind.
+    with contextlib.suppress(OSError, ValueError, BadLine):
+        while line := await reader.readline():
+            known.take(decode(line), clock.now())
+    listener.close()
+    writer.close()
+
+
+_JSON = "application/json"
+INDEX = (
+    "The admin port of a cohaptic server.\n\n"
+    "/metrics  for Prometheus\n"
+    "/healthz  whether the server is alive\n"
+    "/readyz   whether people may be sent here; ?room=NAME for one room\n"
+    "/status   everything as JSON; cohaptic top shows it\n"
+)
+
+
+def answer(request: Request, known: Known, now: float) -> Answer:
+    """The response.
+
+    Args:
+        request: From whoever reaches the port.
+        known: State of the server.
+        now: Time [s].
+    """
+    if request.method not in ("GET", "HEAD"):
+        message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
+        return text(request, 405, "Method Not Allowed", message, ("Allow", "GET, HEAD"))
+    path, _, query = request.target.partition("#")[0].partition("?")
+    if path == "/":
+        return text(request, 200, "OK", INDEX)
+    if path == "/metrics":
+        return page(request, CONTENT_TYPE_LATEST, exposition(known, now))
+    if path == "/healthz":
+        return _verdict(request, known.why_not_alive(now))
+    if path == "/readyz":
+        asked = parse_qs(query, keep_blank_values=True, max_num_fields=None).get("room")
+        why = known.why_not_ready(now, asked[0] if asked else None)
+        found = _verdict(request, why, known.why_not_ticking(now))
+        return replace(found, status=404, phrase="Not Found") if why == [NO_ROOM] else found
+    if path == "/status":
+        return page(request, _JSON, _encode(status(known, now)))
+    return text(request, 404, "Not Found", "there is nothing of this name here\n")
+
+
+def status(known: Known, now: float) -> dict[str, Any]:
+    """All that is known, for programs."""
+    health, idle = known.health, known.why_not_ticking(now)
+    rooms: list[dict[str, Any]] = []
+    for room in () if health is None else health.rooms:
+        reported = known.rooms.get(room.name)
+        rooms.append(
+            room.model_dump()
+            | {
+                "ticking": room.name not in idle,
+                "age": None if reported is None else round(now - reported.heard, 3),
+                "metrics": None if reported is None else reported.metrics.model_dump(),
+            }
+        )
+    return {
+        "version": "" if health is None else health.version,
+        "alive": not known.why_not_alive(now),
+        "ready": not known.why_not_ready(now),
+        "draining": health is not None and health.draining,
+        "reasons": known.why_not_ready(now),
+        "connections": 0 if health is None else health.connections,
+        "refused": 0 if health is None else health.refused,
+        "rooms": rooms,
+    }
+
+
+def _verdict(request: Request, why: Sequence[str], idle: dict[str, str] | None = None) -> Answer:
+    told: dict[str, Any] = {"ok": not why, "reasons": list(why)}
+    if idle is not None:
+        told["not_ticking"] = idle
+    answered = page(request, _JSON, _encode(told))
+    return answered if not why else replace(answered, status=503, phrase="Service Unavailable")
+
+
+def _encode(told: dict[str, Any]) -> bytes:
+    return json.dumps(told, indent=1).encode() + b"\n"

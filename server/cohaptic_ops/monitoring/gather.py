@@ -1,0 +1,134 @@
+"""Reads a server's state between two ticks, once a second, into a frozen value."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from cohaptic.status.histogram import Histogram
+from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
+from cohaptic_server.room.member import Member
+from cohaptic_server.shell.server import CohapticServer
+
+EVERY = 1.0  # s between two reports of a room
+# Weight of what came since the last report in the share of lost samples: half of it is forgotten
+# within two reports.
+_NEW_SHARE = 0.3
+_STATM = Path("/proc/self/statm")
+
+
+@dataclass(slots=True)
+class _Seat:
+    """What is remembered of a user from one report to the next.
+
+    Args:
+        number: Number of the seat.
+        seen, used: Sequence number of its newest sample, and samples used, at the last report.
+        loss: As reported then.
+    """
+
+    number: int
+    seen: int
+    used: int
+    loss: float = 0.0
+
+
+class Gatherer:
+    """Gathers what one server tells of itself.
+
+    Args:
+        server: That is read.
+    """
+
+    def __init__(self, server: CohapticServer) -> None:
+        self._server = server
+        self._seats: dict[int, _Seat] = {}
+
+    def gather(self) -> RoomMetrics:
+        """What there is to tell now."""
+        server = self._server
+        room, meters, gate, traffic = (
+            server.room, server.meters, server.gate, server.gate.traffic,
+        )  # fmt: skip
+        lag = room.world.room
+        return RoomMetrics(
+            hz=server.settings.simulation_hz,
+            ticks=meters.ticks,
+            missed=meters.missed,
+            left_out=meters.left_out,
+            slept=meters.slept,
+            cost=_counts(meters.costs),
+            lateness=_counts(meters.delays),
+            users=self._users(server.clock.now()),
+            max_users=server.settings.max_users,
+            waiting=len(room.queue),
+            watchers=len(server.audience.watchers),
+            max_watchers=server.settings.max_watchers,
+            lag=lag.lag,
+            coupling=lag.coupling,
+            margin=lag.margin if math.isfinite(lag.margin) else None,
+            limited={"depth": meters.deep, "speed": meters.fast},
+            refused=dict(traffic.refused) | {"connection": gate.sources.refused},
+            spent=dict(traffic.spent),
+            connections=gate.sources.open,
+            received=traffic.received,
+            sent=traffic.sent,
+            processor=_processor_time(),
+            memory=_resident_memory(),
+        )
+
+    def _users(self, now: float) -> tuple[UserMetrics, ...]:
+        members = self._server.room.members
+        self._seats = {user: self._seats[user] for user in self._seats if user in members}
+        taken = {seat.number for seat in self._seats.values()}
+        skipped = {
+            peer.user: peer.session.outbox.patches_skipped
+            for peer in self._server.lobby.peers
+            if peer.user is not None
+        }
+        told: list[UserMetrics] = []
+        for user, member in members.items():
+            if user not in self._seats:
+                number = next(n for n in range(1, len(taken) + 2) if n not in taken)
+                taken.add(number)
+                self._seats[user] = _Seat(number, member.seen, member.used)
+            told.append(self._user(member, self._seats[user], skipped.get(user, 0), now))
+        return tuple(sorted(told, key=lambda user: user.seat))
+
+    def _user(self, member: Member, seat: _Seat, skipped: int, now: float) -> UserMetrics:
+        users = self._server.room.world.users
+        row = users.rows.get(member.user)
+        delay = None if row is None else users.tracked.delays[row]
+        sent, used = member.seen - seat.seen, member.used - seat.used
+        if sent > 0:
+            seat.loss += _NEW_SHARE * (max(0.0, 1.0 - used / sent) - seat.loss)
+            seat.seen, seat.used = member.seen, member.used
+        return UserMetrics(
+            seat=seat.number,
+            name=member.hello.name,
+            delay=delay.value if delay is not None and delay.recent >= 0.0 else None,
+            loss=min(1.0, seat.loss),
+            silence=max(0.0, now - member.heard),
+            force=0.0 if row is None else float(users.applied.force[row]),
+            skipped=skipped,
+            capabilities=member.hello.capabilities,
+        )
+
+
+def _counts(histogram: Histogram) -> TimeCounts:
+    return TimeCounts(counts=list(histogram.counts), total=histogram.total)
+
+
+def _processor_time() -> float:
+    times = os.times()
+    return times.user + times.system
+
+
+def _resident_memory() -> int:
+    """Resident memory of this process [bytes]; 0 where the system does not tell."""
+    try:
+        return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, IndexError):
+        return 0

@@ -1,0 +1,202 @@
+"""The state of a server as a table for a terminal. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from pydantic import BaseModel, ConfigDict
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from cohaptic.errors import one_line
+from cohaptic.status.histogram import TIME_EDGES
+from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts
+
+_LONGEST_NAME = 18  # columns; at 80 the rest of a row needs the others
+_WIDE = 100  # columns, from which on there is room for what is looked at less often
+_GOOD, _ODD, _BAD = "green", "yellow", "red"
+NONE = "-"
+# Above it a hand feels the object lag, or lose touch with it.
+_LONG_DELAY, _MUCH_LOSS = 0.3, 0.5
+
+
+class RoomStatus(BaseModel):
+    """A room in the answer of `/status`. A newer server may say more."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    state: str
+    problem: str
+    restarts: int
+    ticking: bool
+    age: float | None
+    metrics: RoomMetrics | None
+
+
+class Status(BaseModel):
+    """The answer of `/status`."""
+
+    model_config = ConfigDict(frozen=True)
+
+    version: str
+    alive: bool
+    ready: bool
+    draining: bool
+    reasons: tuple[str, ...]
+    connections: int
+    refused: int
+    rooms: tuple[RoomStatus, ...]
+
+
+def overview(status: Status, before: Status | None, width: int) -> RenderableType:
+    """The picture.
+
+    Args:
+        status: Newest.
+        before: An earlier one: what is counted is shown since then, and not since the start.
+        width: Width of the terminal, in columns.
+    """
+    earlier = {} if before is None else {room.name: room.metrics for room in before.rooms}
+    since = {room.name: since_then(room.metrics, earlier.get(room.name)) for room in status.rooms}
+    parts: list[RenderableType] = [_headline(status), _rooms(status.rooms, since, width)]
+    parts += [
+        Text(f"{room.name}: {one_line(room.problem, 200)}", _BAD)
+        for room in status.rooms
+        if room.problem
+    ]
+    if any(room.metrics is not None and room.metrics.users for room in status.rooms):
+        parts.append(_users(status.rooms, width))
+    return Group(*parts)
+
+
+def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetrics | None:
+    """Metrics with those counters that `overview` shows counted from an earlier report on."""
+    if now is None or before is None or before.ticks >= now.ticks:
+        return now
+    changes = {
+        "ticks": now.ticks - before.ticks,
+        "missed": now.missed - before.missed,
+        "cost": _less(now.cost, before.cost),
+        "lateness": _less(now.lateness, before.lateness),
+    }
+    return now.model_copy(update=changes)
+
+
+def quantile(times: TimeCounts, q: float) -> float | None:
+    """Time below which a share `q` lies, in its bucket by straight lines [s]; None without any.
+
+    Args:
+        times: Counted.
+        q: Share, 0 to 1.
+    """
+    wanted, below = q * sum(times.counts), 0.0
+    if not wanted:
+        return None
+    for (lower, upper), count in zip(pairwise((0.0, *TIME_EDGES)), times.counts, strict=False):
+        if count and below + count >= wanted:
+            return lower + (upper - lower) * (wanted - below) / count
+        below += count
+    return TIME_EDGES[-1]
+
+
+def _less(now: TimeCounts, before: TimeCounts) -> TimeCounts:
+    counts = [max(0, a - b) for a, b in zip(now.counts, before.counts, strict=True)]
+    return TimeCounts(counts=counts, total=max(0.0, now.total - before.total))
+
+
+def _headline(status: Status) -> Text:
+    users = sum(len(room.metrics.users) for room in status.rooms if room.metrics is not None)
+    ticking = sum(room.ticking for room in status.rooms)
+    line = Text(f"cohaptic {one_line(status.version, 20)}  ", "bold")
+    if status.ready:
+        line.append("ready", _GOOD)
+    else:
+        why = one_line("; ".join(status.reasons), 120)
+        line.append(f"not ready: {why}", _BAD)
+    rooms = f"{ticking} of {len(status.rooms)} rooms tick"
+    line.append(f"  {rooms}, {users} touch, {status.connections} connections", "not bold")
+    return line
+
+
+def _rooms(rooms: Sequence[RoomStatus], since: dict[str, RoomMetrics | None], width: int) -> Table:
+    wide = width >= _WIDE
+    heads = ["users", "tick ms", "p99", "late", "missed", "lag ms", "margin"]
+    more = ["watch", "MB", "limited"] if wide else []
+    table = _table("room", ["state"], [*heads, *more])
+    for room in rooms:
+        state = room.state if room.ticking or room.state != "open" else "no tick"
+        cells = [
+            Text(_name(room.name)),
+            Text(state, _GOOD if room.ticking else "" if state == "idle" else _BAD),
+        ]
+        now = since[room.name]
+        if now is None or not room.ticking:
+            table.add_row(*cells)
+            continue
+        share = now.missed / max(1, now.ticks)
+        cells += [
+            Text(f"{len(now.users)}/{now.max_users}"),
+            _ms(quantile(now.cost, 0.5), 1.0 / now.hz),
+            _ms(quantile(now.cost, 0.99), 1.0 / now.hz),
+            _ms(quantile(now.lateness, 0.99), 1.0 / now.hz),
+            Text(f"{100.0 * share:.1f} %", _BAD if share >= 0.1 else _ODD if share > 0.01 else ""),
+            Text(f"{1e3 * now.lag:.0f}"),
+            _margin(now.margin),
+        ]
+        if wide:
+            limited = sum(now.limited.values())
+            memory = f"{now.memory / 2**20:.0f}"
+            cells += [Text(str(now.watchers)), Text(memory), Text(str(limited))]
+        table.add_row(*cells)
+    return table
+
+
+def _users(rooms: Sequence[RoomStatus], width: int) -> Table:
+    wide = width >= _WIDE
+    heads = ["delay ms", "unused", "force N", "silent s"]
+    table = _table("user", ["room"], ["seat", *heads, *(["skipped"] if wide else [])])
+    for room in rooms:
+        for user in () if room.metrics is None or not room.ticking else room.metrics.users:
+            long = user.delay is not None and user.delay > _LONG_DELAY
+            delay = NONE if user.delay is None else f"{1e3 * user.delay:.0f}"
+            cells = [
+                Text(_name(user.name)),
+                Text(_name(room.name)),
+                Text(str(user.seat)),
+                Text(delay, _ODD if long else ""),
+                Text(f"{100.0 * user.loss:.0f} %", _ODD if user.loss > _MUCH_LOSS else ""),
+                Text(f"{user.force:.2f}"),
+                Text(f"{user.silence:.1f}", _ODD if user.silence > 0.5 else ""),
+            ]
+            table.add_row(*cells, *([Text(str(user.skipped))] if wide else []))
+    return table
+
+
+def _table(first: str, left: Sequence[str], right: Sequence[str]) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 1), header_style="bold", show_edge=False)
+    for name in (first, *left):
+        table.add_column(name, no_wrap=True, overflow="ellipsis")
+    for name in right:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def _name(text: str) -> str:
+    line = one_line(text, 200)
+    return line if len(line) <= _LONGEST_NAME else line[: _LONGEST_NAME - 1] + "…"
+
+
+def _ms(time: float | None, period: float) -> Text:
+    if time is None:
+        return Text(NONE)
+    style = _BAD if time > period else _ODD if time > 0.5 * period else ""
+    return Text(f"{1e3 * time:.1f}", style)
+
+
+def _margin(margin: float | None) -> Text:
+    if margin is None:
+        return Text("∞")
+    return Text(f"{margin:.2f}" if margin < 100.0 else ">99", _BAD if margin < 1.0 else "")

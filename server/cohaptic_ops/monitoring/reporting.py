@@ -1,0 +1,84 @@
+"""Reports a server with one room to its admin port: the route `admin`."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncGenerator
+
+import cohaptic
+from cohaptic.room_address import MAIN
+from cohaptic_ops.monitoring.admin_port import AdminPort, admin_address
+from cohaptic_ops.monitoring.gather import EVERY, Gatherer
+from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
+from cohaptic_ops.monitoring.metrics import RoomHealth, ServerHealth
+from cohaptic_server.routes import Route, Serving
+from cohaptic_server.shell.server import CohapticServer
+
+
+@contextlib.asynccontextmanager
+async def reported(server: CohapticServer, admin: AdminPort) -> AsyncGenerator[None]:
+    """Report a server, until the last client has gone.
+
+    Args:
+        server: The server, which may begin to listen later.
+        admin: The admin port that hears of it, open.
+    """
+    reporting = asyncio.ensure_future(Reporter(server, admin).keep())
+    try:
+        yield
+    finally:
+        reporting.cancel()
+
+
+@contextlib.asynccontextmanager
+async def _open(serving: Serving, text: str) -> AsyncGenerator[str]:
+    server = serving.server
+    admin = AdminPort(admin_address(text, server.settings.allow_hosts))
+    try:
+        url = await admin.open()
+        async with reported(server, admin):
+            yield f"admin port {url}; see it with: cohaptic top {url}"
+    finally:
+        await admin.close()
+
+
+ROUTE = Route(_open, check=admin_address)
+
+
+class Reporter:
+    """Reports on one server with one room.
+
+    Args:
+        server: That is read.
+        admin: That is told.
+    """
+
+    def __init__(self, server: CohapticServer, admin: AdminPort) -> None:
+        self._server, self._admin = server, admin
+        self._gatherer = Gatherer(server)
+
+    async def keep(self) -> None:
+        """Report until cancelled, and at once when the server begins to end."""
+        ending = self._server.ending
+        while True:
+            self.report()
+            if ending.is_set():
+                await asyncio.sleep(EVERY)
+            else:
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(ending.wait(), EVERY)
+
+    def report(self) -> None:
+        """Report once."""
+        server, name = self._server, self._server.settings.room or MAIN
+        sources = server.gate.sources
+        health = ServerHealth(
+            version=cohaptic.__version__,
+            draining=server.ending.is_set(),
+            rooms=(RoomHealth(name=name, state="open"),),
+            connections=sources.open,
+            refused=sources.refused,
+        )
+        self._admin.tell(ServerLine(health=health))
+        self._admin.tell(RoomLine(room=name, metrics=self._gatherer.gather()))

@@ -1,0 +1,326 @@
+"""Configuration of a server with many rooms: a TOML file, and environment variables over it."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, ValidationError
+from pydantic_settings import (
+    BaseSettings,
+    EnvSettingsSource,
+    InitSettingsSource,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+    SettingsError,
+)
+
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic.room_address import BASES, NAMES, base_path, is_room_name
+from cohaptic.written import at_home, text_of
+from cohaptic_ops.rooms.config_errors import ConfigError, KeyProblem, problems_of
+from cohaptic_ops.rooms.tables import AccessTable, AdminTable, Table
+from cohaptic_server.guard.limits import Limits
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.touchable import DAMPING_RATIO, is_file
+
+PREFIX = "COHAPTIC_SERVER_"  # of environment variables
+DIVIDER = "__"
+# Kubernetes and Docker's links set these, after PREFIX, for a service that is called
+# cohaptic-server; PORT itself only with an address in it.
+_OF_A_SERVICE = re.compile(
+    r"SERVICE_(HOST|PORT(_\w+)?)|PORT_\d+_(TCP|UDP|SCTP)(_(PROTO|PORT|ADDR))?"
+)
+_ADDRESS = re.compile(r"(tcp|udp|sctp)://\S*")
+log = logging.getLogger("cohaptic.server")
+MAX_ROOMS = 200  # each is a process; beyond, a machine has other limits first
+
+
+def _check_limits(limits: dict[str, str]) -> dict[str, str]:
+    """Raise KeyProblem for the first limit at fault."""
+    for name, value in limits.items():
+        try:
+            Limits().changed([f"{name}={value}"])
+        except SettingError as error:
+            raise KeyProblem(name, value, error.limit) from error
+    return limits
+
+
+def _named(name: str) -> str:
+    if not is_room_name(name):
+        raise ValueError(f"named with {NAMES}")
+    return name
+
+
+def _base(said: str) -> str:
+    try:
+        return base_path(said)
+    except SettingError:
+        raise ValueError(BASES) from None
+
+
+LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
+
+
+class ObjectTable(Table):
+    """Options of an object from a file, as those of `cohaptic serve` of the same names.
+
+    A modulus is a number, or a list with those of parts: `["3e3", "tumour=60e3"]`.
+    """
+
+    young: list[str] | float | None = None
+    poisson: list[str] | float | None = None
+    fix: str = ""
+    fix_mesh: Path | None = None
+    scale: float | None = None
+    edge: float = 0.05
+    order: int = 2
+    contact_radius: float = 0.0
+    repair: bool = False
+    simplify: int = 0
+    shell: float = 0.0
+    max_memory: float | None = None
+    max_time: float | None = None
+    label: list[str] | None = None
+    density: list[str] | float | None = None
+    damping_ratio: float = DAMPING_RATIO
+    auto: bool = False
+
+
+class RoomTable(Table):
+    """One room.
+
+    Args:
+        body: Name in the catalogue, or a mesh file; one that is not absolute is looked for in the
+            folder of the configuration.
+        title: For people who choose a room; the name if not given.
+        rate: Ticks per second.
+        laws: Control laws that its users may have.
+        max_users: Who may touch at once.
+        max_watchers: Who may watch at once.
+        max_waiting: Who may wait for a place while it is full; 0 lets nobody wait.
+        nonlinear: Whether its body is deformed without bound.
+        relaxation: Relaxation time of a viscous body [s]; 0 is elastic.
+        users: How many the object of a file is prepared for; None as `cohaptic serve` without it.
+        allow_fixed_gains: Whether clients may choose their own gains.
+        allow_latency: Whether pages may inject latency.
+        watchers_point: Whether who only watches may point at the surface, too.
+        object: Options of an object from a file.
+        limits: Budgets of its connections, beside those of the server.
+        start: At once, with the server, or on demand, when somebody comes.
+        end_after: How long nobody is there before a room ends that starts on demand [s].
+    """
+
+    body: str = Field(min_length=1)
+    title: str = Field(default="", max_length=80)
+    rate: float = Field(default=60.0, ge=10.0, le=200.0)
+    laws: tuple[Law, ...] = Field(default=tuple(Law), min_length=1)
+    max_users: int = Field(default=16, ge=1, le=64)
+    max_watchers: int = Field(default=100, ge=0, le=1000)
+    max_waiting: int = Field(default=16, ge=0, le=64)
+    nonlinear: bool = False
+    relaxation: float = Field(default=0.0, ge=0.0, le=60.0)
+    users: int | None = Field(default=None, ge=1, le=64)
+    allow_fixed_gains: bool = False
+    allow_latency: bool = False
+    watchers_point: bool = True
+    object: ObjectTable = ObjectTable()
+    limits: LimitTable = Field(default_factory=dict)
+    start: Literal["at once", "on demand"] = "at once"
+    # Who closes the page for a coffee finds the names, places and sessions that a process keeps.
+    end_after: float = Field(default=600.0, ge=10.0, le=604_800.0)
+
+    @property
+    def idle(self) -> float | None:
+        """How long it may be empty [s]; None for a room that is always there."""
+        return self.end_after if self.start == "on demand" else None
+
+
+class RoomsConfig(BaseSettings):
+    """A server with its rooms.
+
+    Args:
+        host: Address to listen on.
+        port: TCP port; 0 takes any free one.
+        max_users: Who may touch at once, in all rooms together.
+        max_watchers: Who may watch at once, in all rooms together.
+        drain: How long the rooms have to end when the server stops [s].
+        lease: A room that says nothing for so long is ended and started again [s].
+        allow_hosts: Further names of the server.
+        allow_origins: Further origins whose pages may connect.
+        allow_frames: Origins whose pages may show the rooms' pages in a frame.
+        base_path: Path that the server is below at a proxy.
+        limits: Budgets of all connections together.
+        access: Who may come in.
+        admin: Metrics and health for those who look after the server.
+        rooms: By name.
+    """
+
+    model_config = SettingsConfigDict(
+        env_prefix=PREFIX, env_nested_delimiter=DIVIDER, extra="forbid", frozen=True,
+        coerce_numbers_to_str=True,
+    )  # fmt: skip
+
+    host: str = Field(default="127.0.0.1", min_length=1)
+    port: int = Field(default=8765, ge=0, le=65535)
+    max_users: int = Field(default=256, ge=1, le=10_000)
+    max_watchers: int = Field(default=1000, ge=0, le=10_000)
+    drain: float = Field(default=5.0, ge=0.5, le=300.0)
+    # A machine under load holds a process up for a second or two; a hand is let go after 0.1 s.
+    lease: float = Field(default=10.0, ge=2.0, le=3600.0)
+    allow_hosts: tuple[str, ...] = ()
+    allow_origins: tuple[str, ...] = ()
+    allow_frames: tuple[str, ...] = ()
+    base_path: Annotated[str, AfterValidator(_base)] = ""
+    limits: LimitTable = Field(default_factory=dict)
+    access: AccessTable = AccessTable()
+    admin: AdminTable = AdminTable()
+    rooms: dict[Annotated[str, AfterValidator(_named)], RoomTable] = Field(
+        min_length=1, max_length=MAX_ROOMS
+    )
+
+    def settings_of(self, room: str) -> ServerSettings:
+        """Settings of the process of a room."""
+        table = self.rooms[room]
+        return ServerSettings(
+            self.host, self.port, table.rate, table.body, table.max_users,
+            table.allow_fixed_gains, table.allow_latency, table.max_watchers, self.allow_origins,
+            allow_hosts=self.allow_hosts, limits=limits_of(table.limits), laws=table.laws,
+            room=room, max_waiting=table.max_waiting,
+            allow_frames=self.allow_frames, watchers_point=table.watchers_point,
+            base_path=self.base_path,
+        )  # fmt: skip
+
+    @property
+    def front(self) -> ServerSettings:
+        """Settings of what all rooms have in common."""
+        return ServerSettings(
+            self.host, self.port, allow_origins=self.allow_origins, allow_hosts=self.allow_hosts,
+            limits=limits_of(self.limits), room=None, allow_frames=self.allow_frames,
+            base_path=self.base_path,
+        )  # fmt: skip
+
+
+def limits_of(table: Mapping[str, str]) -> Limits:
+    """Budgets with those of a table changed."""
+    return Limits().changed(f"{name}={value}" for name, value in table.items())
+
+
+def load_config(path: Path) -> RoomsConfig:
+    """Read a configuration, with the environment of this process over it.
+
+    Raises:
+        ConfigError: Something is wrong with it; every key at fault is named.
+    """
+    try:
+        written = tomllib.loads(text_of(path.read_bytes()))
+    except OSError as error:
+        raise ConfigError(path, [f"cannot be read: {error.strerror}"]) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(path, [f"is not TOML: {error}"]) from error
+    if passed_over := [name for name, value in os.environ.items() if _is_of_a_service(name, value)]:
+        told = ", ".join(sorted(passed_over))
+        log.info("passed over what tells of a service called cohaptic-server: %s", told)
+    _check_environment(path, os.environ)
+    try:
+        sourced: Any = _sourced(written)  # its values come from elsewhere than its arguments
+        config: RoomsConfig = sourced()
+        # What is checked where it is used: names of hosts and origins.
+        _ = config.front
+    except ValidationError as error:
+        raise ConfigError(path, problems_of(error, PREFIX, DIVIDER, os.environ)) from error
+    except SettingsError as error:
+        raise ConfigError(path, [f"{error}: {error.__cause__}"]) from error
+    except SettingError as error:
+        raise ConfigError(path, [f"allow_{error.name}s: {error}"]) from error
+    placed = {name: _placed(table, path.parent) for name, table in config.rooms.items()}
+    access = config.access
+    files = {"keys": access.keys, "state": access.state}
+    access = access.model_copy(
+        update={key: path.parent / at_home(file) for key, file in files.items() if file is not None}
+    )
+    missing = [
+        f"rooms.{name}.{key} is {file}; it must be a file that exists"
+        for name, table in placed.items()
+        for key, file in _files(table)
+        if not file.is_file()
+    ]
+    if missing:
+        raise ConfigError(path, missing)
+    return config.model_copy(update={"rooms": placed, "access": access})
+
+
+def _sourced(written: dict[str, Any]) -> type[RoomsConfig]:
+    """The same settings, read from a file and the environment, which goes first."""
+
+    class Sourced(RoomsConfig):
+        @classmethod
+        def settings_customise_sources(
+            cls,
+            settings_cls: type[BaseSettings],
+            init_settings: PydanticBaseSettingsSource,
+            env_settings: PydanticBaseSettingsSource,
+            dotenv_settings: PydanticBaseSettingsSource,
+            file_secret_settings: PydanticBaseSettingsSource,
+        ) -> tuple[PydanticBaseSettingsSource, ...]:
+            assert isinstance(env_settings, EnvSettingsSource)
+            env_settings.env_vars = {
+                name: value
+                for name, value in env_settings.env_vars.items()
+                if not _is_of_a_service(name, value or "")
+            }
+            return (env_settings, InitSettingsSource(settings_cls, written))
+
+    return Sourced
+
+
+def _check_environment(path: Path, environment: Mapping[str, str]) -> None:
+    """Variables that would be passed over silently are errors as well."""
+    known = set(RoomsConfig.model_fields)
+    unknown = [
+        f"the environment variable {name} names no key; known: {', '.join(sorted(known))}"
+        for name, value in environment.items()
+        if name.upper().startswith(PREFIX)
+        and not _is_of_a_service(name, value)
+        and name[len(PREFIX) :].lower().split(DIVIDER)[0] not in known
+    ]
+    if unknown:
+        raise ConfigError(path, unknown)
+
+
+def _is_of_a_service(name: str, value: str) -> bool:
+    """Whether a variable of the environment is an orchestrator's, and none of our keys."""
+    key = name.upper().removeprefix(PREFIX)
+    if key == name.upper():
+        return False
+    of_port = key == "PORT" and _ADDRESS.fullmatch(value) is not None
+    return of_port or _OF_A_SERVICE.fullmatch(key) is not None
+
+
+def is_plain_balloon(room: RoomTable) -> bool:
+    """Whether the body of a room is the one of `prebuilt`."""
+    return room.body == "balloon" and not room.nonlinear and room.relaxation == 0.0
+
+
+def _placed(table: RoomTable, folder: Path) -> RoomTable:
+    """A room with its files where they are."""
+
+    def at(written: str | Path) -> Path:
+        return folder / at_home(Path(written))
+
+    body = str(at(table.body)) if is_file(table.body) else table.body
+    mesh = table.object.fix_mesh
+    placed: dict[str, Any] = {"fix_mesh": None if mesh is None else at(mesh)}
+    return table.model_copy(update={"body": body, "object": table.object.model_copy(update=placed)})
+
+
+def _files(table: RoomTable) -> list[tuple[str, Path]]:
+    files = [("body", Path(table.body))] if is_file(table.body) else []
+    mesh = table.object.fix_mesh
+    return files if mesh is None else [*files, ("object.fix_mesh", mesh)]

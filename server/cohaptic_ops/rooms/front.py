@@ -1,0 +1,211 @@
+"""Gives every connection that has asked for something to its room, by the path that it asks for.
+
+It looks at the first bytes without taking them (MSG_PEEK): the room reads the whole request. Who
+has not asked yet is the door's to hold; nothing here waits for a peer or a room.
+
+The server itself answers with the list of rooms, and with the reason why a room cannot be entered.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import re
+import socket
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request as HttpRequest
+from websockets.http11 import Response
+
+from cohaptic_ops.rooms.listing import RoomState, answer, turned_away
+from cohaptic_ops.rooms.process.handing_over import HandedDoor, hand_over, handing_pair
+from cohaptic_server.guard.sources import Refusal
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.doors.door import Door
+from cohaptic_server.shell.doors.turn_away import turn_away
+from cohaptic_server.shell.gate import Gate, Taken
+from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response, too_many
+from cohaptic_server.shell.listener import Listener, serve_doors
+from cohaptic_server.shell.refusal import refuse
+from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
+
+# s until a request whose first line is not complete is looked at again; twice as long each time,
+# and given up beyond `HEAD_TIMEOUT`. So it may be where doors hold nobody, and of who sends its
+# bytes one by one.
+_AGAIN = 2e-3
+_BUSY = Refusal("the room does not take anybody at present", 2.0)
+
+
+class Place(Protocol):
+    """Whom a connection may be handed to."""
+
+    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+        """Hand it over; returns whether it is taken. The source is to be counted out later."""
+        ...
+
+
+class Front:
+    """The doors of a server with many rooms.
+
+    Args:
+        doors: Listening sockets.
+        gate: Whom there is a budget for.
+        places: Where a request for a target may go, the best first.
+    """
+
+    def __init__(
+        self, doors: Sequence[Door], gate: Gate, places: Callable[[str], Sequence[Place]]
+    ) -> None:
+        self._doors, self._gate, self._places = doors, gate, places
+        self._numbers = itertools.count(1)
+        self._loop = asyncio.get_running_loop()
+
+    def open(self) -> None:
+        """Let people in."""
+        for door in self._doors:
+            self._loop.add_reader(door, self._accept, door)
+
+    def close(self) -> None:
+        """Let nobody in any more, and close who has not said where to."""
+        for door in self._doors:
+            self._loop.remove_reader(door)
+            door.close()
+
+    def left(self, source: str) -> None:
+        """A connection of an address has ended."""
+        self._gate.sources.leave(source)
+
+    def _accept(self, door: Door) -> None:
+        with contextlib.suppress(OSError):  # nobody any more, for now
+            while True:
+                connection, peer = door.accept()
+                connection.setblocking(False)
+                if isinstance(connection, Taken):
+                    connection.keep_counted()
+                self._look(connection, self._gate.source_of_peer(peer))
+
+    def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
+        """Look for the request, and later again where its line is not complete."""
+        seen: bytes | None
+        try:
+            seen = connection.recv(MOST, socket.MSG_PEEK)
+        except BlockingIOError:
+            seen = None
+        except OSError:
+            seen = b""
+        target = None if seen is None else target_of(seen)
+        if seen == b"" or (target is None and pause > HEAD_TIMEOUT):
+            connection.close()
+            self.left(source)
+        elif target is None:
+            self._loop.call_later(pause, self._look, connection, source, 2.0 * pause)
+        else:
+            self._place(connection, source, target)
+
+    def _place(self, connection: socket.socket, source: str, target: str) -> None:
+        number = next(self._numbers)
+        for place in self._places(target):
+            if place.take(connection, number, source):
+                connection.close()  # our end of it; the room has its own
+                return
+        self.left(source)
+        turn_away(connection, _BUSY, 503)
+
+
+MOST = 2048  # bytes of a request's first line; what is longer is no room's
+_LINE = re.compile(rb"[A-Z]{1,16} ([\x21-\x7e]+) HTTP/1\.[01]\r?")
+_BEGINS = re.compile(rb"[A-Z]{1,16}(?: [\x21-\x7e]*(?: [HTP/1.0]{0,8}\r?)?)?")
+
+
+def target_of(seen: bytes) -> str | None:
+    """Path and query that a request asks for.
+
+    Args:
+        seen: First bytes of the connection.
+
+    Returns:
+        Empty if it is no request whose path can be found, which nothing that follows would mend;
+        None while the line is not complete.
+    """
+    line, end, _ = seen[:MOST].partition(b"\n")
+    if end:
+        match = _LINE.fullmatch(line)
+        return match[1].decode("ascii") if match is not None else ""
+    if len(seen) >= MOST or (seen and _BEGINS.fullmatch(seen) is None):
+        return ""
+    return None
+
+
+class Site:
+    """A place for connections that no room takes.
+
+    Args:
+        settings: Settings of what all rooms have in common.
+        gate: Budgets of this place alone; the doors have their own.
+        rooms: What there is to tell.
+        left: Called with the source of each connection that has ended.
+        listed: Whether anybody may know which rooms there are.
+    """
+
+    def __init__(
+        self,
+        settings: ServerSettings,
+        gate: Gate,
+        rooms: Callable[[], Sequence[RoomState]],
+        left: Callable[[str], None],
+        *,
+        listed: bool = True,
+    ) -> None:
+        self._check, self._base = HostCheck(settings), settings.base_path
+        self._gate, self._rooms, self._left = gate, rooms, left
+        self._listed = listed
+        self._handed: dict[int, str] = {}
+        self._door: socket.socket | None = None
+        self._listener: Listener | None = None
+
+    async def start(self) -> None:
+        """Serve whoever is handed over."""
+        self._door, inner = handing_pair()
+        door = HandedDoor(inner, self._gate, self._ended)
+        self._listener = await serve_doors(
+            self._handle, self._process, [door], self._gate, base=self._base
+        )
+
+    def stop(self) -> None:
+        """Serve nobody any more."""
+        if self._listener is not None:
+            self._listener.close()
+        if self._door is not None:
+            self._door.close()
+
+    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+        """Hand a connection to this place; returns whether it takes it."""
+        if self._door is None or not hand_over(self._door, connection, number):
+            return False
+        self._handed[number] = source
+        return True
+
+    def _ended(self, number: int) -> None:
+        source = self._handed.pop(number, None)
+        if source is not None:
+            self._left(source)
+
+    async def _process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
+        assert isinstance(connection, Wire)
+        refusal = connection.come_from(request.headers)
+        if refusal is not None:
+            return response(too_many(plain(request), refusal))
+        refused = self._check(connection, request)
+        if refused is not None or "Upgrade" in request.headers:
+            return refused
+        connection.close_timeout = DOWNLOAD_TIMEOUT
+        rooms, base = self._rooms(), self._base
+        return response(answer(plain(request), rooms, listed=self._listed, base=base))
+
+    async def _handle(self, ws: Wire) -> None:
+        target = "" if ws.request is None else ws.request.path
+        code, why = turned_away(target, self._rooms(), listed=self._listed)
+        await refuse(ws, code, why)

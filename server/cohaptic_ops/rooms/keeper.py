@@ -1,0 +1,387 @@
+"""Keeps the process of one room alive: starts it, hands connections to it, and starts it again."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import secrets
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from multiprocessing.process import BaseProcess
+
+from cohaptic.clock import Clock
+from cohaptic_ops.monitoring.metrics import RoomMetrics
+from cohaptic_ops.rooms.directory import Directory, Lease, LeaseError
+from cohaptic_ops.rooms.process.channel import Channel, open_channel
+from cohaptic_ops.rooms.process.handing_over import hand_over, handing_pair
+from cohaptic_ops.rooms.process.reports import (
+    Allow,
+    Failed,
+    Left,
+    Line,
+    Measured,
+    ReadAgain,
+    Ready,
+    Report,
+    Stop,
+)
+from cohaptic_ops.rooms.process.room_process import Build, Protect, run_room
+from cohaptic_ops.rooms.process.starter import Hold
+from cohaptic_ops.rooms.restarts import Restarts
+from cohaptic_server.logs import PLAIN, LogStyle
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.protection import Protection
+
+log = logging.getLogger("cohaptic.server")
+
+# s since its start, for which newcomers may wait for a room: as long as they wait for an answer.
+_WAIT_FOR_START = 3.0
+_LOOKS = 8  # at a lease, while it lasts; the shortest is of 2 s
+_LONGEST_LOOK = 2.0  # s; a room on demand ends so long after its time at the latest
+_NO_FILES = 1.0  # s, after which a process that has no more files tries again
+# s by which a look at a lease may be late before it says more about this process than about others.
+_HELD_UP = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class House:
+    """What the keepers of all rooms share.
+
+    Args:
+        directory: Who owns each room.
+        clock: Clock of this process.
+        left: Called with the source of each connection that has ended.
+        changed: Called with a room that has begun, ended or reported.
+        measured: Called with the name of a room and what it tells of itself; None if nobody asks.
+        make_process: As from `room_processes`.
+        style: Style of the log.
+        protect: As for `Supervisor`.
+    """
+
+    directory: Directory
+    clock: Clock
+    left: Callable[[str], None]
+    changed: Callable[[Keeper], None]
+    make_process: Callable[..., BaseProcess]
+    style: LogStyle = PLAIN
+    protect: Protect = Protection
+    measured: Callable[[str, RoomMetrics], None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Entrance:
+    """Where connections go in to one process of a room, which may not have started yet.
+
+    Args:
+        ours, theirs: Ends of a pair.
+        handed: Sources of those that were handed over and have not ended, by number.
+    """
+
+    ours: socket.socket
+    theirs: socket.socket
+    handed: dict[int, str] = field(default_factory=dict[int, str])
+
+
+class Keeper:
+    """Keeps the process of one room.
+
+    Args:
+        settings: Settings of the room.
+        build: Makes its body, in its process.
+        house: What all rooms share.
+        idle: For how long nobody is there before its process ends, which starts when somebody
+            comes [s]; None for a room that is there from the beginning to the end.
+
+    Attributes:
+        name: Name of the room.
+        state: idle (it starts when somebody comes), starting, open, broken (it could not be opened,
+            and will be tried again) or stopped.
+        problem: Why it is broken.
+        report: Newest of its process; None before the first.
+        lease: Lease of its process; None without one.
+        restarts: Ends of its process so far.
+        process: The newest; None before the first.
+        first: Set once it is open, broken or idle for the first time.
+    """
+
+    def __init__(
+        self, settings: ServerSettings, build: Build, house: House, idle: float | None = None
+    ) -> None:
+        assert settings.room is not None
+        self.name = settings.room
+        self.settings = settings
+        self.state, self.problem = "starting" if idle is None else "idle", ""
+        self.report: Report | None = None
+        self.lease: Lease | None = None
+        self.restarts = Restarts()
+        self.process: BaseProcess | None = None
+        self.first = asyncio.Event()
+        self._build, self._house, self._idle = build, house, idle
+        self._stopping, self._asked = asyncio.Event(), asyncio.Event()
+        self._hold: Hold | None = None
+        self._channel: Channel | None = None
+        self._entrance: _Entrance | None = None
+        self._started = 0.0
+        self._ready: float | None = None
+        self._heard = 0.0
+        self._emptied: float | None = None  # since when nobody is there
+
+    @property
+    def told_state(self) -> str:
+        """The state as the admin port has it: a server is ready though an idle room starts."""
+        starts = self.state == "starting" and self._idle is not None
+        return "idle" if starts else self.state
+
+    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+        """Hand a connection to the room; returns whether it takes it."""
+        now = self._house.clock.now()
+        self._emptied = None
+        if self.state == "broken":
+            self._asked.set()  # of no meaning to one that is tried again anyway
+        waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
+        if self._entrance is None or not (waits or self.state in ("idle", "open")):
+            return False
+        if not hand_over(self._entrance.ours, connection, number):
+            return False
+        self._entrance.handed[number] = source
+        if self.state == "idle":
+            self._asked.set()
+        return True
+
+    def allow(self, allow: Allow) -> None:
+        """Tell the room how many it may seat."""
+        if self._channel is not None:
+            self._channel.tell(allow)
+
+    def read_again(self) -> None:
+        """Let the room read its files again; one that starts reads them anyway."""
+        if self._channel is not None:
+            self._channel.tell(ReadAgain())
+
+    async def keep(self) -> None:
+        """Run the room until it is stopped."""
+        while not self._stopping.is_set():
+            if self.state == "idle":
+                self.first.set()
+                if not self._has_entrance():
+                    await self._pause(_NO_FILES)
+                    continue
+                await self._asked.wait()
+                if self._stopping.is_set():
+                    break
+            self._ready = self._emptied = None
+            await self._live()
+            if self.state == "idle":
+                continue
+            now = self._house.clock.now()
+            self.restarts = self.restarts.ended(self._ready, now)
+            if self._stopping.is_set():
+                break
+            pause = self.restarts.pause
+            told = f", {self.problem}" if self.problem else ""
+            log.warning(
+                "room %s has ended%s; it is started again%s",
+                self.name, told, f" in {pause:g} s" if pause else "",
+                extra=self._told("room_ended"),
+            )  # fmt: skip
+            await self._pause(pause or 1e-3)
+            if self._idle is not None and self.problem:
+                # Nobody waits in it: the next who comes has it tried again.
+                self._asked.clear()
+                if not self._stopping.is_set():
+                    await self._asked.wait()
+        self._shut(self._entrance)
+        self.state = "stopped"
+        self.first.set()
+
+    def stop(self) -> None:
+        """Let the room tell everybody and end; `keep` returns when it has."""
+        self._end_keeping()
+        if self._channel is not None:
+            self._channel.tell(Stop())
+
+    def kill(self) -> None:
+        """End its process now."""
+        self._end_keeping()
+        if self._hold is not None:
+            self._hold.kill()
+
+    def _has_entrance(self) -> bool:
+        """Whether there is one now; not where this process has no more files."""
+        if self._entrance is None:
+            with contextlib.suppress(OSError):
+                self._entrance = _Entrance(*handing_pair())
+        return self._entrance is not None
+
+    async def _pause(self, seconds: float) -> None:
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._stopping.wait(), seconds)
+
+    def _end_keeping(self) -> None:
+        self._stopping.set()
+        self._asked.set()
+
+    async def _live(self) -> None:
+        """One process, from its start to its end."""
+        house = self._house
+        # A room that was broken says so until it is open.
+        self.state = "broken" if self.problem else "starting"
+        self._started = self._heard = house.clock.now()
+        holder = f"{self.name}.{secrets.token_hex(8)}"
+        self.lease = await house.directory.claim(self.name, holder, self._started)
+        self._asked.clear()
+        try:
+            entrance = self._entrance = self._entrance or _Entrance(*handing_pair())
+            control, their_control = socket.socketpair()
+        except OSError as error:
+            self.problem = f"its process cannot be started: {error.strerror}"
+            await self._end(self._entrance)
+            return
+        gone = asyncio.Event()
+        try:
+            self.process = house.make_process(
+                target=run_room,
+                args=(
+                    self.settings,
+                    self._build,
+                    their_control,
+                    entrance.theirs,
+                    house.style,
+                    house.protect,
+                    house.measured is not None,
+                ),
+                name=f"room {self.name}",
+            )
+            # Not daemonic: a room has a process of its own for columns.
+            await asyncio.to_thread(self.process.start)
+            self._hold = Hold(self.process)
+            their_control.close()
+            entrance.theirs.close()
+            self._channel = await open_channel(control, self._hear, gone.set)
+            house.changed(self)
+            if self._stopping.is_set():
+                self._channel.tell(Stop())
+            await self._watch(gone)
+        except OSError as error:
+            self.problem = f"its process cannot be started: {error.strerror}"
+        except EOFError:  # the process that was to fork it has ended
+            log.warning("room %s was not started", self.name, extra=self._told("room_not_started"))
+        finally:
+            if self._channel is None:
+                control.close()
+            their_control.close()
+            await self._end(entrance)
+
+    async def _watch(self, gone: asyncio.Event) -> None:
+        """Return when the process has gone, or has said nothing for as long as its lease."""
+        house = self._house
+        assert self.lease is not None
+        look_every = min(_LONGEST_LOOK, house.directory.duration / _LOOKS)
+        while not gone.is_set():
+            before = house.clock.now()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(gone.wait(), look_every)
+            now = house.clock.now()
+            if now - before > look_every + _HELD_UP:
+                self._heard = now  # it is this process that was held up
+            elif self._ready is None:
+                self._heard = now  # to open a room may take minutes
+            try:
+                self.lease = await house.directory.renew(self.lease, self._heard)
+            except LeaseError:
+                if self._heard == now:
+                    await house.directory.release(self.lease)
+                    holder = self.lease.holder
+                    self.lease = await house.directory.claim(self.name, holder, now)
+                    continue
+            if now >= self.lease.until:
+                told, silent = self._told("room_silent"), now - self._heard
+                log.warning("room %s says nothing for %.1f s", self.name, silent, extra=told)
+                return
+            if self._is_to_rest(now) and self._channel is not None:
+                log.info("room %s is idle; it starts when somebody comes", self.name,
+                         extra=self._told("room_idle"))  # fmt: skip
+                # Who comes from now on waits for the next process; `_end` closes this entrance.
+                self._entrance, self.state = None, "idle"
+                self._has_entrance()
+                self._channel.tell(Stop())
+
+    def _is_to_rest(self, now: float) -> bool:
+        """Whether nobody has been there for as long as the room waits for somebody."""
+        report, entrance = self.report, self._entrance
+        if (
+            self._idle is None
+            or self.state != "open"
+            or (report is None or report.users or report.watchers)
+            or (entrance is None or entrance.handed)
+        ):
+            self._emptied = None
+            return False
+        self._emptied = now if self._emptied is None else self._emptied
+        return now - self._emptied >= self._idle
+
+    async def _end(self, entrance: _Entrance | None) -> None:
+        """Whatever is left of the process goes, before another one may own the room."""
+        house, hold = self._house, self._hold
+        self._hold = None
+        if hold is not None:
+            hold.kill()
+            await asyncio.to_thread(hold.join)
+        if self._channel is not None:
+            self._channel.abort()
+        self._channel = self.report = None
+        if self.state != "idle":
+            self.state = "broken" if self.problem else "starting"
+        self._shut(entrance)
+        if self.lease is not None:
+            await house.directory.release(self.lease)
+            self.lease = None
+        house.changed(self)
+
+    def _shut(self, entrance: _Entrance | None) -> None:
+        """Close an entrance; who is there, or waits there, has ended."""
+        if entrance is None:
+            return
+        entrance.ours.close()
+        entrance.theirs.close()
+        for source in entrance.handed.values():
+            self._house.left(source)
+        if self._entrance is entrance:
+            self._entrance = None
+
+    def _told(self, event: str) -> dict[str, str]:
+        return {"event": event, "room": self.name}
+
+    def _hear(self, line: Line) -> None:
+        house = self._house
+        match line:
+            case Left():
+                handed = self._entrance.handed if self._entrance is not None else {}
+                for number in line.numbers:
+                    source = handed.pop(number, None)
+                    if source is not None:
+                        house.left(source)
+            case Ready():
+                self.state, self.problem = "open", ""
+                self._ready = self._heard = house.clock.now()
+                took = self._ready - self._started
+                pid = self.process.pid if self.process is not None else None
+                words, told = "room %s is open, process %s, after %.1f s", self._told("room_open")
+                log.info(words, self.name, pid, took, extra=told)
+                self.first.set()
+                house.changed(self)
+            case Report():
+                self._heard = house.clock.now()
+                self.report = line
+                house.changed(self)
+            case Measured():
+                if house.measured is not None:
+                    house.measured(self.name, line.metrics)
+            case Failed():
+                self.state, self.problem = "broken", line.why
+                self.first.set()
+                house.changed(self)
+            case _:
+                pass

@@ -1,0 +1,81 @@
+"""Lines between two processes, over one end of a pair of sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+
+from cohaptic_ops.monitoring.json_lines import BadLine
+from cohaptic_ops.rooms.process.reports import LONGEST, Line, decode, encode
+
+
+class Channel(asyncio.Protocol):
+    """One end; made by `open_channel`.
+
+    Args:
+        take: Called with each line.
+        end: Called once the other end is there no more, or has sent what is no line.
+
+    Attributes:
+        open: Whether the other end is there.
+    """
+
+    def __init__(self, take: Callable[[Line], None], end: Callable[[], None]) -> None:
+        self.open = False
+        self._take, self._end = take, end
+        self._rest = b""
+        self._transport: asyncio.WriteTransport | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Called by the event loop at the beginning."""
+        assert isinstance(transport, asyncio.WriteTransport)
+        self._transport, self.open = transport, True
+
+    def data_received(self, data: bytes) -> None:
+        """Called by the event loop with bytes of the other end."""
+        *lines, self._rest = (self._rest + data).split(b"\n")
+        try:
+            if len(self._rest) > LONGEST:
+                raise BadLine("a line without an end")
+            for line in lines:
+                self._take(decode(line))
+        except BadLine:
+            self.close()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Called by the event loop at the end."""
+        self.open = False
+        self._end()
+
+    def tell(self, line: Line) -> None:
+        """Write a line, without waiting; nothing once the other end is gone."""
+        if self._transport is not None and self.open:
+            self._transport.write(encode(line))
+
+    def tell_newest(self, line: Line) -> bool:
+        """The same, unless earlier lines wait to be read; returns whether it was written."""
+        if self._transport is None or not self.open or self._transport.get_write_buffer_size():
+            return False
+        self._transport.write(encode(line))
+        return True
+
+    def close(self) -> None:
+        """Write what waits, and end."""
+        if self._transport is not None:
+            self._transport.close()
+
+    def abort(self) -> None:
+        """End at once."""
+        if self._transport is not None:
+            self._transport.abort()
+
+
+async def open_channel(
+    end: socket.socket, take: Callable[[Line], None], ended: Callable[[], None]
+) -> Channel:
+    """Serve one end of a pair of stream sockets; arguments as for `Channel`."""
+    loop = asyncio.get_running_loop()
+    end.setblocking(False)
+    _, channel = await loop.connect_accepted_socket(lambda: Channel(take, ended), end)
+    return channel

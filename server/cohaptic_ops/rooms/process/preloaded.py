@@ -1,0 +1,17 @@
+"""What the process that rooms are forked from has imported: a room is back within a moment.
+
+It is the last module that this process imports. Rooms share the memory of all of them.
+"""
+
+from __future__ import annotations
+
+from cohaptic_ops.rooms.process import room_process
+from cohaptic_server.access import tokens
+from cohaptic_server.bodies import spring
+from cohaptic_server.bodies.balloon import balloon, rubber_balloon
+from cohaptic_server.objects import build, build_rubber
+from cohaptic_server.objects.inertia import modes_of
+from cohaptic_server.process_memory import keep_what_there_is
+
+IMPORTED = (balloon, build, build_rubber, modes_of, room_process, rubber_balloon, spring, tokens)
+keep_what_there_is()

@@ -1,0 +1,284 @@
+"""The process of one room: the ordinary server, whose connections are handed to it.
+
+A room may go before ordinary processes, by a real-time priority. Threads of equal real-time
+priority are not preempted for each other: on two cores, two rooms whose ticks take longer than a
+period would stop every other room for good. A room that takes more than its share of a core
+therefore loses its priority until it takes less.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import socket
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CohapticError, one_line
+from cohaptic.runtime.scheduling import (
+    SERVER_PRIORITY,
+    be_ordinary,
+    prefer_this_process,
+)
+from cohaptic_ops.monitoring.gather import Gatherer
+from cohaptic_ops.rooms.process.channel import Channel, open_channel
+from cohaptic_ops.rooms.process.handing_over import HandedDoor
+from cohaptic_ops.rooms.process.reports import (
+    NO_SEATS,
+    Allow,
+    Failed,
+    Left,
+    Line,
+    Measured,
+    ReadAgain,
+    Ready,
+    Report,
+    Stop,
+)
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.credentials.reloading import reload_changed
+from cohaptic_server.logs import LogStyle, set_up_log
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.exchange import ServedBody
+from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.server import CohapticServer
+
+# Of a core. A tick within half of its period leaves others their turn in each of theirs.
+MOST = 0.5
+LESS = 0.25
+CALM = 5.0  # s below `LESS` before it goes first again: one that swings about the limit does not
+
+
+class Precedence:
+    """Precedence of one room.
+
+    Attributes:
+        first: Whether it goes before ordinary processes.
+    """
+
+    def __init__(self) -> None:
+        self.first = True
+        self._calm_since: float | None = None
+
+    def see(self, share: float, now: float) -> bool:
+        """Take in what its ticks took lately; returns whether `first` changed.
+
+        Args:
+            share: Share of a core that its ticks want: processor time of one over their period.
+            now: Time [s].
+        """
+        before = self.first
+        if share > MOST:
+            self.first, self._calm_since = False, None
+        elif share > LESS:
+            self._calm_since = None
+        elif not self.first:
+            if self._calm_since is None:
+                self._calm_since = now
+            self.first = now - self._calm_since >= CALM
+        return self.first != before
+
+
+REPORT_EVERY = 0.25  # s; a tenth of the shortest lease
+# s, of a room that sleeps: to wake for a report costs it more than all else. Its seats are told at
+# once.
+REPORT_ASLEEP = 0.5
+# s: the system counts time in hundredths of a second, and metrics come once a second.
+_MEASURED_EVERY = 1.0
+_SWITCH_INTERVAL = 5e-4  # s, as `cohaptic serve`
+_NOT_PREPARED = 2  # exit status
+log = logging.getLogger("cohaptic.server")
+
+Build = Callable[[ServerSettings], Body]
+Protect = Callable[[], Protection]
+
+
+def run_room(
+    settings: ServerSettings,
+    build: Build,
+    control: socket.socket,
+    door: socket.socket,
+    style: LogStyle,
+    protect: Protect = Protection,
+    measured: bool = False,
+) -> None:
+    """Main function of the process.
+
+    Args:
+        settings: Settings of the room.
+        build: Makes its body; a function of a module, which the process can import.
+        control: One end of the channel to the supervisor.
+        door: Where connections come out.
+        style: Style of the log.
+        protect: Makes what says who comes in; reads the files of keys.
+        measured: Whether it tells the supervisor its metrics.
+    """
+    set_up_log(style, settings.room)
+    # The supervisor's: it ends the rooms in order, and tells them to read their files again.
+    for number in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, number):
+            signal.signal(getattr(signal, number), signal.SIG_IGN)
+    # Threads of one room would wait for those of another.
+    with threadpool_limits(limits=1):
+        failed = asyncio.run(_Room(settings, build, door, protect, measured).live(control))
+    logging.shutdown()
+    # Threads that are left of a start (a solve, a build) would keep the process as long as they go.
+    os._exit(_NOT_PREPARED if failed else 0)
+
+
+@dataclass
+class _Room:
+    """What lives in the process.
+
+    Args:
+        settings: Settings of the room.
+        build: As above.
+        door: The same.
+        protect: The same.
+        measured: The same.
+    """
+
+    settings: ServerSettings
+    build: Build
+    door: socket.socket
+    protect: Protect = Protection
+    measured: bool = False
+    clock: SystemClock = field(default_factory=SystemClock)
+    server: CohapticServer | None = None
+    channel: Channel | None = None
+    allowed: Allow = NO_SEATS
+    stopping: asyncio.Event = field(default_factory=asyncio.Event)
+    reading: asyncio.Event = field(default_factory=asyncio.Event)
+    news: asyncio.Event = field(default_factory=asyncio.Event)
+
+    async def live(self, control: socket.socket) -> bool:
+        """Open the room, serve until it is to stop; returns whether it could not be opened."""
+        channel = self.channel = await open_channel(control, self._hear, self.stopping.set)
+        loop = asyncio.get_running_loop()
+
+        def asked(_number: int, _frame: object) -> None:
+            loop.call_soon_threadsafe(self.stopping.set)
+
+        signal.signal(signal.SIGTERM, asked)
+        stopping = asyncio.ensure_future(self.stopping.wait())
+        work = asyncio.ensure_future(self._serve(channel))
+        await asyncio.wait({stopping, work}, return_when=asyncio.FIRST_COMPLETED)
+        stopping.cancel()
+        work.cancel()
+        (outcome,) = await asyncio.gather(work, return_exceptions=True)
+        failed = isinstance(outcome, Exception)
+        if isinstance(outcome, CohapticError | MemoryError | OSError):
+            channel.tell(Failed(why=one_line(str(outcome) or type(outcome).__name__, 2000)))
+        elif isinstance(outcome, Exception):
+            log.error("the room ends", exc_info=outcome)
+            channel.tell(Failed(why=one_line(repr(outcome), 2000)))
+        channel.close()
+        await asyncio.sleep(0)  # the last lines leave
+        return failed
+
+    async def _serve(self, channel: Channel) -> None:
+        # In a thread: whatever it takes, the room can be stopped meanwhile.
+        body = await asyncio.to_thread(self.build, self.settings)
+        served = ServedBody(body)
+        protection = self.protect()
+        again = asyncio.ensure_future(reload_changed(protection.watched, asked=self.reading))
+        try:
+            await asyncio.to_thread(served.start)
+            server = self.server = CohapticServer(body, self.settings, served.solve, protection)
+            door = HandedDoor(
+                self.door, server.gate, lambda number: channel.tell(Left(numbers=[number]))
+            )
+            self._allow()
+            await server.start(door)
+            channel.tell(Ready())
+            reporting = asyncio.ensure_future(self._keep_reporting(channel, server))
+            sys.setswitchinterval(_SWITCH_INTERVAL)
+            prefer_this_process(SERVER_PRIORITY)
+            try:
+                await server.run(served.pump)
+            finally:
+                reporting.cancel()
+        finally:
+            again.cancel()
+            served.stop()
+
+    def _hear(self, line: Line) -> None:
+        if isinstance(line, Stop):
+            self.stopping.set()
+        elif isinstance(line, ReadAgain):
+            self.reading.set()
+        elif isinstance(line, Allow):
+            self.allowed = line
+            self._allow()
+            self.news.set()
+
+    def _allow(self) -> None:
+        if self.server is not None:
+            room = self.server.room
+            room.seats.allow(self.allowed.users, room.seated(self.server.clock.now()))
+            room.watch_seats.allow(self.allowed.watchers, len(self.server.audience.watchers))
+
+    async def _keep_reporting(self, channel: Channel, server: CohapticServer) -> None:
+        precedence = Precedence()
+        gatherer = Gatherer(server)
+        used, done = _processor_time(), _ticks_done(server)
+        while True:
+            if self.measured:
+                channel.tell_newest(Measured(metrics=gatherer.gather()))
+            told = 0.0
+            while told < _MEASURED_EVERY:
+                channel.tell_newest(self._report(server))
+                told += await self._pause(server)
+            before, used = used, _processor_time()
+            done_before, done = done, _ticks_done(server)
+            if done <= done_before:
+                continue
+            # Of the ticks that were done: a room that is kept waiting would seem to want little.
+            share = (used - before) / (done - done_before) * self.settings.simulation_hz
+            if precedence.see(share, self.clock.now()):
+                if precedence.first:
+                    prefer_this_process(SERVER_PRIORITY)
+                else:
+                    be_ordinary()
+                    log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
+
+    async def _pause(self, server: CohapticServer) -> float:
+        """Until the next report; returns how long that was at the most [s]."""
+        if not server.sleeps:
+            await asyncio.sleep(REPORT_EVERY)
+            return REPORT_EVERY
+        self.news.clear()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self.news.wait(), REPORT_ASLEEP)
+        return REPORT_ASLEEP
+
+    def _report(self, server: CohapticServer) -> Report:
+        room, meters = server.room, server.meters
+        users, watchers = len(room.members), len(server.audience.watchers)
+        return Report(
+            users=users,
+            watchers=watchers,
+            held_users=room.seats.give_back(room.seated(server.clock.now())),
+            held_watchers=room.watch_seats.give_back(watchers),
+            users_serial=self.allowed.users_serial,
+            watchers_serial=self.allowed.watchers_serial,
+            ticks=meters.ticks,
+            missed=meters.missed,
+        )
+
+
+def _ticks_done(server: CohapticServer) -> int:
+    return server.meters.ticks - server.meters.left_out
+
+
+def _processor_time() -> float:
+    """Time of processors that this process has taken so far [s]."""
+    times = os.times()
+    return times.user + times.system

@@ -1,0 +1,361 @@
+"""A server with many rooms: its doors, the processes of its rooms, and the seats they share.
+
+Each room holds some of the seats of all rooms together. A room may seat as many as it holds, and
+asks nobody when somebody comes: that would take a message and back. So the sum of what rooms hold
+never exceeds the total, whatever is lost or late between the processes. A room that is told to hold
+fewer says how many it holds then, and only from there on are they somebody else's.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import cohaptic
+from cohaptic.clock import SystemClock
+from cohaptic.errors import SettingError
+from cohaptic.room_address import below
+from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
+from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
+from cohaptic_ops.monitoring.metrics import RoomHealth, RoomMetrics, ServerHealth
+from cohaptic_ops.rooms.config import RoomsConfig, is_plain_balloon
+from cohaptic_ops.rooms.directory import LocalDirectory
+from cohaptic_ops.rooms.front import Front, Place, Site
+from cohaptic_ops.rooms.keeper import House, Keeper
+from cohaptic_ops.rooms.listing import RoomState, room_of
+from cohaptic_ops.rooms.process.handing_over import CAN_HAND_OVER
+from cohaptic_ops.rooms.process.reports import Allow
+from cohaptic_ops.rooms.process.room_process import Build, Protect
+from cohaptic_ops.rooms.process.starter import keep_starter, room_processes
+from cohaptic_server.logs import PLAIN, LogStyle
+from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.listener import open_doors, url_of
+from cohaptic_server.shell.protection import Protection
+
+
+@dataclass(frozen=True, slots=True)
+class Seats:
+    """Seats of one room.
+
+    Args:
+        most: That it can ever use.
+        held: That it may use now, as far as is known for sure: never fewer than it does hold.
+        wanted: That it was told to hold.
+        used: That were taken when it last said so.
+        serial: Serial of the newest message that told it `wanted`.
+    """
+
+    most: int
+    held: int = 0
+    wanted: int = 0
+    used: int = 0
+    serial: int = 0
+
+
+class SeatPool:
+    """The seats of all rooms.
+
+    Args:
+        total: How many there are.
+        most: How many each room can use, by name.
+    """
+
+    def __init__(self, total: int, most: Mapping[str, int]) -> None:
+        self.total = total
+        self._rooms = {room: Seats(number) for room, number in most.items()}
+
+    def __getitem__(self, room: str) -> Seats:
+        return self._rooms[room]
+
+    @property
+    def free(self) -> int:
+        """Seats that no room holds."""
+        return self.total - sum(seats.held for seats in self._rooms.values())
+
+    def report(self, room: str, held: int, used: int, serial: int) -> None:
+        """A room says how many it holds and uses.
+
+        Args:
+            room: Its name.
+            held: At most what it was given: what it says beyond that does not count.
+            used: By people who are there.
+            serial: Serial of the newest message that it had read by then; another may be on its
+                way, and the room may hold more when it has read it.
+        """
+        seats = self._rooms[room]
+        known = min(max(held, 0), seats.held) if serial == seats.serial else seats.held
+        self._rooms[room] = replace(seats, held=known, used=max(0, used))
+
+    def lose(self, room: str) -> None:
+        """The process of a room has ended: it holds none, and nobody sits there."""
+        seats = self._rooms[room]
+        self._rooms[room] = Seats(seats.most, serial=seats.serial)
+
+    def share(self, among: Collection[str]) -> dict[str, int]:
+        """What rooms are to hold from now on, for those of which that has changed.
+
+        Args:
+            among: Rooms that have a process: another one could not give its seats back.
+
+        Who sits keeps its seat. What is free beside them is shared equally by the rooms that can
+        use more, the first of them getting one more where it does not come out even.
+        """
+        rooms = {name: seats for name, seats in self._rooms.items() if name in among}
+        spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
+        room_left = {name: s.most - min(s.used, s.most) for name, s in rooms.items()}
+        targets = _fair(room_left, max(0, spare))
+        changed: dict[str, int] = {}
+        for name, seats in rooms.items():
+            target = min(seats.used, seats.most) + targets[name]
+            # Only what no other room may still hold can be given away.
+            given = min(target, seats.held + self.free)
+            if given != seats.wanted:
+                changed[name] = given
+                self._rooms[name] = replace(
+                    seats, held=max(seats.held, given), wanted=given, serial=seats.serial + 1
+                )
+        return changed
+
+
+def _fair(wants: Mapping[str, int], amount: int) -> dict[str, int]:
+    """Share an amount equally, nobody getting more than it wants."""
+    shares = dict.fromkeys(wants, 0)
+    while amount > 0:
+        open_ = [name for name in wants if shares[name] < wants[name]]
+        if not open_:
+            break
+        each = max(1, amount // len(open_))
+        for name in open_:
+            more = min(each, wants[name] - shares[name], amount)
+            shares[name] += more
+            amount -= more
+    return shares
+
+
+log = logging.getLogger("cohaptic.server")
+
+_SHARE_EVERY = 0.25  # s between two looks at how the seats are shared
+
+
+class Supervisor:
+    """All of it.
+
+    Args:
+        config: Configuration of the server.
+        builds: What makes the body of each room, in its process.
+        style: Style of the log of the rooms.
+        protect: Makes what says who comes into a room, in its process.
+
+    Attributes:
+        keepers: By room.
+        users, watchers: Seats of all rooms together.
+        admin: That is told how all is; None without one.
+        draining: Whether nobody is let in any more.
+    """
+
+    def __init__(
+        self,
+        config: RoomsConfig,
+        builds: Mapping[str, Build],
+        style: LogStyle = PLAIN,
+        protect: Protect = Protection,
+    ) -> None:
+        if not CAN_HAND_OVER:
+            limit = "left out here: this system hands no sockets over; start a server for each room"
+            raise SettingError("--config", "given", limit)
+        self.config = config
+        clock = SystemClock()
+        proxies = config.access.trust_proxy
+        self.gate = Gate(config.front.limits, clock, proxies=proxies)
+        table = config.admin
+        self.admin: AdminPort | None = None
+        if table.port is not None:
+            self.admin = AdminPort(AdminAddress(table.port, table.host, config.allow_hosts))
+        self.draining = False
+        directory = LocalDirectory(config.lease)
+        make = room_processes(_preload(config, [*builds.values(), protect]))
+        house = House(
+            directory, clock, self.gate.sources.leave, self._changed, make, style, protect,
+            None if self.admin is None else self._measured,
+        )  # fmt: skip
+        self.keepers = {
+            name: Keeper(config.settings_of(name), builds[name], house, room.idle)
+            for name, room in config.rooms.items()
+        }
+        rooms = config.rooms.items()
+        self.users = SeatPool(config.max_users, {name: room.max_users for name, room in rooms})
+        self.watchers = SeatPool(
+            config.max_watchers, {name: room.max_watchers for name, room in rooms}
+        )
+        self._begun: set[str] = set()  # rooms whose process was told its seats
+        self._names = list(config.rooms)
+        inner = Gate(config.front.limits, clock, proxies=proxies)
+        self._site = Site(
+            config.front,
+            inner,
+            self.states,
+            self.gate.sources.leave,
+            listed=config.access.keys is None or config.access.open,
+        )
+        self._front: Front | None = None
+        self._keeping: list[asyncio.Task[None]] = []
+        self._beside: list[asyncio.Task[None]] = []
+
+    async def start(self) -> str:
+        """Listen, and open the rooms; returns the URL once each is open, broken or idle.
+
+        Raises:
+            SettingError: The address or port cannot be had.
+        """
+        doors = await open_doors(self.config.front, self.gate)
+        url = url_of(self.config.host, doors[0])
+        if self.admin is not None:
+            await self.admin.open()
+        await self._site.start()
+        self._front = Front(doors, self.gate, self._places)
+        self._front.open()
+        self._keeping = [asyncio.ensure_future(keeper.keep()) for keeper in self.keepers.values()]
+        self._beside = [
+            asyncio.ensure_future(self._keep_sharing()),
+            asyncio.ensure_future(keep_starter(self.gate.clock)),
+        ]
+        await asyncio.gather(*(keeper.first.wait() for keeper in self.keepers.values()))
+        return url
+
+    async def run(self) -> None:
+        """Return when a keeper fails, which is a fault of this program; until then never."""
+        await asyncio.gather(*self._keeping)
+
+    def states(self) -> list[RoomState]:
+        """What is told of each room."""
+        return [self._state(keeper) for keeper in self.keepers.values()]
+
+    async def drain(self) -> None:
+        """Let nobody in any more, let the rooms end, and end those that have not in time."""
+        self.draining = True
+        self._report()
+        front, self._front = self._front, None
+        if front is not None:
+            front.close()
+        for keeper in self.keepers.values():
+            keeper.stop()
+        waiting = [task for task in self._keeping if not task.done()]
+        if waiting:
+            await asyncio.wait(waiting, timeout=self.config.drain)
+        late = [name for name, keeper in self.keepers.items() if keeper.state != "stopped"]
+        if late and waiting:
+            log.warning("ended after %g s: %s", self.config.drain, ", ".join(late))
+        self.kill()
+        if waiting:
+            await asyncio.wait(waiting, timeout=self.config.drain)
+        for task in self._beside:
+            task.cancel()
+        if self.admin is not None:
+            await self.admin.close()
+        self._site.stop()
+        self.gate.report(after=0.0)
+
+    def read_again(self) -> None:
+        """Let all rooms read the files of keys again, though these do not look changed."""
+        for keeper in self.keepers.values():
+            keeper.read_again()
+
+    def kill(self) -> None:
+        """End all processes now."""
+        for keeper in self.keepers.values():
+            keeper.kill()
+
+    def _places(self, target: str) -> Sequence[Place]:
+        name = room_of(below(target, self.config.base_path), self._names)
+        return (self._site,) if name is None else (self.keepers[name], self._site)
+
+    def _state(self, keeper: Keeper) -> RoomState:
+        table, report = self.config.rooms[keeper.name], keeper.report
+        users = report.users if report is not None else 0
+        state = keeper.state
+        if state == "open" and report is not None and report.users_serial:
+            state = "full" if users >= min(table.max_users, report.held_users) else state
+        return RoomState(
+            keeper.name, table.title, state, users, table.max_users,
+            report.watchers if report is not None else 0, table.max_watchers,
+        )  # fmt: skip
+
+    def _changed(self, keeper: Keeper) -> None:
+        """A room has begun, ended, or reported."""
+        name, report = keeper.name, keeper.report
+        if keeper.lease is None:
+            self._begun.discard(name)
+        if report is not None:
+            self.users.report(name, report.held_users, report.users, report.users_serial)
+            self.watchers.report(
+                name, report.held_watchers, report.watchers, report.watchers_serial
+            )
+        elif name not in self._begun:
+            self.users.lose(name)
+            self.watchers.lose(name)
+            if keeper.lease is not None:
+                self._begun.add(name)
+                self._share()
+
+    def _measured(self, room: str, metrics: RoomMetrics) -> None:
+        if self.admin is not None:
+            self.admin.tell(RoomLine(room=room, metrics=metrics))
+
+    def _report(self) -> None:
+        """Tell the admin port how the server is."""
+        if self.admin is None:
+            return
+        rooms = tuple(
+            RoomHealth(
+                name=k.name, state=k.told_state, problem=k.problem, restarts=k.restarts.count
+            )
+            for k in self.keepers.values()
+        )
+        sources = self.gate.sources
+        health = ServerHealth(
+            version=cohaptic.__version__,
+            draining=self.draining,
+            rooms=rooms,
+            connections=sources.open,
+            refused=sources.refused,
+        )
+        self.admin.tell(ServerLine(health=health))
+
+    def _share(self) -> None:
+        changed = {*self.users.share(self._begun), *self.watchers.share(self._begun)}
+        for name in changed:
+            users, watchers = self.users[name], self.watchers[name]
+            self.keepers[name].allow(
+                Allow(
+                    users=users.wanted,
+                    watchers=watchers.wanted,
+                    users_serial=users.serial,
+                    watchers_serial=watchers.serial,
+                )
+            )
+
+    async def _keep_sharing(self) -> None:
+        while True:
+            with contextlib.suppress(KeyError):
+                self._share()
+            self.gate.report()
+            self._report()
+            await asyncio.sleep(_SHARE_EVERY)
+
+
+def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> list[str]:
+    """Modules with what several rooms, or the later processes of one, have in common.
+
+    Args:
+        config: Configuration of the server.
+        called: In the process of a room, which imports their modules otherwise, each anew.
+    """
+    functions = [one.func if isinstance(one, partial) else one for one in called]
+    modules = dict.fromkeys(str(function.__module__) for function in functions)
+    if any(is_plain_balloon(room) for room in config.rooms.values()):
+        modules["cohaptic_ops.rooms.process.prebuilt"] = None
+    return list(modules)

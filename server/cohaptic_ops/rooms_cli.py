@@ -1,0 +1,270 @@
+"""`cohaptic serve --config FILE`: many rooms."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import sys
+import tempfile
+import threading
+from collections.abc import Generator
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+
+import typer
+
+from cohaptic.errors import CohapticError, SettingError
+from cohaptic.runtime.hangup import on_hangup
+from cohaptic_ops.rooms.config import (
+    ObjectTable,
+    RoomsConfig,
+    RoomTable,
+    is_plain_balloon,
+    load_config,
+)
+from cohaptic_ops.rooms.config_errors import ConfigError
+from cohaptic_ops.rooms.supervisor import Supervisor
+from cohaptic_ops.rooms.tables import AccessTable
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.access_options import AccessOptions, in_words_of
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.resolved_object import resolved, wanted
+from cohaptic_server.cli.told_pages import tell_pages
+from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
+from cohaptic_server.logs import LogStyle
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.doors.own_addresses import machine_addresses
+from cohaptic_server.shell.protection import Protection
+from cohaptic_server.touchable import is_file, names
+
+_WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
+# Of `cohaptic serve` with one room, where it asks everybody for a token. Passed over silently, it
+# would leave rooms open to everybody whose owner believes that they are not.
+_KEYS = "COHAPTIC_KEYS"
+_ENDED_AT_ONCE = 130  # exit status, as a shell gives it for Ctrl-C
+
+
+def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline: bool) -> None:
+    """Serve the rooms of a configuration until interrupted.
+
+    Args:
+        context: Context of the command, which says what was given.
+        path: Path of the configuration.
+        style: Style of the log.
+        lifeline: Whether to end as well when standard input closes.
+
+    Raises:
+        CohapticError: The configuration is wrong, the port cannot be had, or no room can be opened.
+    """
+    _refuse_other_options(context)
+    config = load_config(path)
+    _check_objects(path, config)
+    _check_access(path, config)
+    with _state_folder(config.access) as access:
+        config = config.model_copy(update={"access": access})
+        asyncio.run(_serve(config, style, lifeline=lifeline))
+
+
+@contextlib.contextmanager
+def _state_folder(access: AccessTable) -> Generator[AccessTable]:
+    """The same, with a folder for what outlives the process of a room."""
+    if access.state is not None:
+        yield access
+        return
+    # Left behind by one who ends the server at once, with a few bytes for each room.
+    with tempfile.TemporaryDirectory(prefix="cohaptic-state-", ignore_cleanup_errors=True) as name:
+        yield access.model_copy(update={"state": Path(name)})
+
+
+def _refuse_other_options(context: typer.Context) -> None:
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        source = context.get_parameter_source(name)
+        if name not in _WITH_CONFIG and source is not None and source.name == "COMMANDLINE":
+            limit = "left out beside --config: its file says it, or the environment"
+            raise SettingError(f"--{name.replace('_', '-')}", "given", limit)
+
+
+def build_room(table: RoomTable, settings: ServerSettings) -> Body:
+    """Make the body of a room; called in its process.
+
+    Args:
+        table: Table of the room.
+        settings: The same, as the server has them.
+
+    Raises:
+        CohapticError: It cannot be made.
+    """
+    prebuilt = sys.modules.get("cohaptic_ops.rooms.process.prebuilt")
+    if is_plain_balloon(table) and prebuilt is not None:
+        made: Body = prebuilt.BALLOON
+        return made
+    options = object_options(table.object)
+    demand = wanted(table.users, table.rate, nonlinear=table.nonlinear)
+    source = options.of(Path(table.body))
+    if is_file(table.body):
+        source = resolved(source.path, options, lambda phase, share: None, logging.info, demand)
+    return build_body(
+        table.body,
+        source,
+        nonlinear=table.nonlinear,
+        damping=table.relaxation * settings.simulation_hz,
+        hz=settings.simulation_hz,
+        demand=demand,
+        late=True,  # a process of its own solves with the factor
+    )
+
+
+def object_options(table: ObjectTable) -> ObjectOptions:
+    """The options that a table stands for."""
+    given = {field.name: getattr(table, field.name) for field in fields(ObjectOptions)}
+    for name in ("young", "poisson", "density"):
+        if isinstance(given[name], float):
+            given[name] = [repr(given[name])]
+    return ObjectOptions(**given)
+
+
+def protect(table: AccessTable, host: str) -> Protection:
+    """Who comes into a room; called in its process.
+
+    Args:
+        table: Table of the server.
+        host: That it listens on.
+
+    Raises:
+        SettingError: Strangers could come in and nobody has decided that, or a file of keys cannot
+            be used.
+    """
+    options = AccessOptions(
+        keys=table.keys,
+        insecure_key_file=table.insecure_key_file,
+        open=table.open,
+        single_use=table.single_use,
+        session_valid=table.session_valid,
+        insecure=table.insecure,
+        trust_proxy=list(table.trust_proxy),
+        state=table.state,
+    )
+    return options.protection(host)
+
+
+def _check_access(path: Path, config: RoomsConfig) -> None:
+    """Find what is wrong with who may come in, before anything is started.
+
+    Raises:
+        ConfigError: With what to write.
+    """
+    if os.environ.get(_KEYS) and config.access.keys is None and not config.access.open:
+        missing = f"access.keys is missing while the environment variable {_KEYS} is set, which is"
+        told = f"{missing} not for --config; write keys = FILE, or open = true to let in anybody"
+        raise ConfigError(path, [told])
+    try:
+        protect(config.access, config.host)
+    except SettingError as error:
+        keys = f"here they are keys of [access]: {' '.join(AccessTable.model_fields)}"
+        raise ConfigError(path, [f"{error}; {keys}; TLS is a proxy's"]) from error
+
+
+def _check_objects(path: Path, config: RoomsConfig) -> None:
+    """Find what is wrong with a room's object before anything is started.
+
+    Raises:
+        ConfigError: With the keys at fault.
+    """
+    problems: list[str] = []
+    for name, table in config.rooms.items():
+        key = f"rooms.{name}"
+        if not is_file(table.body) and table.body not in names():
+            known = ", ".join(names())
+            problems.append(f"{key}.body is {table.body!r}; it must be one of: {known}, or a file")
+        if table.users is not None and table.users > table.max_users:
+            problems.append(f"{key}.users is {table.users}; it must be at most {key}.max_users")
+        try:
+            object_options(table.object).of(Path(table.body))
+            demand = wanted(table.users, table.rate, nonlinear=table.nonlinear)
+            if demand is not None:
+                demand.check()
+        except SettingError as error:
+            option = error.name.removeprefix("--").replace("-", "_")
+            inner = f"object.{option}" if option in ObjectTable.model_fields else option
+            problems.append(f"{key}.{inner} is {error.value}; it must be {error.limit}")
+    if problems:
+        raise ConfigError(path, problems)
+
+
+async def _serve(config: RoomsConfig, style: LogStyle, *, lifeline: bool) -> None:
+    builds = {name: partial(build_room, table) for name, table in config.rooms.items()}
+    supervisor = Supervisor(config, builds, style, partial(protect, config.access, config.host))
+    stop = asyncio.Event()
+    _on_signals(supervisor, stop, lifeline=lifeline)
+    try:
+        starting = asyncio.ensure_future(_start(supervisor, config))
+        stopped = asyncio.ensure_future(stop.wait())
+        await asyncio.wait({starting, stopped}, return_when=asyncio.FIRST_COMPLETED)
+        if starting.done():
+            starting.result()
+            running = asyncio.ensure_future(supervisor.run())
+            await asyncio.wait({running, stopped}, return_when=asyncio.FIRST_COMPLETED)
+            if running.done():
+                running.result()
+    finally:
+        await supervisor.drain()
+
+
+async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
+    """Open the rooms, and say where they are."""
+    url = await supervisor.start()
+    broken = {name: k.problem for name, k in supervisor.keepers.items() if k.state == "broken"}
+    for name, problem in broken.items():
+        logging.error("room %s cannot be opened: %s", name, problem)
+    if len(broken) == len(config.rooms):
+        listed = "; ".join(f"rooms.{name}: {problem}" for name, problem in broken.items())
+        raise CohapticError(f"no room can be opened: {listed}")
+    # The first line is for scripts that start a server and wait for its address.
+    print(f"listening {url}", flush=True)
+    logging.info("%d rooms: %s", len(config.rooms), " ".join(config.rooms))
+    hosts = hosts_for_others(config.host, config.allow_hosts, machine_addresses())
+    tell_pages(url, addresses_for_others(url, hosts))
+    if supervisor.admin is not None:
+        admin = supervisor.admin.url
+        logging.info("admin port %s; see it with: cohaptic top %s", admin, admin)
+    for line in in_words_of(protect(config.access, config.host), config.host):
+        logging.warning("%s", line)
+
+
+def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
+    """The first Ctrl-C or SIGTERM lets the rooms end in order, the second ends them at once.
+
+    SIGHUP lets them read their keys again, as it does with one room, unless it comes since the
+    terminal has closed: then it is as SIGTERM. By itself it would end this process without a word
+    to anybody.
+    """
+    loop = asyncio.get_running_loop()
+    asked = False
+
+    def interrupted(*_: object) -> None:
+        nonlocal asked
+        if asked:
+            supervisor.kill()
+            os._exit(_ENDED_AT_ONCE)
+        asked = True
+        loop.call_soon_threadsafe(stop.set)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupted)
+    if sys.platform != "win32":
+        loop.add_signal_handler(signal.SIGHUP, on_hangup(supervisor.read_again))
+
+    def watch() -> None:
+        while os.read(sys.stdin.fileno(), 4096):
+            pass
+        with contextlib.suppress(RuntimeError):  # the loop has ended by itself
+            loop.call_soon_threadsafe(stop.set)
+
+    if lifeline:
+        threading.Thread(target=watch, daemon=True).start()

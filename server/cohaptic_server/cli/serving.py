@@ -1,0 +1,183 @@
+"""Serves one object until interrupted."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic.compiled import describe, is_complete
+from cohaptic.runtime.interrupt import until_interrupted
+from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.access_options import in_words_of
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.told_pages import tell_pages
+from cohaptic_server.credentials.reloading import reload_changed
+from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.routes import Route, Serving, loaded, opened, read_wanted
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.doors.own_addresses import machine_addresses
+from cohaptic_server.shell.exchange import ServedBody
+from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.server import CohapticServer
+from cohaptic_server.touchable import is_file
+
+SWITCH_INTERVAL = 5e-4  # s after which a thread of Python yields to a waiting one
+
+
+def serve_object(
+    settings: ServerSettings,
+    protection: Protection,
+    options: ObjectOptions,
+    users: int | None,
+    relaxation: float,
+    admin: str | None,
+    given: Sequence[str],
+    *,
+    nonlinear: bool,
+    lifeline: bool,
+) -> None:
+    """Build the body of the settings, and serve it until interrupted.
+
+    Args:
+        settings: Settings of the server.
+        protection: Who comes in, and how that is secured.
+        options: Options of an object from a file.
+        users: For how many a file is prepared, if that is said.
+        relaxation: Relaxation time of a viscous body [s].
+        admin: Port of metrics and health, as it was given; None for none.
+        given: Routes of other packages, each as `--route` gives it.
+        nonlinear: Whether the deformation is finite.
+        lifeline: Whether to end as well when standard input closes.
+
+    Raises:
+        CohapticError: An option does not fit the body, the file is no object that can be touched,
+            or a port cannot be had.
+    """
+    wanted = read_wanted(given)
+    if settings.allow_upload:
+        wanted["upload"] = ""
+    if admin is not None:
+        wanted["admin"] = admin
+    routes = loaded(wanted)
+    damping = relaxation * settings.simulation_hz
+    touched = _build(settings, options, users, damping, nonlinear=nonlinear)
+    serving = _serve(touched, settings, protection, damping, routes, wanted, nonlinear=nonlinear)
+    asyncio.run(until_interrupted(serving, lifeline=lifeline))
+
+
+def _build(
+    settings: ServerSettings,
+    options: ObjectOptions,
+    users: int | None,
+    damping: float,
+    *,
+    nonlinear: bool,
+) -> Body:
+    name, hz = settings.body, settings.simulation_hz
+    if not is_file(name) and users is None and options == ObjectOptions():
+        return build_body(name, nonlinear=nonlinear, damping=damping, hz=hz)
+    # What files need takes long to import, and the balloon starts without.
+    from cohaptic_server.cli.progress_bar import progress_bar
+    from cohaptic_server.cli.resolved_object import resolved, wanted
+
+    demand = wanted(users, hz, nonlinear=nonlinear)
+    # A large object takes seconds; a terminal without a sign would look like a server that hangs.
+    with progress_bar(f"preparing {name}") as progress:
+        source = options.of(Path(name))
+        if is_file(name):
+            source = resolved(source.path, options, progress, logging.info, demand)
+        return build_body(
+            name,
+            source,
+            nonlinear=nonlinear,
+            damping=damping,
+            hz=hz,
+            demand=demand,
+            progress=progress,
+            late=True,  # a process of its own solves with the factor
+        )
+
+
+async def _serve(
+    body: Body,
+    settings: ServerSettings,
+    protection: Protection,
+    damping: float,
+    routes: Mapping[str, Route],
+    wanted: Mapping[str, str],
+    *,
+    nonlinear: bool,
+) -> None:
+    served = ServedBody(body)
+    async with contextlib.AsyncExitStack() as stack:
+        # First: the process gets ready while this one does, and hands need not wait for it.
+        stack.callback(served.stop)
+        served.start()
+        server = CohapticServer(body, settings, served.solve, protection)
+        serving = Serving(server, served, damping, nonlinear)
+        lines = await stack.enter_async_context(opened(routes, wanted, serving))
+        url = await server.start()
+        again = asyncio.ensure_future(reload_changed(protection.watched))
+        stack.callback(again.cancel)
+        await _run(server, url, settings, served.pump, lines)
+
+
+async def _run(
+    server: CohapticServer,
+    url: str,
+    settings: ServerSettings,
+    before_tick: Callable[[], None] | None,
+    lines: Sequence[str],
+) -> None:
+    """Say where the server is, tick until interrupted, then say how that went."""
+    # The first line is for scripts that start a server and wait for its address.
+    print(f"listening {url}", flush=True)
+    hosts = hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())
+    others = addresses_for_others(url, hosts)
+    logging.info(
+        "%s at %g Hz; touch it with: cohaptic touch %s --name NAME",
+        settings.body,
+        settings.simulation_hz,
+        others[0] if others else url,
+    )
+    tell_pages(url, others)
+    if not is_complete("kernels"):
+        logging.info("ticks take longer than they need: %s", describe("kernels"))
+    for line in lines:
+        logging.info("%s", line)
+    for line in in_words_of(server.protection, settings.host):
+        logging.warning("%s", line)
+    # So soon the thread that solves for columns yields to the tick; the default is 5 ms.
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    try:
+        # A tick's products are small. Spread over threads they wait for the slowest, and beside
+        # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
+        prefer_this_process(SERVER_PRIORITY)
+        with threadpool_limits(limits=1):
+            await server.run(before_tick)
+    finally:
+        meters = server.meters
+        logging.info(
+            "stopped after %d ticks, %d missed, %d of them left out; a tick took %.2f ms in the"
+            " median, %.2f ms at the 99th percentile",
+            meters.ticks,
+            meters.missed,
+            meters.left_out,
+            1e3 * meters.cost.quantile(0.5),
+            1e3 * meters.cost.quantile(0.99),
+        )
+        if server.audience.came:
+            logging.info(
+                "%d watched, %d times one was slow; they took %.2f ms a tick in the median",
+                server.audience.came,
+                server.audience.slow,
+                1e3 * meters.watch_cost.quantile(0.5),
+            )

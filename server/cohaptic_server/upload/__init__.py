@@ -1,1 +1,0 @@
-"""A mesh from a visitor: the limits, and the process that reads and prepares it."""

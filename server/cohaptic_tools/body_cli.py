@@ -1,0 +1,57 @@
+"""`cohaptic body`: prepare an object from a file, or inspect it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohaptic.cli.chapters import ChapterCommand
+from cohaptic_server.cli.object_options import ObjectOptions, Users, takes_object
+
+body = typer.Typer(help="Prepare an object from a file, or inspect it.", no_args_is_help=True)
+
+
+File = Annotated[Path, typer.Argument(help="The mesh, as `cohaptic serve --body` takes it.")]
+
+
+@body.command(cls=ChapterCommand)
+@takes_object
+def prepare(
+    file: File,
+    *,
+    options: ObjectOptions,
+    users: Users = None,
+    hz: Annotated[
+        float, typer.Option(help="Rate of the simulation for them, 10 to 200 [Hz].")
+    ] = 60.0,
+) -> None:
+    """Mesh and factorise an object, so that `serve` starts soon.
+
+    It is kept under the content of the file and of the options, in the cache of this system or
+    the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20).
+    """
+    from cohaptic_tools.inspection.object_files import prepare_object
+
+    prepare_object(file, options, users, hz)
+
+
+@body.command(cls=ChapterCommand)
+@takes_object
+def inspect(
+    file: File,
+    *,
+    options: ObjectOptions,
+    users: Users = None,
+    hz: Annotated[
+        float, typer.Option(help="Rate of the simulation for them, 10 to 200 [Hz].")
+    ] = 60.0,
+    out: Annotated[
+        Path | None, typer.Option(help="Draw the stiffness over the surface to this PNG.")
+    ] = None,
+) -> None:
+    """Say what a file became: mesh, mass, stiffness, cost, repairs."""
+    from cohaptic_tools.inspection.object_files import show_object
+
+    show_object(file, options, users, hz, out)

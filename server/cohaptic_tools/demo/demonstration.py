@@ -1,0 +1,219 @@
+"""Performs a demonstration: its processes, its view, and the comparison with the truth.
+
+In a checkout, modules are compiled beside the demonstration for the next one (docs/decisions/0075),
+by a process of the lowest priority (`compiling/beside.py`), which ends with the demonstration.
+Whatever happens to that process, the demonstration goes on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import tempfile
+import threading
+import webbrowser
+from collections.abc import Callable, Generator
+from dataclasses import replace
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from cohaptic.cli.output import check_output
+from cohaptic.compiled import PLAIN
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.resolved_object import resolved
+from cohaptic_server.http.page_files import has_page, load_page
+from cohaptic_server.objects.demand import Demand
+from cohaptic_server.shell.listener import page_address
+from cohaptic_server.touchable import is_file
+from cohaptic_tools.demo.live_view import watch
+from cohaptic_tools.demo.processes import DemoFailed, Process, Stage
+from cohaptic_tools.demo.result import DemoResult, evaluate
+from cohaptic_tools.demo.scene import Scene
+from cohaptic_tools.demo.set_up import FIX, check_body, serve_options, set_up
+from cohaptic_tools.demo.summary import show
+
+_WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
+
+
+def demonstrate(
+    scene: Scene,
+    body: str,
+    options: ObjectOptions,
+    json: Path | None,
+    keep: Path | None,
+    *,
+    nonlinear: bool,
+    browser: bool,
+) -> bool:
+    """Show a scene on a body, and print how it went.
+
+    Args:
+        scene: Without places of the hands.
+        body: Name of the body, or path of a file.
+        options: Options of an object from a file.
+        json: Where the result is written, if it is wanted.
+        keep: Folder that keeps recordings and logs, if they are wanted.
+        nonlinear: Whether the deformation is finite.
+        browser: Whether to open the page.
+
+    Returns:
+        Whether no user was unstable.
+
+    Raises:
+        CohapticError: It cannot be shown, or a process of it has failed.
+    """
+    console = Console()
+    if scene.duration is None and not console.is_terminal:
+        scene = replace(scene, duration=_WITHOUT_TERMINAL)
+    check_output("--json", json)
+    check_body(scene, body)
+    if not (options.auto or options.fix or options.fix_mesh) and is_file(body):
+        options = replace(options, fix=FIX)
+    told: list[str] = []
+    with progress_bar(f"preparing {body}") as progress:
+        source = options.of(Path(body))
+        if is_file(body):
+            demand = Demand(scene.users, scene.simulation_hz, nonlinear)
+            source = resolved(source.path, options, progress, told.append, demand)
+        touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
+    for sentence in told:
+        console.print(sentence, highlight=False)
+    if words:
+        console.print(words, highlight=False)
+    serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=scene.users)
+    result = _perform(scene, touched, serve_arguments, console, keep, browser=browser)
+    console.print(show(result))
+    if json is not None:
+        json.write_text(result.model_dump_json(indent=2) + "\n")
+        console.print(f"written to {json}", highlight=False)
+    return not any(user.stable is False for user in result.users)
+
+
+def _perform(
+    scene: Scene,
+    body: Body,
+    serve_arguments: list[str],
+    console: Console,
+    keep: Path | None,
+    *,
+    browser: bool,
+) -> DemoResult:
+    """Run the processes of a scene until its end, and compare their recordings."""
+    with _recordings_folder(keep) as folder:
+        typer.echo("starting the server ...", err=True)
+
+        def tell(words: str) -> None:
+            console.print(words, highlight=False)
+
+        # What compiles beside is waited for once the hands have gone.
+        with (
+            contextlib.ExitStack() as beside,
+            Stage(scene, folder, serve_arguments, tell) as stage,
+        ):
+            stop = _stop_on_interrupt()
+            address = page_address(stage.url)
+            tell(f"page {address}")
+            if console.is_terminal and browser:
+                open_page(address)
+            beside.enter_context(compiling_beside(tell, folder / "compiling.log"))
+            statuses, faults = watch(stage, scene, console, stop)
+        with console.status("comparing with the truth"):
+            recordings = [stage.recording(name) for name in scene.names]
+            missing = [path.stem for path in recordings if not path.exists()]
+            if missing:
+                words = "; ".join(f"{name}: {stage.users[name].words()}" for name in missing)
+                raise DemoFailed(f"no recording of {', '.join(missing)} ({words})")
+            return evaluate(scene, body, recordings, statuses, faults)
+
+
+@contextlib.contextmanager
+def _recordings_folder(keep: Path | None) -> Generator[Path, None, None]:
+    """The folder of recordings and logs: the one to keep, or a temporary one."""
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+        yield keep
+        return
+    with tempfile.TemporaryDirectory(prefix="cohaptic-demo-") as folder:
+        yield Path(folder)
+
+
+def _stop_on_interrupt() -> threading.Event:
+    """An event that the first Ctrl-C sets; a second one raises KeyboardInterrupt as usual."""
+    stop = threading.Event()
+
+    def interrupted(_number: int, _frame: object) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    signal.signal(signal.SIGINT, interrupted)
+    signal.signal(signal.SIGTERM, interrupted)
+    return stop
+
+
+def open_page(address: str) -> bool:
+    """Open the page; False if it was not built, or no browser has a window of its own.
+
+    A browser that runs in the terminal would hide the live view.
+    """
+    if not has_page(load_page()):
+        return False
+    try:
+        browser = webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return not in_terminal(browser) and browser.open(address)
+
+
+def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
+    """Whether a browser runs in the terminal that started it."""
+    return isinstance(browser, webbrowser.GenericBrowser) and not isinstance(
+        browser, webbrowser.BackgroundBrowser
+    )
+
+
+COMPILE = "COHAPTIC_COMPILE"  # 0: never beside a demonstration; `hatch_build.py` knows it too
+CHECKOUT = Path(__file__).parents[3]
+
+
+@contextlib.contextmanager
+def compiling_beside(
+    tell: Callable[[str], None], log: Path, checkout: Path = CHECKOUT
+) -> Generator[None, None, None]:
+    """Have a process beside the block that compiles what is not compiled.
+
+    Args:
+        tell: Called by a thread with one line, if there is something to compile.
+        log: File for what the process has to say besides.
+        checkout: Where the sources are, if they are there.
+    """
+    if not _wanted(checkout):
+        yield
+        return
+    try:
+        process = Process(log=log, module="compiling.beside", folder=checkout)
+    except OSError:
+        yield  # no process to be had
+        return
+
+    def tell_first() -> None:
+        with contextlib.suppress(DemoFailed):  # there is nothing to do
+            tell(process.first_line())
+
+    threading.Thread(target=tell_first, daemon=True).start()
+    try:
+        yield
+    finally:
+        process.wait()
+
+
+def _wanted(checkout: Path) -> bool:
+    # Windows has no groups of processes that end at one stroke.
+    if sys.platform == "win32" or not (checkout / "compiling/beside.py").is_file():
+        return False
+    return os.environ.get(COMPILE) != "0" and os.environ.get(PLAIN, "0") in ("", "0")

@@ -1,0 +1,261 @@
+"""Places on the surface of any body at which hands feel each other.
+
+At an admissible place no other part of the body is within a hand's width in front of the surface,
+no fixed vertex is near, the fixed part lies behind the surface, and the body is thick enough to
+press into. Among these the hand that presses is felt most where C_ij is large beside C_ii, and best
+where it is negative: there the surface moves out under a press, as on the far side of a balloon.
+
+A finger near a rim would touch the face beside the one that it presses on: rims are passed over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from cohaptic.control.friction import tangents
+from cohaptic.errors import BodyError
+from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic.simulated.hand import Hand, Place
+from cohaptic_server.bodies.body import Body, Load
+from cohaptic_server.bodies.touched_body import vertex_compliance
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.thickness import depth_under, is_smooth
+from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.world.contact import locate
+from cohaptic_server.world.displacement_field import ZeroField
+from cohaptic_tools.demo.scene import PRESS_DEPTH
+from cohaptic_tools.demo.settled import Placement, first_that_rests
+
+_CANDIDATES = 400  # vertices, spread over the surface
+_PRESSED = 6  # admissible candidates at which a press is tried
+_FINGER = 0.03  # m; width of a hand, along the surface and in front of it
+_OUTWARD_WEIGHT = 1.5  # weight of being pushed out, relative to sinking in with the other
+_MAX_COMPLIANCE = 1.5  # relative to the median candidate: a softer one is a flap that bends
+_MAX_COUPLING = 0.3  # a larger ratio counts no more; the stiffer place is then better
+# Contact radii from what is held, the next where the one before has no place. A frame of thin tubes
+# that lies on its side is nowhere further away but on parts that stick out.
+_FROM_HELD = (2.0, 1.0, 0.5)
+# Contact radii between two hands, the next where one has no room. At 2 contacts on one side meet;
+# on a bottle of 133 tetrahedra with a fingertip of 28 mm there is no place further away.
+_APART = (3.0, 2.2, 1.5)
+_MAX_DEPTH = 0.6  # of a press, as a share of the depth of the body under the place
+# A thin wall gives way as a whole, so that it may be pressed deeper than it is thick: as deep as it
+# takes for this force [N] on the hand, three times of what is perceived, but by no more than this
+# share of `SurfaceMesh.size`. Before, two hands on a bottle's wall of 1.2 mm felt 3 mN.
+_FELT = 0.15
+_MAX_SHARE = 0.15
+
+
+def _silent(share: float) -> None:
+    """The progress of a choice that nobody watches."""
+
+
+def place_hands(
+    body: Body, held: npt.NDArray[np.bool_], users: int, progress: Callable[[float], None] = _silent
+) -> Placement:
+    """Choose places for `users` hands, at which they come to rest.
+
+    Args:
+        body: The body at rest.
+        held: Which vertices of its surface are fixed, shape (n,).
+        users: Number of hands.
+        progress: Receives the completed share.
+
+    Raises:
+        BodyError: There are not enough admissible places.
+    """
+    return first_that_rests(body, placements(body, held, users), progress)
+
+
+def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Placement]:
+    """Ways in which hands may stand, the best first.
+
+    Args:
+        body: The body at rest.
+        held: Which vertices of its surface are fixed, shape (n,).
+        users: Number of hands.
+
+    Raises:
+        BodyError: There are not enough admissible places.
+    """
+    mesh = body.mesh
+    room = width_of_hand(mesh)
+    candidates = spread_over(mesh.vertices, _CANDIDATES)
+    under = depth_under(mesh, candidates)
+    fit = is_smooth(mesh)[candidates] & is_open(mesh, candidates, room)
+    fit &= under > 0.5 * np.median(under)
+    soft = vertex_compliance(body)[candidates]
+    fit &= (soft > MIN_COMPLIANCE) & (
+        soft <= _MAX_COMPLIANCE * np.median(soft[soft > MIN_COMPLIANCE])
+    )
+    # A flat object that lies on what holds it may be nowhere far away from that.
+    away = fit
+    for radii in _FROM_HELD:
+        away = fit & supported(mesh, candidates, held, radii * body.contact_radius)
+        away[away] = is_met_squarely(body, candidates[away])
+        if away.sum() >= users:
+            break
+    admissible = candidates[away]
+    if len(admissible) < users:
+        raise BodyError(
+            f"{body.name}: there is no place for {users} hands: {len(admissible)} of"
+            f" {len(candidates)} places looked at are open, thick enough and away from what is"
+            " held. Hold less of it"
+        )
+    pressed = admissible[spread_over(mesh.vertices[admissible], _PRESSED)]
+    C_ii, C_ij = _coupling(body, pressed, admissible)
+    ratio = C_ij / C_ii[:, None]
+    gap = np.linalg.norm(mesh.vertices[admissible][None] - mesh.vertices[pressed][:, None], axis=2)
+    score = np.minimum(np.where(ratio < 0.0, -_OUTWARD_WEIGHT * ratio, ratio), _MAX_COUPLING)
+    score = score * np.median(C_ii) / (C_ii[:, None] + soft[away])
+    least = [max(room, radii * body.contact_radius) for radii in _APART]
+    each = (
+        _groups(mesh.vertices, pressed, admissible, score * (gap >= d), users, d) for d in least
+    )
+    groups = next(filter(None, each), None)
+    if groups is None:
+        raise BodyError(
+            f"{body.name}: there is no room for {users} hands {1e3 * least[-1]:.0f} mm apart; take"
+            " fewer --users"
+        )
+    return [
+        placement_at(body, chosen, float(under[np.isin(candidates, chosen)].min()), _FELT)
+        for chosen in groups
+    ]
+
+
+def _groups(
+    x: Floats, pressed: Ints, admissible: Ints, score: Floats, users: int, apart: float
+) -> list[Ints]:
+    """Vertices for all hands, the one that presses first; the best group first.
+
+    Args:
+        x: Vertices, shape (n, 3) [m].
+        pressed: At which a press was tried, shape (p,).
+        admissible: Where others may stand, shape (f,).
+        score: Score of each of these with each of those, shape (p, f).
+        users: Number of hands.
+        apart: Least distance between two [m].
+    """
+    found: list[Ints] = []
+    for first in np.argsort(-np.sort(score, axis=1)[:, -(users - 1)], kind="stable").tolist():
+        chosen: list[int] = [int(pressed[first])]
+        for k in np.argsort(-score[first]).tolist():
+            off = x[chosen] - x[admissible[k]]
+            if len(chosen) < users and np.linalg.norm(off, axis=1).min() >= apart:
+                chosen.append(int(admissible[k]))
+        if len(chosen) == users:
+            found.append(np.array(chosen))
+    return found
+
+
+def width_of_hand(mesh: SurfaceMesh) -> float:
+    """Width of a hand, along the surface and in front of it, on an object of this size [m]."""
+    return min(_FINGER, 0.5 * mesh.size)
+
+
+def is_open(mesh: SurfaceMesh, vertices: Ints, room: float) -> npt.NDArray[np.bool_]:
+    """Whether a hand of width `room` [m] can reach each vertex along its normal, shape (k,)."""
+    steps = room * np.array([0.25, 0.5, 1.0, 1.5])
+    out = mesh.vertices[vertices][:, None] + steps[:, None] * mesh.normals[vertices][:, None]
+    return np.asarray((_distance(mesh, out) >= 0.6 * steps).all(axis=1))
+
+
+def supported(
+    mesh: SurfaceMesh, vertices: Ints, held: npt.NDArray[np.bool_], margin: float
+) -> npt.NDArray[np.bool_]:
+    """Whether the nearest fixed vertex is beyond `margin` [m] and behind the surface, (k,)."""
+    if not held.any():
+        return np.ones(len(vertices), dtype=np.bool_)
+    x = mesh.vertices[held]
+    distance, nearest = map(np.asarray, cKDTree(x).query(mesh.vertices[vertices]))
+    away = mesh.vertices[vertices] - x[nearest]
+    ahead = np.einsum("ki,ki->k", away, mesh.normals[vertices])
+    return np.asarray((distance > margin) & (ahead >= -0.1 * distance))
+
+
+def _distance(mesh: SurfaceMesh, points: Floats) -> Floats:
+    """Distance of points to the nearest sample of the surface, shape points.shape[:-1] [m]."""
+    return np.asarray(mesh.quadrature.tree.query(points)[0])
+
+
+def _press(body: Body, vertex: int) -> Load:
+    vertices, weights = pressure(
+        body.mesh, body.mesh.vertices[vertex], body.contact_radius, body.mesh.normals[vertex]
+    )
+    return Load(vertices, weights, -body.mesh.normals[vertex], 0.0)
+
+
+def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
+    """Compliance C_ii of presses, shape (p,), and C_ij with other places, (p, f) [m/N]."""
+    response = body.respond([_press(body, int(k)) for k in pressed])
+    inward = -body.mesh.normals[felt]
+    C = np.empty((len(pressed), len(felt)))
+    for i in range(len(pressed)):
+        # Removing -1 N equals applying 1 N.
+        moved = response.without(slice(i, i + 1), np.array([-1.0]), felt)
+        C[i] = np.einsum("fi,fi->f", moved, inward)
+    return np.diag(response.compliance), C
+
+
+def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> Placement:
+    """Hands at chosen vertices.
+
+    Args:
+        body: The body at rest.
+        chosen: Vertex of each hand; the first one presses, shape (users,).
+        under: Depth of the body under the shallowest of them [m].
+        felt: Force that the first one should feel at least [N], within `_MAX_SHARE` of the size and
+            `PRESS_DEPTH`.
+    """
+    C = body.respond([_press(body, int(k)) for k in chosen]).compliance
+    x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]
+    places = tuple(
+        Place((float(p[0]), float(p[1]), float(p[2])), (float(n[0]), float(n[1]), float(n[2])))
+        for p, n in zip(x, inward, strict=True)
+    )
+    # Body and hand are springs in a row.
+    deep = min(felt * (float(C[0, 0]) + 1.0 / Hand().stiffness), _MAX_SHARE * body.mesh.size)
+    return Placement(
+        places,
+        min(PRESS_DEPTH, max(_MAX_DEPTH * under, deep)),
+        tuple((C[0] / np.diag(C)).tolist()),
+        tuple(np.linalg.norm(x - x[0], axis=1).tolist()),
+    )
+
+
+# In contact radii, below the surface and beside the vertex: on the middle of a rim a finger stands
+# as on the edge of a knife.
+_INSIDE, _ASIDE = 0.05, 0.1
+_SQUARE = 0.9  # cosine, about 25 degrees: a finger that comes so far aslant still presses
+
+
+def is_met_squarely(body: Body, vertices: Ints) -> npt.NDArray[np.bool_]:
+    """Whether a finger that presses in along each vertex's normal touches there, shape (k,).
+
+    On a rim that is narrower than a fingertip the contact slides to the face beside it, and a hand
+    that comes from the side presses past the object.
+
+    Args:
+        body: At rest.
+        vertices: Vertices of its surface, shape (k,).
+    """
+    return np.array([_meets_squarely(body, k) for k in vertices.tolist()], dtype=np.bool_)
+
+
+def _meets_squarely(body: Body, vertex: int) -> bool:
+    x, n, radius = body.mesh.vertices[vertex], body.mesh.normals[vertex], body.contact_radius
+    beside = [sign * np.array(t) for sign, t in product((-1.0, 1.0), tangents(vec3(n)))]
+    for way in (np.zeros(3), *beside):
+        tip = x + radius * (_ASIDE * way - _INSIDE * n)
+        found = locate(body.mesh, tip, ZeroField(), radius=radius)
+        if float(found.normal @ n) < _SQUARE:
+            return False
+    return True

@@ -1,0 +1,244 @@
+"""The processes of a demonstration: a server and a client for each user, on loopback.
+
+Each is the ordinary `cohaptic serve` or `cohaptic touch` with a pipe as its lifeline: it ends by
+itself when the pipe closes, also if this process dies.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from pydantic import ValidationError
+
+from cohaptic.errors import CohapticError
+from cohaptic.simulated.hand import HandScript
+from cohaptic.status.report import TouchStatus
+from cohaptic_tools.demo.scene import Scene
+
+_START = 30.0  # s after which a process that does not report yet is spoken of
+_JOIN = 20.0  # s for which a client tries to reach the server
+_END = 8.0  # s within which a process must end by itself
+
+
+class DemoFailed(CohapticError):
+    """A process of the demonstration failed."""
+
+
+class Process:
+    """A subcommand of cohaptic with a lifeline; its output is read by a thread.
+
+    Args:
+        arguments: The subcommand and its options.
+        log: File for its standard error.
+        module: What is run in place of cohaptic.
+        folder: Where it runs and its modules are; None for the present folder, which has none.
+
+    Attributes:
+        first: First line of its standard output; empty before it has come.
+        line: Newest line; empty before the first.
+    """
+
+    def __init__(
+        self, *arguments: str, log: Path, module: str = "cohaptic", folder: Path | None = None
+    ) -> None:
+        self.first = self.line = ""
+        self._log = log
+        self._first = threading.Event()
+        with log.open("wb") as errors:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, *arguments, "--lifeline"],
+                cwd=folder,
+                env=os.environ if folder is None else _with_modules_of(folder),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                # Ctrl-C reaches the parent only, which ends its children in order.
+                start_new_session=True,
+            )
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for raw in self._process.stdout:
+            self.line = raw.decode(errors="replace").strip()
+            self.first = self.first or self.line
+            self._first.set()
+        self._first.set()
+
+    def first_line(self, tell: Callable[[str], None] = lambda words: None) -> str:
+        """Wait for the first line of output, as long as the process lives.
+
+        A server whose object could not be stored prepares it once more, which takes minutes.
+
+        Args:
+            tell: Called with what is waited for, where that takes long, and again with its newest
+                words.
+
+        Raises:
+            DemoFailed: The process ended without any; the error quotes the last line of its log.
+        """
+        while not self._first.wait(_START):
+            tell(f"waiting for a process that is still starting: {self.words() or 'no word yet'}")
+        if not self.first:
+            raise DemoFailed(f"a process did not start: {self.words() or 'no word from it'}")
+        return self.first
+
+    def words(self) -> str:
+        """The last line of its log."""
+        lines = self._log.read_text(errors="replace").strip().splitlines()
+        return lines[-1] if lines else ""
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """Process number."""
+        return self._process.pid
+
+    def let_end(self) -> None:
+        """Close the lifeline, so that the process ends."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
+
+    def wait(self) -> None:
+        """Close the lifeline and wait for the end; kill the process if it does not end in time."""
+        self.let_end()
+        try:
+            self._process.wait(_END)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._reader.join(1.0)
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+
+class Stage:
+    """All processes of a scene, as a context manager; leaving it ends them, the clients first.
+
+    Args:
+        scene: The scene.
+        folder: Folder for recordings and logs.
+        body: Options of `cohaptic serve` that describe the touched body.
+        tell: Called with what is waited for, where a start takes long.
+
+    Attributes:
+        users: Clients by name.
+        server: The server.
+        url: Address of the server.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        folder: Path,
+        body: Sequence[str] = (),
+        tell: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self._scene, self._folder, self._tell = scene, folder, tell
+        self.users: dict[str, Process] = {}
+        self.server = Process(
+            "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
+            # Only this machine can reach it, and the page's tour shows unstable settings too.
+            "--allow-latency", "--allow-fixed-gains",
+            *body,
+            log=folder / "server.log",
+        )  # fmt: skip
+        self.url = ""
+
+    def __enter__(self) -> Stage:
+        try:
+            self.url = self.server.first_line(self._tell).removeprefix("listening ")
+            for user in range(self._scene.users):
+                self.add_user(user)
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def add_user(self, user: int) -> Process:
+        """Start the client of user number `user` (from 0)."""
+        scene, script = self._scene, self._scene.script(user)
+        name = scene.names[user]
+        process = Process(
+            "touch", self.url,
+            "--name", name,
+            "--law", scene.law.value,
+            # A plane is enough for hands that do not slide, and costs the least.
+            "--geometry", "plane",
+            # A busy machine may be slow to answer the first time; a server that ends is noticed.
+            "--wait", f"{_JOIN:g}",
+            "--delay-ms", f"{1e3 * scene.delay:g}",
+            "--jitter-ms", f"{1e3 * scene.jitter:g}",
+            "--seed", str(scene.seed + user),
+            *_placement_options(script),
+            "--depth-mm", repr(1e3 * script.depth),
+            "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
+            "--drag-mm", repr(1e3 * script.drag),
+            "--friction", repr(scene.friction),
+            "--record", str(self.recording(name)),
+            "--json-lines",
+            log=self._folder / f"{name}.log",
+        )  # fmt: skip
+        self.users[name] = process
+        return process
+
+    def recording(self, name: str) -> Path:
+        """Path at which a user's recording is written at its end."""
+        return self._folder / f"{name}.npz"
+
+    def statuses(self) -> list[TouchStatus]:
+        """The current status of each user."""
+        return [self._status(name, process) for name, process in self.users.items()]
+
+    @staticmethod
+    def _status(name: str, process: Process) -> TouchStatus:
+        if not process.running:
+            return TouchStatus(name=name, state=f"gone: {process.words()}")
+        try:
+            return TouchStatus.model_validate_json(process.line or "{}")
+        except ValidationError:
+            return TouchStatus(name=name, state="connecting")
+
+    def close(self) -> None:
+        """End every client, then the server."""
+        for process in self.users.values():
+            process.let_end()
+        for process in self.users.values():
+            process.wait()
+        self.server.wait()
+
+
+def _placement_options(script: HandScript) -> list[str]:
+    """Options of `cohaptic touch` for the place of a hand."""
+    if script.place is None:
+        return ["--angle", repr(math.degrees(script.angle))]
+    at, inward = map(repr, script.place.point), map(repr, script.place.inward)
+    return ["--at", *at, "--inward", *inward]
+
+
+def _with_modules_of(folder: Path) -> dict[str, str]:
+    """The environment, in which Python finds the modules of a folder without being in it."""
+    places = filter(None, (str(folder), os.environ.get("PYTHONPATH")))
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(places)}

@@ -1,0 +1,190 @@
+"""The result of a demonstration as a value, which is also its JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from cohaptic.status.report import TouchStatus
+from cohaptic_server.bodies.body import Body
+from cohaptic_tools.demo.analysis import (
+    Recording,
+    Timeline,
+    measured,
+    patch_rate,
+    press_windows,
+    stretches,
+)
+from cohaptic_tools.demo.comparison import Compared, compare
+from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge
+from cohaptic_tools.demo.scene import Scene
+
+MAX_FORCE = 10.0  # N; largest force of a simulated device
+
+
+class UserResult(BaseModel):
+    """Result of one user; None where the demonstration was too short to tell.
+
+    Fields:
+        felt_from_others_n: Mean force due to the other users while the first presses; in a scene
+            with friction the change of the tangential force by the drag [N].
+        truth_from_others_n: The same in the equilibrium of body and hands, without a network; None
+            if the finger slips, for which this equilibrium does not exist [N].
+        force_error: Difference of the two over the second, or over 0.05 N if that is larger.
+        force_n, truth_force_n: Force on the hand, measured and in equilibrium [N].
+        k_o: Stiffness of the body at the contact [N/m].
+        k_h: Gain at the end [N/m].
+        max_stiffness: Largest stiffness that the device renders [N/m].
+        soft: Whether the device is softer than the body at the contact.
+        friction_needed: Coefficient below which the finger slips; None in a scene without friction.
+        loop_hz: Periods of the haptic loop per second.
+        loop_late_p99_us: Lateness of a period, 99th percentile [us].
+        loop_missed: Periods left out.
+        round_trip_ms: Round trip between client and server, measured [ms].
+        felt_delay_ms: Delay of half of the force's change, relative to the force without a network;
+            None for the first hand, which makes the change, and without a change [ms].
+        patch_hz: Received patches per second.
+        stable: Whether the force rests, or its oscillation decays, within the device's limit.
+        rest: Whether the force rests, is slow, or is unstable.
+        faults: Reasons for which the force was switched off on the way.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    felt_from_others_n: float | None
+    truth_from_others_n: float | None
+    force_error: float | None
+    force_n: float | None
+    truth_force_n: float | None
+    k_o: float
+    k_h: float
+    max_stiffness: float
+    soft: bool
+    friction_needed: float | None
+    loop_hz: float
+    loop_late_p99_us: float
+    loop_missed: int
+    round_trip_ms: float
+    felt_delay_ms: float | None
+    patch_hz: float | None
+    stable: bool | None
+    rest: Rest | None
+    faults: tuple[str, ...]
+
+
+class DemoResult(BaseModel):
+    """Result of a demonstration."""
+
+    model_config = ConfigDict(frozen=True)
+
+    law: str
+    simulation_hz: float
+    delay_ms: float = Field(description="Injected, one way.")
+    jitter_ms: float
+    seed: int
+    friction: float = Field(description="mu of every finger; 0 for none.")
+    lag_ms: float = Field(description="In how long the object answers the others, at the end.")
+    presses: int = Field(description="Measured presses, or drags, of the first user.")
+    enough_s: float = Field(description="Duration in which every force can come to rest [s].")
+    users: tuple[UserResult, ...]
+
+
+def evaluate(
+    scene: Scene,
+    body: Body,
+    recordings: Sequence[Path],
+    statuses: Sequence[TouchStatus],
+    faults: dict[str, set[str]],
+) -> DemoResult:
+    """Compare recordings with the reference.
+
+    Args:
+        scene: The scene.
+        body: The touched body.
+        recordings: Recording of each user, in the scene's order.
+        statuses: Last status of each user.
+        faults: Faults of each user, by name.
+    """
+    timeline = Timeline.of([Recording.load(path) for path in recordings])
+    expected = 0.5 * scene.rhythm.period - scene.rhythm.ramp
+    pressed = stretches(timeline, pressed=True, expected=expected)
+    off = stretches(timeline, pressed=False, expected=expected)
+    windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
+    compared = compare(scene, body, timeline, pressed, off, windows)
+    rests = judge(timeline.force, [*pressed, *off] if pressed else [], measured, MAX_FORCE)
+    if scene.duration is not None and scene.duration < scene.enough:
+        # In a hurried rhythm the first swing of a press looks like one that does not die out, and
+        # every force like one that creeps; but not like one at the limit of its device.
+        most = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
+        rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, most, strict=True)]
+    k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
+    users = tuple(
+        _user(
+            name,
+            compared[i],
+            statuses[i],
+            tuple(sorted(faults.get(name, ()))),
+            rests[i],
+            k_h=float(k_h[i]),
+            patch_hz=patch_rate(timeline, i),
+        )
+        for i, name in enumerate(scene.names)
+    )
+    return DemoResult(
+        law=scene.law.value,
+        simulation_hz=scene.simulation_hz,
+        delay_ms=1e3 * scene.delay,
+        jitter_ms=1e3 * scene.jitter,
+        seed=scene.seed,
+        friction=scene.friction,
+        lag_ms=1e3 * max(status.lag for status in statuses),
+        presses=len(pressed),
+        # Where not even that was enough for a whole press, the machine is slow.
+        enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
+        users=users,
+    )
+
+
+def _user(
+    name: str,
+    compared: Compared,
+    status: TouchStatus,
+    faults: tuple[str, ...],
+    rest: Rest | None,
+    *,
+    k_h: float,
+    patch_hz: float,
+) -> UserResult:
+    if any("the hand moved" in fault for fault in faults):
+        rest = Rest.UNSTABLE
+    return UserResult(
+        name=name,
+        felt_from_others_n=_known(compared.felt),
+        truth_from_others_n=_known(compared.reference),
+        force_error=_known(compared.error),
+        force_n=_known(compared.force),
+        truth_force_n=_known(compared.reference_force),
+        k_o=status.k_o,
+        k_h=k_h,
+        max_stiffness=status.max_stiffness,
+        soft=status.soft,
+        friction_needed=_known(compared.friction_needed),
+        loop_hz=status.loop_hz,
+        loop_late_p99_us=1e6 * status.loop_late_p99,
+        loop_missed=status.loop_missed,
+        round_trip_ms=1e3 * status.round_trip,
+        felt_delay_ms=_known(1e3 * compared.delay),
+        patch_hz=_known(patch_hz),
+        stable=None if rest is None else rest is not Rest.UNSTABLE,
+        rest=rest,
+        faults=faults,
+    )
+
+
+def _known(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

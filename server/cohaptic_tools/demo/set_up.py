@@ -1,0 +1,108 @@
+"""Builds the body of a demonstration and places the hands on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic.errors import SettingError
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.objects.catalogue import build_body, elastic_of
+from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.progress import Progress
+from cohaptic_server.touchable import BALLOON, names
+from cohaptic_tools.demo.places import place_hands
+from cohaptic_tools.demo.scene import Scene
+from cohaptic_tools.demo.settled import Placement
+
+FIX = "z < 15%"  # default rule for an object: it stands on its foot
+
+
+def check_body(scene: Scene, name: str) -> None:
+    """Check that a body can be shown in a scene, before a file is read.
+
+    Raises:
+        SettingError: It cannot.
+    """
+    if name in names() and name != BALLOON:
+        why = f"{BALLOON} or a file: on this one no places for the hands are known"
+        raise SettingError("body of the demonstration", repr(name), why)
+    if scene.drags and name != BALLOON:
+        why = f"{BALLOON}: on no other is it known where one finger drags another"
+        raise SettingError("body of the demonstration with friction", repr(name), why)
+
+
+def set_up(
+    scene: Scene, name: str, source: ObjectFile, *, nonlinear: bool, progress: Progress
+) -> tuple[Body, Scene, str]:
+    """Build the body, and place the hands on it.
+
+    The hands stand evenly around the balloon; on other bodies places are chosen.
+
+    Args:
+        scene: The scene without places.
+        name: Name of the body, or path of a file.
+        source: The file and its options.
+        nonlinear: Whether the deformation is finite.
+        progress: Called with the phase and the share of it that is done.
+
+    Returns:
+        The body, the scene with places, and a sentence on the places; empty for the balloon.
+
+    Raises:
+        BodyError: The file is no object that can be touched, or has no places for all hands.
+        SettingError: An option does not fit the body.
+    """
+    check_body(scene, name)
+    demand = Demand(scene.users, scene.simulation_hz, nonlinear)
+    body = build_body(
+        name,
+        source,
+        nonlinear=nonlinear,
+        hz=scene.simulation_hz,
+        demand=demand,
+        progress=progress,
+    )
+    if name == BALLOON:
+        return body, scene, ""
+    progress("places for the hands", 0.0)
+    elastic = elastic_of(body)
+    assert isinstance(elastic, Solid | RubberSolid)  # all that is made of a file
+    # Beside other work on the same cores two BLAS threads wait for each other.
+    with threadpool_limits(limits=1):
+        placement = place_hands(
+            elastic,
+            elastic.shape.held,
+            scene.users,
+            lambda share: progress("places for the hands", share),
+        )
+    scene = replace(scene, places=placement.places, depth=placement.depth)
+    # Where it comes to rest depends on no mass.
+    return elastic, scene, describe_placement(placement, scene.names)
+
+
+def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
+    """A sentence on the places of the hands and on how much they feel of each other."""
+    presses = f"{names[0]} presses up to {1e3 * placement.depth:.0f} mm deep"
+    others = [
+        f"{name} is {1e3 * distance:.0f} mm away and {'pushed out' if c < 0.0 else 'sinks in'}"
+        f" (C_ij/C_ii {c:+.2f})"
+        for name, c, distance in zip(
+            names[1:], placement.coupling[1:], placement.distances[1:], strict=True
+        )
+    ]
+    return f"{presses}; {'; '.join(others)}."
+
+
+def serve_options(name: str, source: ObjectFile, *, nonlinear: bool, users: int = 2) -> list[str]:
+    """Options with which `cohaptic serve` simulates the same body."""
+    options = ["--body", name, *(["--nonlinear"] if nonlinear else [])]
+    if name == BALLOON:
+        return options
+    if nonlinear:
+        options += ["--users", str(users)]  # by which the server chooses the same mesh
+    return options + source.to_arguments()

@@ -1,0 +1,139 @@
+"""Hands that press come to rest, or stand elsewhere, or press less deep.
+
+A finger without friction slides off where the surface under it turns away: beside the dent of
+another, at an edge, and sooner on rubber, whose surface turns more than a linear one's. Where body
+and hands have no equilibrium near the places, nothing could be said of the forces there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic.simulated.hand import Place
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.touched_body import vertex_compliance
+from cohaptic_server.world.equilibrium import Equilibrium
+from cohaptic_tools.demo.lateness import LEAST
+from cohaptic_tools.demo.scene import Scene, reference
+
+# Contact radii along the surface from its place at which a hand has slid off, and by which others
+# have moved the surface under it elsewhere: 12 mm of a finger. On a knot's loop of 1 N/m two hands
+# that pressed 3 mm deep also had an equilibrium of 0.25 N, wedged 80 mm away from where they began.
+_SLID = 1.5
+# Of `solve`; where hands rest it takes 35 to 60, half of them to be sure, and those that creep
+# longer swing in a session.
+_PATIENCE = 80
+# Times the compliance at rest from which a place gives way. On rubber with a few elements under a
+# hand some sessions with 2.1 times, and all with 3.7 and more, wandered about and never came to
+# rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 all rested.
+_GIVES_WAY = 1.5
+# `Equilibrium.turning` up to which hands hold their tips: from 1 on they slide off, or the limb
+# between them moves away sideways, and near it they take long to rest.
+_HOLDS = 0.5
+_TRIED = 3  # placements at each depth; where none of them rests, few others do
+_DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12)  # shares of the intended depth
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Places of hands on a body.
+
+    Args:
+        places: Place of each hand; the first one presses.
+        depth: Intended depth of the first hand's press [m].
+        coupling: C_1j / C_jj of each hand with the first, shape (users,): displacement under hand
+            j by a force of the first, relative to that by its own; 1 for the first.
+        distances: Distance of each hand from the first, shape (users,) [m].
+    """
+
+    places: tuple[Place, ...]
+    depth: float
+    coupling: tuple[float, ...]
+    distances: tuple[float, ...]
+
+
+def first_that_rests(
+    body: Body, placements: Sequence[Placement], progress: Callable[[float], None]
+) -> Placement:
+    """The first of several placements, at the largest depth, at which the hands come to rest.
+
+    Args:
+        body: The body at rest.
+        placements: The best first; at least one.
+        progress: Receives the completed share.
+
+    Returns:
+        The first at the largest depth, or, where the hand that presses would feel nothing there,
+        the one at that depth at which it feels most. The first at its smallest depth if hands rest
+        at none: a demonstration says so.
+    """
+    first, tried = placements[:_TRIED], _TRIED * len(_DEPTHS)
+    for k, share in enumerate(_DEPTHS):
+        best, most = None, 0.0
+        for j, placement in enumerate(first):
+            progress((k * _TRIED + j) / tried)
+            less_deep = replace(placement, depth=share * placement.depth)
+            force = force_at_rest(body, less_deep)
+            if force is not None and force > most:
+                best, most = less_deep, force
+            if most >= LEAST:
+                break  # else another one may be felt more
+        if best is not None:
+            return best
+    return replace(placements[0], depth=_DEPTHS[-1] * placements[0].depth)
+
+
+def rests(body: Body, placement: Placement) -> bool:
+    """Whether hands rest there, as `force_at_rest` tells."""
+    return force_at_rest(body, placement) is not None
+
+
+def force_at_rest(body: Body, placement: Placement) -> float | None:
+    """Force on the hand that presses where hands rest [N]; None where they do not.
+
+    They rest if, pressed and off, none of them slides off its place and no place gives way.
+
+    Args:
+        body: The body at rest.
+        placement: Places and depth of the hands.
+    """
+    force = 0.0
+    scene = Scene(len(placement.places), places=placement.places, depth=placement.depth)
+    point = np.array([place.point for place in placement.places])
+    inward = np.array([place.inward for place in placement.places])
+    mesh = body.mesh
+    vertices = np.linalg.norm(mesh.vertices[None] - point[:, None], axis=2).argmin(axis=1)
+    soft = _GIVES_WAY * vertex_compliance(body)[vertices]
+    for pressed in (False, True):
+        try:
+            found = reference(scene, body, pressed=pressed, iterations=_PATIENCE)
+        except BodyError:
+            return None
+        off = found.tip - point
+        along = off - np.einsum("ui,ui->u", off, inward)[:, None] * inward
+        touching = found.force > 0.0
+        # One that has come through may touch no more; another may be pushed off.
+        if not (touching[0] if pressed else touching[1:].all()):
+            return None
+        if not held_fast(found):
+            return None
+        own = np.diag(found.compliance)
+        by_others = np.abs(found.compliance @ found.force - own * found.force)
+        farthest = _SLID * body.contact_radius
+        # A tip that is deep in a thin rod hardly moves while its contact goes round it.
+        gone = np.linalg.norm(found.place - point, axis=1)
+        slid = (np.linalg.norm(along, axis=1) > farthest) | (gone > farthest)
+        slid |= by_others > farthest
+        if (touching & (slid | (own > soft))).any():
+            return None
+        force = float(found.force[0])
+    return force
+
+
+def held_fast(found: Equilibrium) -> bool:
+    """Whether hands can hold their tips where they found an equilibrium (science 3.12)."""
+    return found.turning <= _HOLDS

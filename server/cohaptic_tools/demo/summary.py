@@ -1,0 +1,143 @@
+"""The result of a demonstration as a table on the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from rich.console import Group
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from cohaptic.control.friction import MAX_FRICTION
+from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
+from cohaptic_tools.demo.rest import Rest
+from cohaptic_tools.demo.result import DemoResult, UserResult
+
+GOOD_ERROR = 0.05  # relative; half of the least difference of forces that a hand perceives
+_PUNCTUAL = 0.8  # least share of patches received for the result to concern the method
+
+
+def show(result: DemoResult) -> Panel:
+    """The result as a panel."""
+    felt = "drag felt" if result.friction else "felt of the others"
+    table = Table(box=None, pad_edge=False)
+    for name in ("user", felt, "truth", "off by", "felt after", "stable", "loop"):
+        table.add_column(name, justify="left" if name == "user" else "right")
+    for user in result.users:
+        error = user.force_error
+        good = error is not None and error <= GOOD_ERROR
+        table.add_row(
+            user.name,
+            _number(user.felt_from_others_n, "+.2f", " N"),
+            _number(user.truth_from_others_n, "+.2f", " N"),
+            Text(_number(error, ".1%"), style="green" if good else "yellow"),
+            # The first hand makes the change and has no delay.
+            "" if user is result.users[0] else _number(user.felt_delay_ms, ".0f", " ms"),
+            _REST[user.rest],
+            f"{user.loop_hz:.0f} Hz",
+        )
+    return Panel(
+        Group(Text(verdict(result), style="bold"), "", table, *_notes(result)),
+        title="what they felt of each other",
+        title_align="left",
+        expand=False,
+    )
+
+
+_REST = {
+    Rest.RESTS: Text("yes", "green"),
+    Rest.SLOW: Text("slow", "yellow"),
+    Rest.UNSTABLE: Text("NO", "bold red"),
+    None: Text("?"),
+}
+
+
+def _notes(result: DemoResult) -> list[Text]:
+    """Remarks on devices, lag, friction and faults."""
+    notes = [f"{user.name}: device renders {soft(user)}" for user in result.users if user.soft]
+    if result.lag_ms >= 1e3 * LEAST_LAG:
+        notes.append(lag_words(1e-3 * result.lag_ms))
+    notes += [
+        f"{user.name}'s finger slips at a friction of {result.friction:g}: {_to_stick(user)}"
+        for user in slipping(result)
+    ]
+    notes += [
+        f"force was off for a while: {user.name}: {fault}"
+        for user in result.users
+        for fault in user.faults
+    ]
+    return [Text(note, style="yellow") for note in notes]
+
+
+def soft(user: UserResult) -> str:
+    """The stiffness of a user's device beside the object's, in words."""
+    return soft_words(user.max_stiffness, user.k_o)
+
+
+def _to_stick(user: UserResult) -> str:
+    """The friction that a slipping finger would need, in words."""
+    needed = user.friction_needed or 0.0
+    return f"to stick it needs {needed:.2f}" if needed <= MAX_FRICTION else "no finger could stick"
+
+
+def slipping(result: DemoResult) -> list[UserResult]:
+    """Users whose finger cannot stick, in a scene with friction."""
+    return [u for u in result.users if (u.friction_needed or 0.0) > result.friction]
+
+
+def verdict(result: DemoResult) -> str:
+    """One sentence on the demonstration as a whole."""
+    how = f"{result.law} law, {result.delay_ms:g} ms each way, {result.simulation_hz:g} Hz"
+    swinging = _names(u for u in result.users if u.rest is Rest.UNSTABLE)
+    if swinging:
+        return f"Unstable: the force of {swinging} swings and does not come to rest ({how})."
+    rates = [user.patch_hz for user in result.users if user.patch_hz is not None]
+    rate = min(rates, default=result.simulation_hz)
+    if rate < _PUNCTUAL * result.simulation_hz:
+        return (
+            f"This machine cannot keep up with {len(result.users)} users: patches came at"
+            f" {rate:.0f} of {result.simulation_hz:g} Hz.\nTake fewer users or a lower"
+            f" --simulation-hz ({how})."
+        )
+    if result.presses == 0 or any(user.rest is None for user in result.users):
+        action = "drag" if result.friction else "press"
+        seen = (
+            "not every force had the time to rest"
+            if result.presses
+            else f"no whole {action} was seen"
+        )
+        enough = math.ceil(result.enough_s)
+        return f"Too short to tell: {seen} ({how}). Let it run for {enough} s: --duration {enough}."
+    left, right = result.users[:2]
+    felt = _number(right.felt_from_others_n, ".2f", " N")
+    after = _number(right.felt_delay_ms, ".0f", " ms")
+    action = "drag" if result.friction else "press"
+    return (
+        f"{right.name} felt {left.name} {action} with {felt}, {after} later.\n"
+        f"{_outcome(result)} ({how})."
+    )
+
+
+def _outcome(result: DemoResult) -> str:
+    """Whether the forces came to rest, and how far they are from the equilibrium."""
+    errors = [user.force_error for user in result.users if user.force_error is not None]
+    off = f"at most {max(errors):.1%} from the truth" if errors else "and there is no truth to it"
+    creeping = _names(u for u in result.users if u.rest is Rest.SLOW)
+    if creeping:
+        return f"Slow: the force of {creeping} still creeps to its value, {off}"
+    softer = _names(u for u in result.users if u.soft)
+    if softer:
+        return f"Soft: every force came to rest, and the device of {softer} is the softer, {off}"
+    if max(errors, default=0.0) > GOOD_ERROR:
+        return f"The forces came to rest, and not where they should: up to {max(errors):.1%} off"
+    return f"Every force came to rest, {off}"
+
+
+def _names(users: Iterable[UserResult]) -> str:
+    return ", ".join(user.name for user in users)
+
+
+def _number(value: float | None, form: str, unit: str = "") -> str:
+    return "?" if value is None else f"{value:{form}}{unit}"

@@ -1,0 +1,82 @@
+"""`cohaptic demo`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohaptic.control.law import Law
+from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, takes_object
+from cohaptic_server.touchable import BALLOON
+
+Duration = Annotated[
+    float | None,
+    typer.Option(help="How long [s].", show_default="until Ctrl-C; 15 without a terminal"),
+]
+Friction = Annotated[
+    float,
+    typer.Option(help="Coefficient of friction; above 0 one finger drags another."),
+]
+_RUN = "Run and results"  # chapter of the help, behind the options that most people need
+Seed = Annotated[int, typer.Option(help="Seed of the jitter.", rich_help_panel=_RUN)]
+Json = Annotated[
+    Path | None, typer.Option(help="Write the result to this file.", rich_help_panel=_RUN)
+]
+Keep = Annotated[
+    Path | None,
+    typer.Option(help="Keep recordings and logs in this folder.", rich_help_panel=_RUN),
+]
+NoBrowser = Annotated[
+    bool,
+    typer.Option(
+        "--no-browser", help="Do not open the page, only say where it is.", rich_help_panel=_RUN
+    ),
+]
+
+
+@takes_object
+def demo(
+    duration: Duration = None,
+    users: Annotated[int, typer.Option(help="Hands round the balloon, 2 to 16.")] = 2,
+    delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 80.0,
+    jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
+    law: Annotated[Law, typer.Option(help="Control law.")] = Law.PREDICTIVE,
+    friction: Friction = 0.0,
+    simulation_hz: SimulationHz = 60.0,
+    seed: Seed = 0,
+    body: Annotated[
+        str,
+        typer.Option(
+            help="The object: balloon, or a mesh file, on which hands stand where they feel each"
+            " other."
+        ),
+    ] = BALLOON,
+    nonlinear: Annotated[bool, typer.Option("--nonlinear", help="Large deformation.")] = False,
+    *,
+    options: ObjectOptions,
+    json: Json = None,
+    keep: Keep = None,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Watch hands feel each other in one object, with delay.
+
+    A server and simulated users run as separate processes on this machine. The first user presses
+    and releases; the others rest on the body and feel it. At the end the forces are compared
+    with the truth: body and hands in equilibrium, without any network.
+
+    With --friction, 0.8 for a dry fingertip, two stand side by side and stick: the first drags the
+    skin of the balloon along and back, and the second feels the force along the surface.
+    """
+    from cohaptic_tools.demo.demonstration import demonstrate
+    from cohaptic_tools.demo.scene import Scene
+
+    scene = Scene(
+        users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, simulation_hz, seed, duration,
+        friction=friction,
+    )  # fmt: skip
+    browser = not no_browser
+    if not demonstrate(scene, body, options, json, keep, nonlinear=nonlinear, browser=browser):
+        sys.exit(1)

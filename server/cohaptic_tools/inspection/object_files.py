@@ -1,0 +1,138 @@
+"""Prepares an object from a file, or says what it became."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cohaptic.cli.output import check_output
+from cohaptic.clock import SystemClock
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.resolved_object import resolved, wanted
+from cohaptic_server.objects.build import build
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import check_file
+from cohaptic_server.objects.scan.label_map import LabelMap
+from cohaptic_server.objects.scan.read import is_scan, read_scan
+from cohaptic_server.objects.store.cache import cache_folder
+from cohaptic_server.process_memory import peak_memory
+from cohaptic_tools.inspection.inspection import Inspection, inspect_object, part_words
+from cohaptic_tools.inspection.picture import draw
+from cohaptic_tools.inspection.sections import draw_sections
+
+
+def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: float) -> None:
+    """Do the long part, keep it, and print what it took.
+
+    Args:
+        file: The mesh.
+        options: As they were given.
+        users: For how many it is prepared, if that is said.
+        hz: Ticks per second for them.
+
+    Raises:
+        CohapticError: An option is out of its range, or the file is no object.
+    """
+    clock = SystemClock()
+    start = clock.now()
+    with progress_bar(f"preparing {file.name}") as progress:
+        source = resolved(file, options, progress, print, wanted(users, hz))
+        built = build(source, progress)
+    solid, peak = built.solid, peak_memory()
+    memory = f", {peak / 1e9:.2f} GB of memory at the most"
+    if built.cost is not None:
+        memory += f" ({built.cost.memory / 1e9:.2f} expected)"
+    print(
+        f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
+        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {cache_folder()} after"
+        f" {clock.now() - start:.1f} s{memory}"
+    )
+
+
+def show_object(
+    file: Path, options: ObjectOptions, users: int | None, hz: float, out: Path | None
+) -> None:
+    """Print what a file became, and draw it.
+
+    Args:
+        file: The mesh.
+        options: As they were given.
+        users: For how many it is looked at, if that is said.
+        hz: Ticks per second for them.
+        out: The picture, if one is wanted.
+
+    Raises:
+        CohapticError: An option is out of its range, or the file is no object.
+    """
+    check_output("--out", out, ".png")
+    if is_scan(file) and not options.label and not options.auto:
+        check_file(file)
+        labels = read_scan(file)
+        if len(labels.labels) > 1:
+            _list_labels(file, labels)
+            return
+    written: list[Path] = []
+    with progress_bar(f"inspecting {file.name}") as progress:
+        source = resolved(file, options, progress, print, wanted(users, hz))
+        built = build(source, progress)
+        inspection = inspect_object(
+            source,
+            built,
+            SystemClock(),
+            progress,
+            wanted(users, hz),
+        )
+        if out is not None:
+            progress("picture", 0.0)
+            written = _draw(out, source, inspection)
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    for heading, sentence in inspection.lines(source):
+        table.add_row(heading, sentence)
+    console = Console(highlight=False)
+    console.print(table)
+    for picture in written:
+        console.print(f"written to {picture}")
+
+
+def _list_labels(file: Path, labels: LabelMap) -> None:
+    """Print the labels of a map, and how one is chosen."""
+    table = Table("label", "name", "cm3", "box [mm]", box=None, pad_edge=False, header_style="dim")
+    for label in labels.labels:
+        name = "" if label.name == str(label.value) else label.name
+        box = " x ".join(f"{1e3 * side:.0f}" for side in labels.size(label).tolist())
+        volume = 1e6 * labels.voxel * label.voxels
+        table.add_row(str(label.value), Text(name), f"{volume:.3g}", box)
+    console = Console(highlight=False)
+    spacing = " x ".join(f"{1e3 * side:.3g}" for side in labels.spacing.tolist())
+    shape = " x ".join(str(n) for n in labels.numbers.shape)
+    console.print(f"{file}: {shape} voxels of {spacing} mm", markup=False)
+    console.print(table)
+    example = f"--label {labels.labels[0].value}=organ --young organ=5e3"
+    console.print(
+        f"Choose the object with --label, once for each that is a part: {example}", markup=False
+    )
+
+
+def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
+    """Draw the stiffness and, where there are parts, sections of them beside it."""
+    fixed = ~np.isfinite(inspection.stiffness)
+    m = source.material
+    notes = "" if inspection.parts else f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; "
+    notes += (
+        "contact of"
+        f" {1e3 * inspection.solid.contact_radius:.1f} mm; held: {source.fix or source.fix_mesh}"
+    )
+    mesh, name = inspection.solid.mesh, source.path.name
+    draw(out, mesh, inspection.stiffness, fixed, title=name, notes=notes)
+    if inspection.parts is None:
+        return [out]
+    sections = out.with_name(f"{out.stem}-parts{out.suffix}")
+    words = part_words(source, inspection.parts)
+    draw_sections(sections, inspection.solid.shape.tets, inspection.parts, words, title=name)
+    return [out, sections]

@@ -1,0 +1,1 @@
+"""Objects that a page brings: one upload at a time, read in a process of its own."""

@@ -1,0 +1,116 @@
+"""What is in a file that came: findings, a proposed hold, and a surface to show before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.errors import BodyError, SettingError
+from cohaptic.protocol.frame import MAX_POSITION
+from cohaptic.protocol.rest_mesh import MAX_VERTICES, RestMesh
+from cohaptic.protocol.upload_messages import MAX_FINDINGS, Examined, Finding
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.auto.resolve import find_problems, read_outside
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.parts import joined
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
+from cohaptic_server.objects.surface.checks import facing_outwards
+from cohaptic_server.objects.surface.simplify import count_triangles, simplify
+from cohaptic_uploads.limits import SIZE
+
+_LONGEST = 600  # characters of a phrase
+_MOST_TRIANGLES = 1_000_000  # in a file; five million took 2.5 GB to look at, and half a minute
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """What a visitor sees before the object is prepared.
+
+    Args:
+        examined: The findings.
+        surface: In metres, as it would be with the proposed unit.
+        extent: Longest side of its bounding box, in units of the file.
+        farthest: Largest coordinate, in units of the file.
+    """
+
+    examined: Examined
+    surface: RestMesh
+    extent: float
+    farthest: float
+
+    def check_scale(self, scale: float) -> None:
+        """Check how large the object would be.
+
+        Args:
+            scale: Metres in one unit of the file.
+
+        Raises:
+            SettingError: It would be too small, too large, or too far away to be touched.
+        """
+        size, away = scale * self.extent, scale * self.farthest
+        # A file of single precision may round a size at the limit.
+        if not (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
+            limit = f"from {1e3 * MIN_SIZE:g} mm to {MAX_SIZE:g} m"
+            raise SettingError(SIZE, f"{size:.3g} m", limit)
+        if away > 0.5 * MAX_POSITION:
+            limit = f"at most {0.5 * MAX_POSITION:g} m from the origin of its coordinates"
+            raise SettingError(SIZE, f"such that it lies {away:.3g} m away", limit)
+
+
+def examine(path: Path, triangles: int) -> Preview:
+    """Look at a file with no options at all.
+
+    Args:
+        path: Path of one of the kinds that are read.
+        triangles: Triangles of the surface that is shown.
+
+    Raises:
+        BodyError: It cannot be read, or there is no way to touch what is in it.
+    """
+    declared = count_triangles(path)
+    if declared > _MOST_TRIANGLES:
+        raise BodyError(
+            f"{path}: {declared:,} triangles; the limit of an upload is {_MOST_TRIANGLES:,}."
+            " Simplify it first"
+        )
+    source = ObjectFile(path)
+    found = find_problems(source)
+    x, faces = joined(read_outside(found.source))
+    count = len(faces)
+    extent, most = float(np.ptp(x, axis=0).max()), float(np.abs(x).max())
+    x = x * found.source.scale
+    farthest = most * found.source.scale
+    if farthest > 0.5 * MAX_POSITION:
+        raise BodyError(
+            f"{path}: it lies {farthest:.3g} m from the origin of its coordinates; the limit is"
+            f" {0.5 * MAX_POSITION:g} m. Move it there first"
+        )
+    findings = [
+        Finding(problem=one.problem[:_LONGEST], remedy=one.remedy[:_LONGEST])
+        for one in found.remedies
+    ]
+    examined = Examined(
+        findings=tuple(findings[:MAX_FINDINGS]),
+        fix=found.source.fix,
+        scale=found.source.scale,
+        triangles=count,
+    )
+    return Preview(examined, _shown(x, faces, triangles), extent, most)
+
+
+def _shown(x: Floats, faces: Ints, triangles: int) -> RestMesh:
+    """The surface with at most about so many triangles."""
+    faces = facing_outwards(x, faces)
+    if len(faces) > triangles:
+        x, faces = simplify(x, faces, triangles)
+    used, renamed = np.unique(faces, return_inverse=True)
+    if len(used) > MAX_VERTICES or not len(faces):
+        raise BodyError(
+            f"its surface cannot be shown: simplified to {triangles:,} triangles it has"
+            f" {len(faces):,}"
+        )
+    points = x[used].tolist()
+    corners = renamed.reshape(-1, 3).tolist()
+    return RestMesh(tuple((a, b, c) for a, b, c in points), tuple((a, b, c) for a, b, c in corners))

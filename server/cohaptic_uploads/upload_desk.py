@@ -1,0 +1,373 @@
+"""Connections that bring a mesh file: one upload at a time, in a worker process of its own.
+
+The conversation waits for the visitor and for the worker, and never for both at once. A thread
+makes the calls that may wait, so that the tick's does not; if the visitor goes, the worker ends.
+
+Each step of the conversation waits for the visitor or the worker, with a limit in time, and ends
+when the other one has gone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import re
+import shlex
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import Any, TypeVar
+
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import CloseCode, CohapticError, ProtocolError, RemoteProtocolError, one_line
+from cohaptic.protocol.messages import encode_control
+from cohaptic.protocol.upload_messages import (
+    CHUNK,
+    MAX_UPLOAD_TEXT,
+    SUBPROTOCOL,
+    BeginUpload,
+    Examined,
+    Prepared,
+    PrepareObject,
+    Progress,
+    Refused,
+    UploadOffer,
+    UploadRequest,
+    decode_upload_request,
+)
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.store.cache import cache_folder
+from cohaptic_server.routes import Route, Serving
+from cohaptic_server.shell.endpoint import Endpoint
+from cohaptic_server.shell.refusal import refuse
+from cohaptic_server.shell.wire import Wire
+from cohaptic_server.touchable import KINDS, kind_of
+from cohaptic_uploads.described import from_fields
+from cohaptic_uploads.limits import UploadLimits, in_words
+from cohaptic_uploads.pipe import DATA, PipeEnded, fields_of
+from cohaptic_uploads.process import Rubber, UploadFailed, WorkerProcess
+from cohaptic_uploads.work_folder import remove_abandoned
+
+# Bytes a second. A piece then takes 4 ms, in which the tick comes to its turn.
+_RATE = 8e6
+
+T = TypeVar("T")
+
+
+class ChoiceRefused(CohapticError):
+    """The object cannot be made as the visitor chose.
+
+    Args:
+        about: Which choice, as in `Refused`.
+        why: A sentence.
+    """
+
+    def __init__(self, about: str, why: str) -> None:
+        super().__init__(about, why)
+        self.about = about
+        self.why = why
+
+    def __str__(self) -> str:
+        return self.why
+
+
+class Caller:
+    """Makes calls that may wait, in a thread, one at a time.
+
+    Args:
+        thread: That makes them.
+    """
+
+    def __init__(self, thread: ThreadPoolExecutor) -> None:
+        self._thread = thread
+
+    async def __call__(self, work: Callable[[], T]) -> T:
+        """The result of some work."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, work)
+
+
+async def next_request(ws: Wire, kind: type[T], patience: float) -> T:
+    """The next message, which has to be of this kind."""
+    async with asyncio.timeout(patience):
+        data = await ws.recv()
+    ws.taken()
+    message: UploadRequest | None = None
+    if isinstance(data, str):
+        message = decode_upload_request(data)
+    if not isinstance(message, kind):
+        said = "bytes" if message is None else type(message).__name__
+        raise RemoteProtocolError("message", said, kind.__name__)
+    return message
+
+
+async def pass_on(ws: Wire, size: int, worker: WorkerProcess, call: Caller) -> None:
+    """Pass the pieces of the file on to the worker, as they come and no faster than `_RATE`."""
+    come = 0
+    while come < size:
+        piece = await ws.recv()
+        ws.taken()
+        if isinstance(piece, str) or not piece:
+            raise RemoteProtocolError("piece of the file", "none", f"1 to {CHUNK:,} bytes")
+        come += len(piece)
+        if come > size:
+            raise RemoteProtocolError("file", f"{come:,} bytes or more", f"{size:,}, as was said")
+        await call(partial(worker.send_piece, piece))
+        await asyncio.sleep(len(piece) / _RATE)
+    await call(lambda: worker.send_piece(b""))
+
+
+async def follow(
+    ws: Wire, worker: WorkerProcess, call: Caller, patience: float, doing: str
+) -> ObjectFile | None:
+    """Tell the visitor what the worker says, until it is done with a step; the object, if any.
+
+    Raises:
+        ChoiceRefused: It cannot be made as it was chosen.
+        UploadFailed: It cannot be made.
+    """
+    try:
+        async with asyncio.timeout(patience):
+            while True:
+                kind, data = await _unless_gone(ws, call(worker.receive))
+                if kind == DATA:
+                    await ws.send(data)
+                    return None
+                fields = fields_of(data)
+                if fields.get("event") == "failed":
+                    raise UploadFailed(one_line(str(fields.get("why")), 1600))
+                if fields.get("event") == "refused":
+                    raise ChoiceRefused(str(fields["about"]), one_line(str(fields["why"]), 1600))
+                if fields.get("event") == "prepared":
+                    return from_fields(dict(fields["source"]))
+                await ws.send(_told(fields))
+    except TimeoutError as error:
+        words = f"{doing} takes longer than {patience:g} s, the limit of an upload"
+        raise UploadFailed(words) from error
+    except (PipeEnded, KeyError, TypeError, ValueError) as error:
+        words = "what reads it says nothing that can be understood"
+        raise UploadFailed(words) from error
+
+
+def _told(fields: dict[str, Any]) -> str:
+    """A message for the visitor of what the worker says, checked like a stranger's."""
+    if fields.get("event") == "examined":
+        return encode_control(Examined.model_validate_json(str(fields["message"])))
+    return encode_control(Progress(phase=str(fields["phase"]), share=float(fields["share"])))
+
+
+async def _unless_gone(ws: Wire, work: Awaitable[T]) -> T:
+    """The result of some work; raises ConnectionClosed as soon as the visitor has gone."""
+    task, gone = asyncio.ensure_future(work), asyncio.ensure_future(ws.wait_closed())
+    try:
+        await asyncio.wait((task, gone), return_when=asyncio.FIRST_COMPLETED)
+        if not task.done():
+            raise ConnectionClosedError(None, None)
+        return task.result()
+    finally:
+        gone.cancel()
+        # It ends with the worker, and its error is nobody's any more.
+        task.add_done_callback(lambda done: done.cancelled() or done.exception())
+
+
+log = logging.getLogger("cohaptic.server")
+
+_MAX_WAITING = 8  # connections that have not begun, or wait for their close
+_GREETING = 10.0  # s for the first message
+Open = Callable[[ObjectFile], Awaitable[None]]
+
+
+class UploadDesk:
+    """Takes files from visitors.
+
+    Args:
+        open_object: Makes a prepared object that of the server.
+        limits: Limits of one upload.
+        rubber: What makes nonlinear solids of the files; None makes linear ones.
+
+    Attributes:
+        worker: Worker of the upload that runs; None without one.
+        busy: Whether there is one.
+    """
+
+    def __init__(
+        self,
+        open_object: Open,
+        limits: UploadLimits | None = None,
+        rubber: Rubber | None = None,
+    ) -> None:
+        self.limits = limits or UploadLimits()
+        self.worker: WorkerProcess | None = None
+        self._open_object = open_object
+        self._rubber = rubber
+        self._clock = SystemClock()
+        self.busy = False
+        self._connections = 0
+
+    @property
+    def endpoint(self) -> Endpoint:
+        """The connections that the desk serves."""
+        return Endpoint(self.serve, max(CHUNK, MAX_UPLOAD_TEXT))
+
+    async def serve(self, ws: Wire) -> None:
+        """Serve one connection to its end; whatever goes wrong is one sentence to it alone."""
+        self._connections += 1
+        try:
+            if self._connections > _MAX_WAITING:
+                limit = f"at most {_MAX_WAITING}"
+                raise RemoteProtocolError("uploads", "too many", limit, CloseCode.ROOM_FULL)
+            await self._serve(ws)
+            await ws.close(1000)
+        except ProtocolError as error:
+            await refuse(ws, error.code, str(error))
+        except TimeoutError:
+            await refuse(ws, CloseCode.UPLOAD_FAILED, "the time of this upload is over")
+        except CohapticError as error:
+            log.info("an upload came to nothing: %s", one_line(str(error), 200))
+            await refuse(ws, CloseCode.UPLOAD_FAILED, str(error))
+        except ConnectionClosed:
+            pass
+        finally:
+            self._connections -= 1
+
+    async def _serve(self, ws: Wire) -> None:
+        limits = self.limits
+        offer = UploadOffer(
+            kinds=KINDS,
+            max_bytes=limits.file,
+            max_memory=limits.memory,
+            max_seconds=limits.prepare,
+        )
+        await ws.send(encode_control(offer))
+        begin = await next_request(ws, BeginUpload, _GREETING)
+        if kind_of(begin.name) not in KINDS:
+            kind = kind_of(begin.name) or "(none)"
+            raise UploadFailed(
+                f"files of kind {kind[:16]} are not read; these are: {' '.join(KINDS)}"
+            )
+        if begin.size > limits.file:
+            raise UploadFailed(
+                f"the file has {begin.size / 2**20:,.1f} MiB; the limit is"
+                f" {limits.file / 2**20:g} MiB. Simplify it first"
+            )
+        if self.busy:
+            raise UploadFailed("another object is being prepared here; try again in a minute")
+        self.busy = True
+        try:
+            async with self._working(begin.name) as call:
+                await self._converse(ws, begin, call)
+        finally:
+            self.busy = False
+
+    @contextlib.asynccontextmanager
+    async def _working(self, name: str) -> AsyncGenerator[Caller]:
+        """A worker, and its end whatever happens."""
+        thread = ThreadPoolExecutor(1, "upload")
+        call = Caller(thread)
+
+        def start() -> None:
+            self.worker = WorkerProcess(self.limits, name, self._rubber)
+
+        def end() -> None:
+            worker, self.worker = self.worker, None
+            if worker is not None:
+                worker.close()
+
+        try:
+            await call(start)
+            yield call
+        finally:
+            if self.worker is not None:
+                self.worker.kill()  # a call that waits for it returns now
+            # In the same thread, so that one whose start is no longer waited for ends as well.
+            await asyncio.shield(call(end))
+            thread.shutdown(wait=False)
+
+    async def _converse(self, ws: Wire, begin: BeginUpload, call: Caller) -> None:
+        limits, worker = self.limits, self.worker
+        assert worker is not None
+        try:
+            async with asyncio.timeout(limits.receive):
+                await pass_on(ws, begin.size, worker, call)
+        except TimeoutError as error:
+            words = f"the file did not come within {limits.receive:g} s"
+            raise UploadFailed(words) from error
+        await follow(ws, worker, call, limits.examine, "reading it")
+        source = await self._choose(ws, worker, call)
+        await ws.send(encode_control(Progress(phase="opening", share=0.0)))
+        name = re.split(r"[\\/]", begin.name)[-1]
+        try:
+            await self._open_object(source)
+        except CohapticError as error:
+            told = str(error).replace(str(source.path), name)
+            raise UploadFailed(told.replace(str(cache_folder()), "the store")) from error
+
+        def command(path: str) -> str:
+            more = ["--nonlinear"] if self._rubber is not None else []
+            return shlex.join(["cohaptic", "serve", "--body", path, *source.to_arguments(), *more])
+
+        log.info("to serve the object again: %s", command(str(source.path)))
+        # No path of this machine is told; the visitor has the file by its own name.
+        await ws.send(encode_control(Prepared(command=command(name))))
+
+    async def _choose(self, ws: Wire, worker: WorkerProcess, call: Caller) -> ObjectFile:
+        """Prepare the object as the visitor wishes; one who wished for what cannot be may again."""
+        limits = self.limits
+        patience = limits.decide
+        for left in reversed(range(limits.tries)):
+            asked = self._clock.now()
+            wish = await next_request(ws, PrepareObject, patience)
+            patience = max(0.0, patience - (self._clock.now() - asked))
+            fields: dict[str, Any] = wish.model_dump(exclude={"type"})
+            await call(partial(worker.send_wish, **fields))
+            try:
+                source = await follow(ws, worker, call, limits.prepare, "preparing it")
+            except ChoiceRefused as refused:
+                if not left:
+                    raise
+                told = {"about": refused.about, "message": refused.why, "tries": left}
+                await ws.send(encode_control(Refused.model_validate(told)))
+                continue
+            if source is not None:
+                return source
+            break
+        raise UploadFailed("what reads it says nothing that can be understood")
+
+
+def take_uploads(serving: Serving) -> UploadDesk:
+    """Let visitors bring objects to a server; nonlinear ones on meshes as fine as a tick affords.
+
+    Args:
+        serving: The server, before it listens.
+    """
+    remove_abandoned()
+    server, damping, nonlinear = serving.server, serving.damping, serving.nonlinear
+    period = server.settings.simulation_period
+    demand = Demand(hz=server.settings.simulation_hz, nonlinear=nonlinear)
+
+    async def open_object(source: ObjectFile) -> None:
+        def made() -> Body:
+            # What takes long is in the store; a process of its own solves with the factor.
+            return build_body(
+                str(source.path), source, nonlinear=nonlinear, damping=damping, demand=demand,
+                late=True,
+            )  # fmt: skip
+
+        await server.exchange(made, serving.served.use)
+
+    desk = UploadDesk(open_object, rubber=Rubber(period, damping) if nonlinear else None)
+    server.endpoints[SUBPROTOCOL] = desk.endpoint
+    return desk
+
+
+@contextlib.asynccontextmanager
+async def _open(serving: Serving, _text: str) -> AsyncGenerator[str]:
+    yield in_words(take_uploads(serving).limits)
+
+
+ROUTE = Route(_open)

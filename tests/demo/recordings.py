@@ -1,0 +1,89 @@
+"""Recordings of a scene in which everything goes as it should, made from its truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.status.row import COLUMNS
+from cohaptic_client.recorder import Recorder
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.numeric import Floats
+from cohaptic_server.room.body_frames import describe
+from cohaptic_tools.demo.analysis import STEP, Recording
+from cohaptic_tools.demo.comparison import RIGHT, reference_drag
+from cohaptic_tools.demo.scene import Scene, reference
+
+
+def blank(name: str, t: Floats) -> Recording:
+    """A hand that is engaged, in place, and feels nothing."""
+    columns: dict[str, Floats] = {column: np.zeros_like(t) for column in COLUMNS}
+    columns |= {"t": t.copy(), "scale": np.ones_like(t), "level": np.ones_like(t)}
+    columns["tick"] = 1.0 + np.floor(60.0 * (t - t[0])) if t.size else t.copy()
+    return Recording(name, columns)
+
+
+def levels(scene: Scene, body: Body, t: Floats) -> Floats:
+    """What everybody intends, shape (users, n)."""
+    info = describe(body)
+    intentions = [scene.script(u).intention(info.center, info.radius) for u in range(scene.users)]
+    return np.array([[i.level(at) for at in t] for i in intentions])
+
+
+def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
+    """A scene of which everybody feels the truth, the others' part of it `delay` later [s]."""
+    t = np.arange(0.0, seconds, STEP)
+    pressed, released = reference(scene, body, pressed=True), reference(scene, body, pressed=False)
+    level = levels(scene, body, t)
+
+    def between(off: Floats, on: Floats, late: float = 0.0) -> Floats:
+        """From the one to the other as the first hand presses, shape (users, ..., n)."""
+        share = np.asarray(np.interp(t - late, t, level[0]), dtype=np.float64)
+        return np.asarray(off[..., None] + (on - off)[..., None] * share)
+
+    tip = between(released.tip, pressed.tip)
+    force = between(released.force, pressed.force)
+    felt = between(released.felt_from_others, pressed.felt_from_others, delay)
+    found: list[Recording] = []
+    for user, name in enumerate(scene.names):
+        recording = blank(name, t)
+        out = tip[user] / np.linalg.norm(tip[user], axis=0)
+        recording.columns.update(
+            zip(("x", "y", "z", "fx", "fy", "fz"), [*tip[user], *(force[user] * out)], strict=True)
+        )
+        recording.columns.update(felt_from_others=felt[user], level=level[user])
+        recording.columns["k_h"] += 200.0
+        found.append(recording)
+    return found
+
+
+def dragged(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
+    """A scene in which the first hand drags, and the second is dragged `delay` later [s]."""
+    t = np.arange(0.0, seconds, STEP)
+    level, true, info = levels(scene, body, t), reference_drag(scene, body), describe(body)
+    late = np.asarray(np.interp(t - delay, t, level[0]), dtype=np.float64)
+    found: list[Recording] = []
+    for user, name in enumerate(scene.names):
+        script, recording = scene.script(user), blank(name, t)
+        intention = script.intention(info.center, info.radius)
+        share: Floats = late if user == RIGHT else level[0]
+        off, on = true.rest.force[user], true.dragged.force[user]
+        force: Floats = off[:, None] + (on - off)[:, None] * share
+        wanted = np.array([intention.tip(at) for at in level[user]]).T
+        recording.columns.update(zip(("fx", "fy", "fz"), force, strict=True))
+        tip = wanted + force / script.hand.stiffness
+        recording.columns.update(zip(("x", "y", "z"), tip, strict=True))
+        recording.columns["level"] = level[user]
+        found.append(recording)
+    return found
+
+
+def save(recording: Recording, folder: Path, to_wall: float = 0.0) -> Path:
+    """Write a recording as a client does."""
+    path = folder / f"{recording.name}.npz"
+    recorder = Recorder(1.0 / STEP)
+    table = np.array([recording.columns[column] for column in COLUMNS]).T
+    recorder.keep(table.astype("<f8").tobytes())
+    recorder.save(path, name=recording.name, to_wall=to_wall)
+    return path

@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+from collections import deque
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from cohaptic.status.report import TouchStatus
+from cohaptic_tools.demo.live_view import GATHER, TRACE, Monitor, picture, sparkline, traced
+from cohaptic_tools.demo.processes import DemoFailed
+from cohaptic_tools.demo.scene import Scene
+
+STATUSES = [
+    TouchStatus(name="left", state="touching", force=4.0, along=1.5, lag=0.16, k_o=250.0),
+    TouchStatus(name="right", state="touching", force=3.0, along=0.6, lag=0.16, k_o=5000.0,
+                max_stiffness=2000.0, law="predictive"),
+]  # fmt: skip
+
+
+def shown(scene: Scene, since: float | None, width: int) -> str:
+    console = Console(width=width)
+    statuses = STATUSES if scene.drags else [s.model_copy(update={"along": None}) for s in STATUSES]
+    traces = {s.name: deque([traced(scene, s)] * 3, maxlen=TRACE) for s in statuses}
+    with console.capture() as capture:
+        console.print(picture(scene, statuses, traces, since, width, every=0.1))
+    return " ".join(capture.get().split())
+
+
+@pytest.mark.parametrize("width", [80, 100, 120, 160])
+def test_it_says_what_is_going_on_at_every_width(width: int) -> None:
+    text = shown(Scene(duration=12.0), 3.2, width)
+    assert "left presses and lets go every" in text
+    assert "predictive law, 80 ms each way" in text
+    assert "3 of 12 s" in text
+    assert "force over the last 6 s, up to 6 N" in text
+    assert "right: device renders 2,000 of 5,000 N/m" in text
+    assert "the object answers the others in 0.16 s" in text
+    assert "…" not in text
+
+
+@pytest.mark.parametrize("width", [80, 100, 120, 160])
+def test_with_friction_the_force_along_the_surface_is_shown(width: int) -> None:
+    text = shown(Scene(friction=0.8), 3.2, width)
+    assert "left presses, then drags 6 mm along the surface and back every" in text
+    assert "right sticks beside it" in text
+    assert "force along the surface over the last 6 s, up to 2 N" in text
+    assert "along" in text
+    assert "1.50 N" in text
+    assert "0.60 N" in text
+    assert "…" not in text
+
+
+def test_it_says_that_it_waits_and_that_it_has_no_end() -> None:
+    assert "everybody comes ..." in shown(Scene(), None, 100)
+    assert "3 s; Ctrl-C for the result" in shown(Scene(), 3.2, 100)
+
+
+def test_the_last_seconds_are_of_the_force_that_the_scene_is_about() -> None:
+    assert traced(Scene(), STATUSES[0]) == 4.0
+    assert traced(Scene(friction=0.8), STATUSES[0]) == 1.5
+    assert traced(Scene(friction=0.8), TouchStatus(name="x", state="connecting")) == 0.0
+
+
+@given(st.lists(st.floats(-100.0, 100.0), max_size=60), st.floats(0.5, 20.0))
+def test_a_sparkline_has_a_block_for_each_force_and_never_falls_with_it(
+    forces: list[float], top: float
+) -> None:
+    blocks = sparkline(deque(forces), top)
+    assert len(blocks) == len(forces)
+    heights = [sparkline(deque([force]), top) for force in sorted(forces)]
+    assert heights == sorted(heights)
+    assert sparkline(deque([0.0, top]), top) == "▁█"
+
+
+def read(monitor: Monitor, now: float, *states: str, fault: str = "") -> None:
+    names = ("left", "right")
+    statuses = [
+        TouchStatus(name=name, state=state, force=1.0)
+        for name, state in zip(names, states, strict=True)
+    ]
+    statuses[1] = statuses[1].model_copy(update={"fault": fault})
+    monitor.read(statuses, now)
+
+
+def test_the_duration_counts_from_when_all_are_engaged() -> None:
+    monitor = Monitor(Scene(duration=5.0), 100.0)
+    read(monitor, 101.0, "touching", "connecting", fault="not engaged yet")
+    assert (monitor.since, monitor.faults) == (None, {})
+    read(monitor, 103.0, "touching", "free")
+    read(monitor, 104.0, "touching", "free", fault="the hand moved")
+    assert monitor.since == 103.0
+    assert not monitor.is_over(107.9)
+    assert monitor.is_over(108.0)
+    assert monitor.faults == {"right": {"the hand moved"}}
+    console = Console(width=100)
+    with console.capture() as capture:
+        console.print(monitor.picture(104.0, 100))
+    assert "1 of 5 s" in " ".join(capture.get().split())
+
+
+def test_a_client_that_ends_or_does_not_come_ends_the_demonstration() -> None:
+    with pytest.raises(DemoFailed, match="right is gone: no server"):
+        read(Monitor(Scene(), 0.0), 1.0, "free", "gone: no server")
+    late = "not everybody came within 45 s: left is free, right is connecting"
+    monitor = Monitor(Scene(), 0.0)
+    read(monitor, GATHER, "free", "connecting")
+    with pytest.raises(DemoFailed, match=late):
+        read(monitor, GATHER + 0.1, "free", "connecting")

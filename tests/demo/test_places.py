@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.body import Load
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.blocks import block
+from cohaptic_tools.demo.places import is_open, place_hands, supported
+from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene, reference
+from cohaptic_tools.demo.settled import Placement
+
+
+@pytest.fixture(scope="module")
+def tower() -> Solid:
+    tets = block((0.06, 0.06, 0.14), (6, 6, 12))
+    settings = SolidSettings(order=1, contact_radius=0.012)
+    return Solid(tets, tets.vertices[:, 2] <= 0.0, settings)
+
+
+@pytest.fixture(scope="module")
+def standing(tower: Solid) -> Placement:
+    return place_hands(tower, held(tower), 2)
+
+
+def held(solid: Solid) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    return solid.shape.fixed[solid.shape.surface]
+
+
+def test_hands_stand_on_the_surface_and_press_into_it(tower: Solid, standing: Placement) -> None:
+    x, n = tower.mesh.vertices, tower.mesh.normals
+    for place in standing.places:
+        vertex = int(np.linalg.norm(x - np.array(place.point), axis=1).argmin())
+        assert x[vertex] == pytest.approx(np.array(place.point))
+        assert -n[vertex] == pytest.approx(np.array(place.inward))
+        assert place.point[2] > 0.02  # off the foot, which is held
+    assert standing.distances[0] == 0.0
+    assert standing.distances[1] >= 0.03
+    assert 0.004 < standing.depth <= PRESS_DEPTH
+
+
+def test_a_flat_object_that_lies_on_what_holds_it_has_places_on_its_other_side() -> None:
+    """Less than two contact radii from what is held, all of it."""
+    tets = block((0.12, 0.12, 0.02), (8, 8, 2))
+    settings = SolidSettings(order=1, contact_radius=0.0128)
+    flat = Solid(tets, tets.vertices[:, 2] <= 0.0, settings)
+    placement = place_hands(flat, held(flat), 2)
+    assert all(place.point[2] == pytest.approx(0.02) for place in placement.places)
+
+
+def test_the_coupling_told_is_the_bodys(tower: Solid, standing: Placement) -> None:
+    loads: list[Load] = []
+    for place in standing.places:
+        v, w = pressure(tower.mesh, np.array(place.point), tower.contact_radius)
+        loads.append(Load(v, w, np.array(place.inward), 0.0))
+    C = tower.respond(loads).compliance
+    assert standing.coupling[0] == pytest.approx(1.0)
+    assert standing.coupling[1] == pytest.approx(C[0, 1] / C[1, 1])
+
+
+def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
+    """At least a twentieth of its own: more than the hand's least difference."""
+    scene = Scene(2, places=standing.places, depth=standing.depth)
+    pressed = reference(scene, tower, pressed=True)
+    released = reference(scene, tower, pressed=False)
+    assert released.force[0] == pytest.approx(0.0)
+    assert abs(pressed.force[1] - released.force[1]) > 0.05 * pressed.force[1]
+    assert (np.abs(pressed.felt_from_others) > 0.05 * pressed.force).all()
+
+
+# Sixteen have no room with three contact radii between each two, and find it with fewer.
+@pytest.mark.slow
+@pytest.mark.parametrize("users", [3, 5, 16])
+def test_more_hands_keep_apart(tower: Solid, users: int) -> None:
+    x = np.array([place.point for place in place_hands(tower, held(tower), users).places])
+    gaps = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(users)
+    assert gaps.min() >= 0.03
+
+
+def test_there_is_an_end_to_the_room(tower: Solid) -> None:
+    with pytest.raises(BodyError, match=r"no (room|place) for 60 hands"):
+        place_hands(tower, held(tower), 60)
+    every = np.ones(len(tower.mesh.vertices), dtype=np.bool_)
+    with pytest.raises(BodyError, match=r"no place for 2 hands: 0 of .*Hold less of it"):
+        place_hands(tower, every, 2)
+
+
+def test_a_body_of_any_kind_has_places(small_balloon: Balloon) -> None:
+    nothing = np.zeros(len(small_balloon.mesh.vertices), dtype=np.bool_)
+    found = place_hands(small_balloon, nothing, 2)
+    assert len(found.places) == 2
+    assert found.coupling[1] < 0.0  # the surface moves out under the other hand
+
+
+def two_balls(gap: float) -> tuple[SurfaceMesh, Floats]:
+    x, faces = icosphere(3, 0.05)
+    both = np.concatenate([x, x + np.array([0.1 + gap, 0.0, 0.0])])
+    return SurfaceMesh(both, np.concatenate([faces, faces + len(x)])), x
+
+
+def test_a_place_with_something_in_front_of_it_is_not_open() -> None:
+    mesh, x = two_balls(0.02)
+    facing, away = int(x[:, 0].argmax()), int(x[:, 0].argmin())
+    assert is_open(mesh, np.array([facing, away]), 0.03).tolist() == [False, True]
+    wide, _ = two_balls(0.2)
+    assert is_open(wide, np.array([facing, away]), 0.03).all()
+
+
+def test_the_support_is_behind_and_not_next_to_a_place() -> None:
+    mesh = SurfaceMesh(*icosphere(3, 0.05))
+    foot = mesh.vertices[:, 2] < -0.04
+    height = mesh.vertices[:, 2]
+    found = supported(mesh, np.arange(len(height)), foot, 0.015)
+    assert found[height > 0.0].all()
+    assert not found[height < -0.036].any()
+
+
+@pytest.mark.slow
+def test_two_hands_whose_contacts_are_wide_stand_as_far_apart_as_there_is_room() -> None:
+    """Less than 2.2 contact radii: the fingertips of a coarse object grow with its elements."""
+    wide = Balloon(BalloonSettings(contact_radius=0.095))
+    found = place_hands(wide, np.zeros(len(wide.mesh.vertices), dtype=np.bool_), 2)
+    assert 1.5 * 0.095 <= found.distances[1] < 2.2 * 0.095

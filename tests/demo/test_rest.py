@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic_server.numeric import Floats
+from cohaptic_tools.demo.analysis import STEP
+from cohaptic_tools.demo.rest import (
+    AT_LIMIT,
+    RIPPLE,
+    RIPPLE_SHARE,
+    Rest,
+    dies_out,
+    judge,
+    judge_stretch,
+    swings,
+)
+from tests.examples_of_laws import examples
+
+LIMIT = 10.0  # N
+SECONDS = 4.0  # of a stretch
+END = 0.6  # s of it that are measured
+SIZE = 3.0  # N
+
+
+def grid() -> Floats:
+    return np.arange(0.0, SECONDS, STEP)
+
+
+def end(stretch: slice) -> slice:
+    return slice(stretch.stop - round(END / STEP), stretch.stop)
+
+
+WHOLE = slice(0, len(grid()))
+
+
+def found(force: Floats) -> Rest:
+    return judge_stretch(force, force[end(WHOLE)])
+
+
+def wave(amplitude: float | Floats, hz: float = 4.0, size: float = SIZE) -> Floats:
+    return np.asarray(size + amplitude * np.sin(2.0 * np.pi * hz * grid()))
+
+
+@given(st.floats(0.0, 9.0), st.floats(0.0, 0.49))
+def test_a_force_at_rest_may_ripple_by_less_than_a_finger_feels(size: float, share: float) -> None:
+    """By `RIPPLE`, or `RIPPLE_SHARE` of itself, peak to peak."""
+    allowed = max(RIPPLE, RIPPLE_SHARE * size)
+    assert found(wave(share * allowed, size=size)) is Rest.RESTS
+
+
+@given(st.floats(0.0, 9.0), st.floats(0.55, 20.0), st.floats(2.0, 12.0))
+@settings(max_examples=examples(40))
+def test_one_that_ripples_more_without_dying_is_unstable(
+    size: float, share: float, hz: float
+) -> None:
+    allowed = max(RIPPLE, RIPPLE_SHARE * size)
+    assert found(wave(share * allowed, hz, size)) is Rest.UNSTABLE
+
+
+def test_a_tenth_of_a_force_is_no_ripple() -> None:
+    """What once was taken for rest: 0.1 N peak to peak, or a tenth of the force."""
+    assert found(wave(0.05)) is Rest.UNSTABLE
+    assert found(wave(0.045 * 8.0, size=8.0)) is Rest.UNSTABLE
+
+
+@given(st.floats(0.5, 3.0), st.floats(3.0, 10.0))
+def test_a_swing_that_grows_is_unstable(rate: float, hz: float) -> None:
+    amplitude = 0.05 * np.exp(rate * (grid() - SECONDS))
+    assert found(wave(amplitude, hz)) is Rest.UNSTABLE
+
+
+@given(st.floats(1.5, 5.0), st.floats(1.5, 2.5), st.sampled_from([-1.0, 1.0]))
+def test_a_force_that_creeps_to_its_value_is_slow(time: float, way: float, sign: float) -> None:
+    assert found(SIZE + sign * way * np.exp(-grid() / time)) is Rest.SLOW
+
+
+def test_a_force_that_drifts_by_less_than_a_finger_feels_rests() -> None:
+    assert found(SIZE + 0.9 * RIPPLE / END * grid()) is Rest.RESTS
+    assert found(SIZE + 2.5 * RIPPLE / END * grid()) is Rest.SLOW
+
+
+@pytest.mark.parametrize("hz", [1.5, 3.0])
+def test_a_swing_that_dies_out_is_slow_as_long_as_it_lasts(hz: float) -> None:
+    """Each swing 0.7 of the one before: late, and no reason to fear."""
+    dying = 8.0 * 0.7 ** (2.0 * hz * grid())
+    assert found(wave(dying, hz)) in (Rest.SLOW, Rest.RESTS)
+    # Where it is still far from rest when measured.
+    assert found(wave(dying * 0.7 ** (-2.0 * hz * 2.5), hz)) is Rest.SLOW
+
+
+def test_what_a_press_leaves_behind_does_not_make_a_lasting_swing_die() -> None:
+    """A large first swing, then one that stays."""
+    force = wave(0.3, 3.0)
+    force[: len(force) // 2 + 150] += 4.0
+    assert found(force) is Rest.UNSTABLE
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_noise_alone_is_unstable_when_it_is_felt(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rough = np.repeat(rng.choice([-1.0, 1.0], len(grid()) // 50), 50)
+    rough[1::100] *= -1.0  # never the same for long
+    assert found(SIZE + 0.2 * RIPPLE * rough) is Rest.RESTS
+    assert found(SIZE + 0.2 * rough) is Rest.UNSTABLE
+
+
+def test_each_hand_is_judged_by_its_worst_stretch() -> None:
+    rests, slow, swinging = wave(0.0), SIZE + np.exp(-0.5 * grid()), wave(0.2)
+    later = slice(WHOLE.stop, 2 * WHOLE.stop)
+    forces = np.array([[*a, *b] for a, b in ((rests, rests), (slow, rests), (slow, swinging))])
+    expected = [Rest.RESTS, Rest.SLOW, Rest.UNSTABLE]
+    assert judge(forces, [WHOLE, later], end, LIMIT) == expected
+    assert judge(forces, [later, WHOLE], end, LIMIT) == expected
+
+
+def test_one_that_had_all_that_the_device_gives_is_unstable() -> None:
+    force = wave(0.0)
+    force[1000:1010] = 1.001 * AT_LIMIT * LIMIT
+    assert judge(force[None], [WHOLE], end, LIMIT) == [Rest.UNSTABLE]
+    force[1000:1010] = 0.99 * AT_LIMIT * LIMIT
+    assert judge(force[None], [WHOLE], end, LIMIT) == [Rest.RESTS]
+
+
+def test_without_a_stretch_nobody_is_judged() -> None:
+    assert judge(np.zeros((2, 0)), [], end, LIMIT) == [None, None]
+
+
+def up(t: Floats) -> Floats:
+    return t
+
+
+def down(t: Floats) -> Floats:
+    return -t
+
+
+@pytest.mark.parametrize("way", [up, down])
+def test_one_way_is_one_swing_and_none_is_none(way: Callable[[Floats], Floats]) -> None:
+    assert swings(way(grid()), 0.1) == pytest.approx([SECONDS], abs=0.01)
+    assert swings(0.01 * way(grid()), 0.1) == []
+
+
+@given(st.lists(st.floats(0.2, 3.0), min_size=1, max_size=8), st.booleans())
+def test_swings_are_the_ways_between_turns(sizes: list[float], first_up: bool) -> None:
+    signs = [1.0 if (i % 2 == 0) == first_up else -1.0 for i in range(len(sizes))]
+    turns = np.cumsum([0.0, *(a * s for a, s in zip(sizes, signs, strict=True))])
+    force = np.interp(np.linspace(0.0, len(sizes), 600), np.arange(len(turns)), turns)
+    rough = force + 0.02 * np.sin(np.arange(600.0))
+    assert swings(rough, 0.1) == pytest.approx(sizes, abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "dying"),
+    [
+        ([1.0, 0.5, 0.25, 0.1], True),
+        ([0.2, 1.0, 0.7, 0.5, 0.3], True),
+        ([3.0, 1.0, 1.0, 1.0, 0.4], False),
+        ([1.0, 1.0], False),
+        ([0.5, 1.0], False),
+        ([1.0, 0.4], True),
+    ],
+)
+def test_swings_die_out_from_the_largest_on(sizes: list[float], dying: bool) -> None:
+    assert dies_out(sizes) is dying

@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.cli.serve import serve
+from cohaptic_server.objects.inertia.inertia import Inertia
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
+from cohaptic_server.testing.blocks import block
+from cohaptic_server.touchable import BALLOON
+from cohaptic_tools.demo.scene import Scene
+from cohaptic_tools.demo.set_up import serve_options, set_up
+
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+
+
+def silent(phase: str, share: float) -> None:
+    """Nobody watches."""
+
+
+@pytest.mark.usefixtures("kernels")
+def test_the_balloon_is_as_it_was() -> None:
+    scene = Scene()
+    body, placed, words = set_up(
+        scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=False, progress=silent
+    )
+    assert isinstance(body, Balloon)
+    assert (placed, words) == (scene, "")
+    rubber, _, _ = set_up(
+        scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=True, progress=silent
+    )
+    assert isinstance(rubber, RubberBalloon)
+
+
+def test_hands_are_put_on_an_object_and_it_is_said_what_they_feel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+    mesh, path = block((0.06, 0.06, 0.14), (6, 6, 12)), tmp_path / "tower.vtk"
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
+    material = SolidSettings(order=1, contact_radius=0.012)
+    wanted = ObjectFile(path, "z < 5%", material=material)
+    _, scene, words = set_up(Scene(3), str(path), wanted, nonlinear=False, progress=silent)
+    assert len(scene.places) == 3
+    assert scene.depth < Scene().depth
+    assert words.startswith("left presses up to ")
+    assert words.count("C_ij/C_ii") == 2
+    for name in ("right is ", "user3 is "):
+        assert name in words
+
+
+FULL = ObjectFile(
+    Path("a.stl"),
+    scale=0.01,
+    edge=0.07,
+    repair=True,
+    material=SolidSettings(1e4, 0.3, 0.01, 1),
+    fix_mesh=Path("bone.stl"),
+    simplify=500,
+    parts=PartMaterials((("left lobe", 3e3), ("a=b", 5e4)), (("a=b", 0.2),)),
+    labels=("3=left lobe", "4"),
+    inertia=Inertia(900.0, (("left lobe", 1100.0),), 0.3),
+)
+
+
+def test_the_server_gets_every_option() -> None:
+    """What `serve` makes of them is the object that the demonstration compares with."""
+    got = parsed(serve_options("a.stl", FULL, nonlinear=True))
+    assert (got["nonlinear"], got["users"]) == (True, 2)
+    assert (got["body"], got["fix"]) == ("a.stl", "")
+    for field in fields(FULL):
+        if field.name not in ("path", "material", "max_memory", "parts", "labels", "inertia"):
+            assert got[field.name] == getattr(FULL, field.name)
+    assert got["max_memory"] == FULL.max_memory / 1e9  # in GB on the command line
+    (young, named), (nu, nu_named) = (
+        parse_values(option, got[option]) for option in ("young", "poisson")
+    )
+    assert young is not None
+    assert nu is not None
+    assert PartMaterials(named, nu_named) == FULL.parts
+    assert tuple(got["label"]) == FULL.labels
+    densities = parse_values("--density", got["density"])
+    assert Inertia(*densities, got["damping_ratio"]) == FULL.inertia
+    material = SolidSettings(young, nu, got["contact_radius"], got["order"], FULL.material.cache)
+    assert material == FULL.material
+    ruled = replace(FULL, fix="z < 10%", fix_mesh=None, repair=False)
+    got = parsed(serve_options("a.stl", ruled, nonlinear=False))
+    assert (got["fix"], got["fix_mesh"], got["repair"]) == ("z < 10%", None, False)
+
+
+def parsed(arguments: list[str]) -> dict[str, Any]:
+    app = typer.Typer()
+    app.command()(serve)
+    command = typer.main.get_command(app)
+    with command.make_context("serve", list(arguments)) as context:
+        return dict(context.params)

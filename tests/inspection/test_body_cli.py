@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from cohaptic.errors import CohapticError
+from cohaptic_server.testing.blocks import block
+from cohaptic_tools.body_cli import body
+
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+HOLD = ["--fix", "z <= 0%", "--order", "1"]
+Run = Callable[..., str]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments: str) -> str:
+        result = CliRunner().invoke(body, list(arguments))
+        if isinstance(result.exception, CohapticError):
+            raise result.exception
+        assert result.exit_code == 0, result.output
+        return result.output
+
+    return call
+
+
+@pytest.fixture
+def cube(tmp_path: Path) -> str:
+    mesh = block((0.1, 0.1, 0.1), (5, 5, 5))
+    path = tmp_path / "cube.vtk"
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
+    return str(path)
+
+
+def test_prepare_says_what_it_has_made_and_where(run: Run, cube: str, tmp_path: Path) -> None:
+    told = run("prepare", cube, *HOLD)
+    assert "cube.vtk: 750 tetrahedra, 152 vertices of surface" in told
+    assert f"ready in {tmp_path / 'store'} after" in told
+    stored = {path: path.stat().st_mtime_ns for path in (tmp_path / "store").iterdir()}
+    assert len(stored) == 2  # tetrahedra, and what makes a solid of them
+    run("prepare", cube, *HOLD)
+    assert {path for path in (tmp_path / "store").iterdir()} == set(stored)
+    run("prepare", cube, *HOLD, "--young", "1000")
+    assert len(list((tmp_path / "store").iterdir())) == 3
+
+
+def test_inspect_says_what_a_cube_is_like(run: Run, cube: str, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
+    picture = tmp_path / "cube.png"
+    told = run("inspect", cube, *HOLD, "--density", "1200", "--out", str(picture))
+    for words in (
+        "a volume mesh, taken as it is",
+        "100 x 100 x 100 mm",
+        "750 tetrahedra of order 1, 216 nodes, 152 on the surface",
+        "angles between faces 45.0 to 90.0 degrees",
+        "36 nodes, 24% of the vertices of the surface",
+        "1000 cm3, 1.2 kg",
+        "the lowest natural one is",
+        "in the median, under a contact of",
+        "for 8",
+        f"written to {picture}",
+    ):
+        assert words in told
+    assert picture.stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        (["--density", "0"], "--density is 0 kg/m3; it must be from 1 to 30000"),
+        (["--users", "40"], "--users is 40; it must be at most 17 at 60 Hz"),
+        (["--users", "2", "--hz", "300"], "--hz is 300 Hz; it must be from 10 to 200"),
+        (["--out", "cube.jpg"], "--out is cube.jpg; it must be a file that ends with .png"),
+        (["--out", "no/such/cube.png"], "in a folder that exists: not no/such"),
+    ],
+)
+def test_what_cannot_be_inspected_says_why(
+    run: Run, cube: str, option: list[str], words: str
+) -> None:
+    with pytest.raises(CohapticError) as error:
+        run("inspect", cube, *HOLD, *option)
+    assert words in str(error.value)
+
+
+def test_a_tick_is_measured_for_those_who_are_expected(run: Run, cube: str) -> None:
+    assert "ms for 5, on this machine" in run("inspect", cube, *HOLD, "--users", "5", "--hz", "50")
+
+
+@pytest.mark.parametrize("command", ["prepare", "inspect"])
+def test_nothing_held_is_refused(run: Run, cube: str, command: str) -> None:
+    with pytest.raises(
+        CohapticError, match="nothing says what of it is held, and it would float away"
+    ):
+        run(command, cube)

@@ -1,0 +1,35 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_uploads.described import from_fields, to_fields
+from cohaptic_uploads.kept_files import uploads_folder
+from cohaptic_uploads.pipe import PipeEnded
+
+MATERIAL = SolidSettings(6e3, 0.3, order=1)
+
+
+def test_an_object_comes_back_as_it_was() -> None:
+    source = ObjectFile(
+        uploads_folder() / "a.stl", "z < 5%", 0.001, 0.07, True, MATERIAL, simplify=4000, shell=0.01
+    )
+    assert from_fields(to_fields(source)) == source
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"young": -1}, {"scale": "x"}, {"edge": float("nan")}, {"order": 7}, {"simplify": 1e400}],
+)
+def test_nonsense_is_no_object(change: dict[str, Any]) -> None:
+    with pytest.raises(PipeEnded, match="no object"):
+        from_fields(to_fields(ObjectFile(uploads_folder() / "a.stl", "z < 5%")) | change)
+
+
+def test_a_file_elsewhere_cannot_be_named() -> None:
+    fields = to_fields(ObjectFile(uploads_folder() / "a.stl", "z < 5%"))
+    found = from_fields(fields | {"file": "../../../etc/passwd"})
+    assert found.path == uploads_folder() / "passwd"
