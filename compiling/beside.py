@@ -27,7 +27,7 @@ NICENESS = 19  # the lowest there is: an idle processor's time, and little of a 
 
 def main() -> None:
     """Entry point."""
-    _give_way()
+    give_way()
     root = Path(__file__).parents[1]
     # Only what `make demo` starts may fetch: it has just installed by the same network.
     if not tools.are_here() and os.environ.get("COHAPTIC_COMPILE") != "fetch":
@@ -51,12 +51,14 @@ def main() -> None:
         job.wait()
 
 
-def _give_way() -> None:
+def give_way() -> None:
     """Get the processor when nobody else wants it."""
     os.nice(NICENESS)
     # Where the kernel shares the processor among sessions first, niceness holds within one only.
-    with contextlib.suppress(OSError):
-        Path("/proc/self/autogroup").write_text(str(NICENESS))
+    # The session of somebody else, such as a terminal or a suite of tests, stays as it is.
+    if os.getsid(0) == os.getpid():
+        with contextlib.suppress(OSError):
+            Path("/proc/self/autogroup").write_text(str(NICENESS))
 
 
 def _end_with_input(group: int) -> None:

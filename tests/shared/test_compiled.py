@@ -106,8 +106,10 @@ def test_a_build_beside_that_is_ended_changes_nothing_and_the_next_goes_on_from_
     before = (folder(root) / MANIFEST).read_bytes()
     temporary = tmp_path / "temporary"
     temporary.mkdir()
+    # A machine that has no time to spare would give it none.
+    soon = "import compiling.beside as beside; beside.NICENESS = 0; beside.main()"
     beside = subprocess.Popen(
-        [sys.executable, "-m", "compiling.beside"],
+        [sys.executable, "-c", soon],
         cwd=root,
         env={**os.environ, "TMPDIR": str(temporary)},
         stdin=subprocess.PIPE,
@@ -117,13 +119,33 @@ def test_a_build_beside_that_is_ended_changes_nothing_and_the_next_goes_on_from_
     with beside:
         assert beside.stdout is not None
         assert beside.stdout.readline().startswith("compiling beside the demo")
-        # At the lowest priority of a busy machine the one kernel may take long.
         until((folder(root) / UNFINISHED).exists, 300.0)
         # Leaving the block closes its input; it ends, while the loop takes 15 s of the processor.
     assert list(temporary.iterdir()) == []
     assert (folder(root) / MANIFEST).read_bytes() == before
     assert sorted(used_in(root)["plain"]) == sorted([*LOOP, "cohaptic_server.mean"])
     assert [unit.group for unit in stale(root)] == ["loop"]
+
+
+AUTOGROUP = Path("/proc/self/autogroup")
+
+
+@pytest.mark.skipif(not AUTOGROUP.exists(), reason="the kernel shares among processes alone")
+@pytest.mark.parametrize("own_session", [True, False])
+def test_what_compiles_beside_gives_way_and_its_terminal_does_not(own_session: bool) -> None:
+    tell = "import os; print(os.nice(0), open('/proc/self/autogroup').read())"
+    before = AUTOGROUP.read_text()
+    told = subprocess.run(
+        [sys.executable, "-c", f"from compiling.beside import give_way; give_way(); {tell}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        start_new_session=own_session,
+    ).stdout
+    assert told.startswith("19 ")
+    assert ("nice 19" in told) == own_session
+    assert AUTOGROUP.read_text() == before
 
 
 def test_the_environment_can_ask_for_plain_python(root: Path) -> None:
