@@ -33,7 +33,7 @@ def main() -> None:
         files = places.of_an_option(name)
         _show(f"files that name the option {name}", len(files), _told(files), listed)
     laws, branches = places.of_a_law(), places.law_branches()
-    _show("files that name the laws", len(laws), _told(laws), listed)
+    _show("files that name one of the laws", len(laws), _told(laws), listed)
     _show("lines that ask which law it is", sum(branches.values()), _told(branches), listed)
     asked = places.asked_for_bodies()
     _show("files that ask for a concrete body", len(asked), _told(asked), listed)

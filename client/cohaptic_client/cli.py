@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cohaptic.cli.output import check_output
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.room_address import room_url
@@ -58,7 +58,7 @@ def touch(
     device: Annotated[
         str, typer.Option(metavar="NAME[:OPTIONS]", help=f"The device: {', '.join(names())}.")
     ] = "simulated",
-    law: Annotated[Law, typer.Option(help="Control law of the local model.")] = Law.PREDICTIVE,
+    law: Annotated[Law, typer.Option(help="Control law of the local model.")] = DEFAULT_LAW,
     friction: Annotated[float, typer.Option(help="Coefficient of friction, 0 (none) to 2.")] = 0.0,
     max_force: Annotated[float, typer.Option(help="Largest force on the hand [N].")] = 10.0,
     delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 0.0,

@@ -40,11 +40,12 @@ def law_in_words(law: Law, device: str) -> str:
         law: That is asked for.
         device: Its name; nobody holds a simulated one.
     """
-    if law is not Law.PI or device == "simulated":
+    if not law.integrates or device == "simulated":
         return ""
     return (
-        "the law pi goes on while the hand rests, so that a hostile server may move it at the "
-        "device's full rate, not by 0.02 N in a millisecond; use it with servers that you trust"
+        f"the law {law.value} goes on while the hand rests, so that a hostile server may move it"
+        " at the device's full rate, not by 0.02 N in a millisecond; use it with servers that you"
+        " trust"
     )
 
 

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from cohaptic.control.friction import MAX_FRICTION
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import MAX_TOKEN, FixedGains, GeometryName
@@ -30,7 +30,7 @@ class ClientSettings:
         law: Local model.
         geometry: Geometry of the local surface.
         fixed_gains: Instead of the server's choice, where the server allows it.
-        thresholds: Thresholds of the integral of `Law.PI`, eqs. (17), (18).
+        thresholds: Thresholds of the law's integral, eqs. (17), (18).
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
             it as the paper does.
         friction: mu of the contact; 0 for none.
@@ -55,7 +55,7 @@ class ClientSettings:
 
     url: str
     name: str
-    law: Law = Law.PREDICTIVE
+    law: Law = DEFAULT_LAW
     geometry: GeometryName = "plane"
     fixed_gains: FixedGains | None = None
     thresholds: Thresholds = field(default_factory=Thresholds)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, takes_object
 from cohaptic_server.touchable import BALLOON
 
@@ -43,7 +43,7 @@ def demo(
     users: Annotated[int, typer.Option(help="Hands round the balloon, 2 to 16.")] = 2,
     delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 80.0,
     jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
-    law: Annotated[Law, typer.Option(help="Control law.")] = Law.PREDICTIVE,
+    law: Annotated[Law, typer.Option(help="Control law.")] = DEFAULT_LAW,
     friction: Friction = 0.0,
     simulation_hz: SimulationHz = 60.0,
     seed: Seed = 0,

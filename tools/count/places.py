@@ -10,12 +10,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 CORE = ("shared", "client/cohaptic_client", "server/cohaptic_server")
 PRODUCTION = ("shared", "client", "server", "web/src")
-_LAW = re.compile(r"\bLaw\b|\bLawName\b|\bLAWS\b|[\"'](proportional|predictive|pi)[\"']")
-_BRANCH = re.compile(
-    r"\blaw (is|is not|==|!=|in|not in) "
-    r"|\b(is|is not|==|!=) _?(Law\.)?(PREDICTIVE|PROPORTIONAL|PI)\b"
-    r"|\blaw\w* [!=]== "
-)
+# A name of one law, as a member of `Law` or as a text. Whoever passes a law on names none.
+_ONE = r"(\bLaw\.(PREDICTIVE|PROPORTIONAL|PI)\b|[\"'](proportional|predictive|pi)[\"'])"
+_LAW = re.compile(_ONE)
+_BRANCH = re.compile(rf"(\bis|\bis not|[!=]==?) (_(PREDICTIVE|PROPORTIONAL|PI)\b|{_ONE})")
 _BODIES = "cohaptic_server.bodies"
 # Modules of bodies that define abilities and no body.
 _PROTOCOLS = (f"{_BODIES}.body", f"{_BODIES}.touched_body")
@@ -39,7 +37,7 @@ def naming(pattern: re.Pattern[str], folders: Iterable[str] = PRODUCTION) -> dic
 
 
 def of_a_law() -> dict[Path, int]:
-    """Files that name the laws; a new one is looked for in each."""
+    """Files that name a law; a new one is looked for in each."""
     return naming(_LAW)
 
 

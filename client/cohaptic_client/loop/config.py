@@ -23,7 +23,7 @@ class LoopConfig:
             [s].
         haptic_period: T [s].
         simulation_period: N T [s].
-        law: Settings of the integral of `Law.PI`.
+        law: Settings of a law's integral.
         smoothing: Share of a simulation period over which the loop moves to a new patch.
         max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].
         friction: mu of the contact; 0 for none.
@@ -96,13 +96,13 @@ def silent_after(simulation_period: float) -> float:
     return max(0.1, 3.0 * simulation_period)
 
 
-INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which the integral of `Law.PI` lets go
+INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which a law's integral lets go
 
 
 def law_settings(
     thresholds: Thresholds, simulation_period: float, limits: SafetyLimits
 ) -> LawSettings:
-    """Settings of the integral of `Law.PI`.
+    """Settings of a law's integral.
 
     It lets go over two simulation periods (5.1), but not faster than 1 % of it per millisecond.
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Gains
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic_client.loop.law_fade import LawFade, with_gains
 from cohaptic_client.loop.slew import slew_gain
@@ -13,7 +13,6 @@ from cohaptic_client.loop.state import LoopSettings, LoopState
 
 MOST_CHANGE: Final = 2.0  # of a compliance within one patch; more is a mistake of the patch
 _AS_STIFF: Final = 1.0 - 1e-5  # K_h C_ii of a hand that has the object's own stiffness, in 32 bits
-_PREDICTIVE: Final = Law.PREDICTIVE  # bound once: the look-up in the class is slow, and this is hot
 
 
 def gains_as_sent(patch: Patch, settings: LoopSettings) -> Gains:
@@ -31,7 +30,7 @@ def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
         return gains_as_sent(patch, settings)
     least, most = patch.c_ii / MOST_CHANGE, patch.c_ii * MOST_CHANGE
     c_ii = max(MIN_COMPLIANCE, least, min(most, sight.c_ii))
-    if patch.law is _PREDICTIVE:
+    if not patch.law.answers_own_dent:
         # The object's stiffness here, or the device's where the server says that it is softer.
         limit = settings.max_stiffness
         if patch.k_h * patch.c_ii < _AS_STIFF:

@@ -88,7 +88,7 @@ def switch(
         return fade
     if fade.before is None:
         memory = AT_REST
-        if sight is not None and law is not Law.PROPORTIONAL:
+        if sight is not None and law.integrates:
             depth = pressed_depth(law, sight)
             memory = IntegralState(max(0.0, force - gains.k_h * depth), 0.0, depth)
         return LawFade(Running(law, gains, memory), fade.now, 0.0)

@@ -31,7 +31,7 @@ class LoopSettings:
     Args:
         simulation_period: Time between patches, N T [s].
         limits: Limits of the safety layer.
-        law: Settings of the integral of `Law.PI`.
+        law: Settings of the law's integral.
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
             it as the paper does, with a step of the surface at every patch.
         max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].

@@ -11,7 +11,6 @@ import math
 from typing import Final
 
 from cohaptic.control.friction import anchor_of
-from cohaptic.control.law import Law
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.patch import MAX_STIFFNESS
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub
@@ -24,7 +23,6 @@ from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW
 from cohaptic_client.loop.safety import SafetyLimits, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
-_PI: Final = Law.PI  # bound once, as in `gains`
 _CUT: Final = 0.95  # of the law's force, from which on the damping counts as cut to it
 _SWITCH: Final = 1  # of `DeviceSample.buttons`
 _REACH: Final = MAX_POSITION * MAX_POSITION  # m^2; of a tip that is somewhere
@@ -179,12 +177,12 @@ def own_force(
     surface; friction follows a normal force by mu, at a right angle to it. For a hand that is
     faster than `SLOW`, a damping that is cut to the law's force follows that, too, and a damping
     that comes or goes may do so; a slower hand has little energy to be taken, and what a server
-    could make of it would be all that such a hand feels. The integral of `Law.PI` goes on while the
+    could make of it would be all that such a hand feels. An integral goes on while the
     hand rests: nothing bounds that.
     """
     fade = contact.fade
     if fade is not None and (
-        fade.now.law is _PI or (fade.before is not None and fade.before.law is _PI)
+        fade.now.law.integrates or (fade.before is not None and fade.before.law.integrates)
     ):
         return math.inf
     way = norm(contact.moved)

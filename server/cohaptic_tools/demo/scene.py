@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from cohaptic.control.friction import MAX_FRICTION
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic_server.bodies.body import Body
@@ -43,7 +43,7 @@ class Scene:
     users: int = 2
     delay: float = 0.08
     jitter: float = 0.0
-    law: Law = Law.PREDICTIVE
+    law: Law = DEFAULT_LAW
     simulation_hz: float = 60.0
     seed: int = 0
     duration: float | None = None

@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import Clock
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.modal.modes import HIGHEST
 from cohaptic_server.bodies.solid.shape import SolidShape
@@ -88,7 +88,7 @@ def _ticks(
         touches = [
             Touch(
                 user=user + 1,
-                law=Law.PREDICTIVE,
+                law=DEFAULT_LAW,
                 max_stiffness=1000.0,
                 max_force=10.0,
                 probe=_vec(x[user] - 0.001 * out[user]),

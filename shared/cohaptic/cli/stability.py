@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cohaptic.cli.output import check_output
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import SettingError, one_line
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # Above 60 lines because typer takes each option with its help from the signature.
 def stability(
-    law: Annotated[Law, typer.Option(help="Control law.")] = Law.PREDICTIVE,
+    law: Annotated[Law, typer.Option(help="Control law.")] = DEFAULT_LAW,
     k_o: Annotated[float, typer.Option(help="Stiffness of the object at the contact [N/m].")] = 200,
     k_h: Annotated[
         str | None,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import Law, felt_stiffness
 from cohaptic.control.stability.several_contacts import couple, largest_uniform_gains
 from cohaptic.control.stability.single_contact import (
     Floats,
@@ -60,15 +60,15 @@ def alone(
         ("simulation period", sim_period, haptic_period),
         ("delay", delay, 0.0),
     )
-    if law is Law.PREDICTIVE and integral_gain > 0.0:
-        raise SettingError("integral_gain", integral_gain, "left out: predictive has no integral")
+    if integral_gain > 0.0 and not law.answers_own_dent:
+        raise SettingError("integral_gain", integral_gain, f"left out: {law.value} has no integral")
     rate_ratio, samples = _in_samples(sim_period, delay, haptic_period)
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
-    if law is Law.PREDICTIVE:
+    if not law.answers_own_dent:
         # The surface is free of the own force, so with the true compliance there is no loop.
         radius = 0.0
-    elif law is Law.PI:
+    elif law.integrates:
         local = integral_model(k_h, integral_gain, haptic_period)
         radius = lifted_radius(local, body, rate_ratio, samples)
         if samples == 0 and k_h > 0.0 and integral_gain > 0.0:
@@ -83,7 +83,7 @@ def alone(
         "stable": radius < 1.0,
         "spectral_radius": radius,
         "closed_condition": closed,
-        "felt_stiffness": _felt(law, k_o, k_h),
+        "felt_stiffness": felt_stiffness(law, k_h, 1.0 / k_o),
         "rate_ratio": rate_ratio,
         "delay_samples": samples,
     }
@@ -96,13 +96,6 @@ def _in_samples(sim_period: float, delay: float, haptic_period: float) -> tuple[
     if rate_ratio * haptic_period > 10.0 or samples > 10_000:
         raise SettingError("delay and periods", f"{samples} samples", "at most 10,000 samples")
     return rate_ratio, samples
-
-
-def _felt(law: Law, k_o: float, k_h: float) -> float:
-    """Stiffness that the hand feels in the steady state [N/m]."""
-    if law is Law.PI:
-        return k_o
-    return min(k_h, k_o) if law is Law.PREDICTIVE else k_h * k_o / (k_h + k_o)  # eq. (11)
 
 
 def area_corners(
@@ -158,7 +151,7 @@ def several(
         "felt_stiffness": list(judged.felt_stiffness),
         "stiffness_loss": list(judged.stiffness_loss),
     }
-    if law is Law.PREDICTIVE:
+    if judged.coupling is not None:
         answer |= {"coupling": judged.coupling, "lag_needed": judged.lag_needed}
     return answer
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cohaptic.cli.stability_answers import check_period
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.control.stability.lag_choice import (
     SHARE,
     coupling_matrix,
@@ -49,8 +49,9 @@ def room(
     Raises:
         SettingError: A value is outside its limits, or outside the theorem.
     """
-    if law is not Law.PREDICTIVE:
-        raise SettingError("law", law.value, "predictive with --delays: no other has a lag")
+    if law.answers_own_dent:
+        limit = f"{DEFAULT_LAW.value} with --delays: one of the paper has no lag"
+        raise SettingError("law", law.value, limit)
     if C.ndim == 2 and len(C) > MAX_USERS:
         raise SettingError("compliance", f"that of {len(C)} users", f"of at most {MAX_USERS}")
     check_compliance(C)

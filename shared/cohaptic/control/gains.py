@@ -64,12 +64,12 @@ def choose_gains(
     """
     if fixed is not None:
         return Gains(min(fixed.k_h, max_stiffness), fixed.integral_gain)
-    if law is Law.PREDICTIVE:
+    if not law.answers_own_dent:
         return Gains(min(1.0 / row[i], max_stiffness))
     coupled = coupled_stiffness(row)
-    if law is Law.PROPORTIONAL:
+    if not law.integrates:
         return Gains(min(alpha * coupled, max_stiffness))
-    # The integral of `Law.PI`, too, is one of the stiffness that the device renders.
+    # An integral, too, is one of the stiffness that the device renders.
     coupled = min(coupled, max_stiffness)
     k_h = PI_SHARE_K * coupled
     # The client moves to a new patch over one period, which counts as one more.

@@ -32,13 +32,31 @@ from cohaptic.vec import dot
 
 
 class Law(Enum):
-    """Name of a local model."""
+    """A local model, in the order of the numbers on the wire.
+
+    Whoever has to treat laws differently asks for one of these properties and not for a name.
+
+    Attributes:
+        answers_own_dent: Whether it presses on the surface with the dent of its own force in it.
+            Its force then returns to it one round trip late, and gain and neighbours are bounded
+            by that (science 3.1, 3.2). A law that does not has the object's own stiffness at any
+            delay (3.3), and the room's lag bounds the neighbours (3.8).
+        integrates: Whether it has an integral, which goes on while the hand rests.
+    """
 
     PROPORTIONAL = "proportional"
     PI = "pi"
     PREDICTIVE = "predictive"
 
+    answers_own_dent: bool
+    integrates: bool
 
+
+# Attributes and no methods: they are read in every period and for every user in every tick.
+for _law in Law:
+    _law.answers_own_dent = _law is not Law.PREDICTIVE
+    _law.integrates = _law is Law.PI
+DEFAULT_LAW: Final = Law.PREDICTIVE
 # Bound once: to look a member up in its class is slow, and this is done every period.
 _PREDICTIVE: Final = Law.PREDICTIVE
 _PROPORTIONAL: Final = Law.PROPORTIONAL
@@ -62,7 +80,7 @@ class Gains:
 
 
 class LawSettings(NamedTuple):
-    """Settings of the integral of `Law.PI`.
+    """Settings of a law's integral.
 
     Fields:
         thresholds: Eqs. (17), (18).
@@ -110,7 +128,7 @@ def pressed_depth(law: Law, sight: Sight) -> float:
 
     The paper's laws press on the surface as the simulation returned it, own dent included.
     """
-    if law is _PREDICTIVE:
+    if not law.answers_own_dent:
         return sight.depth
     return sight.depth - sight.c_ii * dot(sight.own_force, sight.normal)
 
@@ -188,6 +206,19 @@ def proportional_force(depth: float, k_h: float) -> float:
         Force on the hand along the outward normal [N].
     """
     return k_h * depth if depth > 0.0 else 0.0
+
+
+def felt_stiffness(law: Law, k_h: float, c_ii: float) -> float:
+    """Stiffness that a hand alone feels in the steady state [N/m].
+
+    Args:
+        law: Local model.
+        k_h: Gain [N/m].
+        c_ii: Compliance of the contact, 1 / K_o [m/N].
+    """
+    if law.integrates:
+        return 1.0 / c_ii
+    return proportional_stiffness(k_h, c_ii) if law.answers_own_dent else min(k_h, 1.0 / c_ii)
 
 
 def proportional_stiffness(k_h: float, c_ii: float) -> float:

@@ -16,7 +16,7 @@ from pydantic import (
     ValidationError,
 )
 
-from cohaptic.control.law import Law
+from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
 from cohaptic.protocol.control.capabilities import Capabilities
 from cohaptic.protocol.control.chosen_name import ChosenName
@@ -82,7 +82,7 @@ class Hello(WithSecrets):
     type: Literal["hello"] = "hello"
     protocol: int
     name: ChosenName
-    law: Law = Law.PREDICTIVE
+    law: Law = DEFAULT_LAW
     max_stiffness: float = Field(default=1000.0, gt=0.0, le=1e6)
     max_force: float = Field(default=10.0, gt=0.0, le=100.0)
     damping_budget: float = Field(default=0.0, ge=0.0, le=1000.0)

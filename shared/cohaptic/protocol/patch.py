@@ -59,7 +59,7 @@ _LAW_SHIFT: Final = 4
 _LAW_MASK: Final = 0x000F
 _COMPLIANCE_FLAG: Final = 0x0100
 _COMPLIANCE: Final = struct.Struct("<6f")
-LAWS: Final = (Law.PROPORTIONAL, Law.PI, Law.PREDICTIVE)  # by number on the wire, from 1
+LAWS: Final = tuple(Law)  # by number on the wire, from 1
 
 
 class Geometry(IntEnum):

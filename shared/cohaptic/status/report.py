@@ -9,6 +9,8 @@ from cohaptic.control.law import Law
 # Share of the object's stiffness from which a device counts as no softer: a difference of 1 % is
 # far below the just noticeable difference of stiffness, about 10 % or more.
 AS_STIFF = 0.99
+# Laws whose hand has the stiffness of the object, where its device renders that.
+_AS_STIFF_AS_OBJECT = [law.value for law in Law if not law.answers_own_dent]
 
 
 class TouchStatus(BaseModel):
@@ -73,5 +75,5 @@ class TouchStatus(BaseModel):
     @property
     def soft(self) -> bool:
         """Whether the device cannot render the object's stiffness, and the hand feels its own."""
-        stiff = self.law == Law.PREDICTIVE.value and self.max_stiffness > 0.0
+        stiff = self.law in _AS_STIFF_AS_OBJECT and self.max_stiffness > 0.0
         return stiff and self.max_stiffness < AS_STIFF * self.k_o

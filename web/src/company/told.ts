@@ -2,6 +2,7 @@
 
 import type { TouchState } from "../model/hand";
 import type { RoomEvent, SceneSnapshot, SceneStore } from "../model/scene";
+import { answersOwnDent } from "../model/laws";
 import { norm } from "../model/vec";
 import { el, say, show } from "../ui/dom";
 import { fixed, named } from "../ui/words";
@@ -77,7 +78,7 @@ export class Told {
     }
     const who = [...this.pressed.values()].sort((a, b) => a.user - b.user);
     // Under the paper's laws the own dent, which comes back late, is in it too.
-    const told = own?.doing === "touching" && own.law === "predictive" && own.requested_law === "predictive";
+    const told = own?.doing === "touching" && own.law !== null && !answersOwnDent(own.law) && !answersOwnDent(own.requested_law);
     const push = pushWords(told ? own.felt_from_others : 0, who);
     this.write(this.push, push, who);
     // That one has come who pushes need not be said.

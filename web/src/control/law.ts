@@ -5,7 +5,7 @@
  * It has no clock, no log and no clamp: limits are applied once, last, by `touch/safety.ts`.
  */
 
-import type { LawName } from "../model/laws";
+import { answersOwnDent, type LawName } from "../model/laws";
 import { dot } from "../model/vec";
 import type { Sight } from "./geometry";
 import { predictiveForce } from "./predictive";
@@ -49,7 +49,7 @@ export const NO_FORCE: LocalForce = { normal_force: 0, felt_from_others: 0, inde
 
 /** Depth that a law presses on [m]: the paper's laws press on the surface as it was returned, own dent included. */
 export function pressedDepth(law: LawName, sight: Sight): number {
-  return law === "predictive" ? sight.depth : sight.depth - sight.c_ii * dot(sight.own_force, sight.normal);
+  return answersOwnDent(law) ? sight.depth - sight.c_ii * dot(sight.own_force, sight.normal) : sight.depth;
 }
 
 /** Force of `law` for a probe at a local surface, free of this client's own force. */

@@ -7,10 +7,11 @@
  */
 
 import type { RoomLag } from "../model/body";
+import { answersOwnDent, type LawName } from "../model/laws";
 import type { UserState } from "../model/scene";
 
 /** Whose gains: of a law with all hands in mind, or of the paper's rule, which considers one contact alone. */
-export type Rule = "predictive" | "pi" | "proportional" | "alone";
+export type Rule = LawName | "alone";
 
 /** What a room is looked up by; whole numbers, as in the table. */
 export interface RoomFacts {
@@ -73,7 +74,7 @@ export function roomFacts(users: readonly UserState[], room: RoomLag, most: numb
   if (hands.length > most) return "too many";
   if (hands.some((user) => user.friction)) return "friction";
   if (hands.some((user) => user.law !== first.law)) return "mixed laws";
-  if (first.law === "predictive" && hands.some((user) => user.k_h * user.c_ii < AS_STIFF)) return "soft device";
+  if (!answersOwnDent(first.law) && hands.some((user) => user.k_h * user.c_ii < AS_STIFF)) return "soft device";
   const rules = new Set(hands.map(ruleOf));
   const [rule] = rules;
   if (rules.size > 1 || rule === undefined || rule === null) return "own gains";

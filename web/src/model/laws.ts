@@ -1,6 +1,21 @@
 /** The local control laws and surfaces that a hand can use. */
 
-export type LawName = "proportional" | "pi" | "predictive";
+/** By number on the wire, from 1. */
+export const LAWS = ["proportional", "pi", "predictive"] as const;
+export type LawName = (typeof LAWS)[number];
+/** A law, or the rule of the paper for one hand, which is `proportional` with a gain of the page's own choice. */
+export type LawChoice = LawName | "paper";
+export const DEFAULT_LAW = "predictive" satisfies LawName;
+
+/** Whether it presses on the surface with the dent of its own force in it, which comes back a round trip late. */
+export function answersOwnDent(law: LawName): boolean {
+  return law !== "predictive";
+}
+
+/** Whether it has an integral, which goes on while the hand rests. */
+export function integrates(law: LawName): boolean {
+  return law === "pi";
+}
 
 export type GeometryName = "plane" | "sphere" | "mesh";
 

@@ -2,11 +2,10 @@
 
 import { type RestMesh, sameMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
-import { type LawName, PAPER } from "../model/laws";
+import { DEFAULT_LAW, type LawChoice, type LawName, PAPER } from "../model/laws";
 import { FULL_FORCE } from "../model/scale";
 import type { SceneSnapshot, WatchInfo } from "../model/scene";
 import { along, norm, scale, sub, unit, type Vec3 } from "../model/vec";
-import type { LawChoice } from "../ui/dock";
 import { deeper, depart, type Finger, follow, goal, hover, type Place3, press, release, slide } from "../view/pointing/finger";
 import type { Place } from "../view/pointing/pick";
 import { type Met, Shape } from "../view/shape";
@@ -26,7 +25,7 @@ export class OwnHand {
   /** Last word of a hand that the server ended; null while there is none. */
   ended: TouchState | null = null;
   /** The chosen law; the law in use follows with the next patches. */
-  law: LawChoice = "predictive";
+  law: LawChoice = DEFAULT_LAW;
   /** mu of the finger. */
   friction = 0;
   private readonly startTouch: StartTouch;

@@ -4,7 +4,7 @@ import { socketUrl } from "../address";
 import { CompanyCorner } from "../company/corner";
 import type { TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
-import { Dock, type LawChoice } from "../ui/dock";
+import { Dock } from "../ui/dock";
 import { LazyDialog } from "../ui/lazy_dialog";
 import { Ghost } from "../ui/ghost";
 import { GamepadPlace } from "../ui/gamepad/place";
@@ -216,7 +216,7 @@ export class Page {
 
   toggleTheme(): void { this.theme.switch(); }
 
-  private setLaw(law: LawChoice): void {
+  private setLaw(law: OwnHand["law"]): void {
     this.own.setLaw(law);
     this.dock.setLaw(law);
   }

@@ -2,6 +2,7 @@
 
 import type { TouchHandle } from "../model/hand";
 import type { RestMesh } from "../model/body";
+import { DEFAULT_LAW } from "../model/laws";
 import { FULL_FORCE } from "../model/scale";
 import type { WatchInfo } from "../model/scene";
 import { along, unit, type Vec3 } from "../model/vec";
@@ -47,7 +48,7 @@ export class Partner {
     const normal = unit(at(vertexNormals(mesh.vertices, mesh.faces), mesh.faces, place));
     this.goal = along(at(mesh.vertices, mesh.faces, place), -DEPTH * radius, normal);
     this.handle = this.startTouch({
-      url, name: freeName(names), law: "predictive", geometry: "sphere", max_force: FULL_FORCE, friction: 0, passivity: true,
+      url, name: freeName(names), law: DEFAULT_LAW, geometry: "sphere", max_force: FULL_FORCE, friction: 0, passivity: true,
       hand: HANDS.firm, target: along(center, AWAY * radius, unit(towards)),
     }, true);
     return true;

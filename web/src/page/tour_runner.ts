@@ -1,6 +1,7 @@
 /** Runs the tour on the page: reads the facts, does the actions, and puts everything back at the end. */
 
 import type { TouchHandle, TouchState } from "../model/hand";
+import type { LawChoice } from "../model/laws";
 import type { SceneStore, SceneSnapshot, UserHistory } from "../model/scene";
 import { norm, sub, unit, type Vec3 } from "../model/vec";
 import { TourCard } from "../tour/card";
@@ -37,7 +38,7 @@ export interface Hands {
   readonly view: () => SceneSnapshot | null;
   readonly own: OwnHand;
   readonly touch: () => void;
-  readonly law: (law: "proportional" | "predictive" | "paper") => void;
+  readonly law: (law: LawChoice) => void;
   readonly measure: (by: Yardstick) => void;
   readonly colour: (by: Colouring) => void;
   readonly look: (orbit: Orbit) => void;

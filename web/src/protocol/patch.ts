@@ -8,7 +8,7 @@
 
 import { isDefinite } from "../control/friction";
 import type { Compliance3, RoomLag } from "../model/body";
-import type { GeometryName, LawName } from "../model/laws";
+import { type GeometryName, type LawName, LAWS } from "../model/laws";
 import { norm, type Vec3 } from "../model/vec";
 import {
   checkFinite,
@@ -34,7 +34,6 @@ export const MIN_COMPLIANCE = 1 / MAX_STIFFNESS;
 const ROUNDING = 1e-6; // of c_ii in 32 bits
 const MAX_CURVATURE = 1e4; // 1/m; a tenth of a millimetre round
 const GEOMETRIES: readonly (GeometryName | undefined)[] = [undefined, "plane", "sphere", "mesh"];
-const LAWS: readonly (LawName | undefined)[] = [undefined, "proportional", "pi", "predictive"];
 
 /** One user's local surface and the gains with which the local model presses on it; fields as in `docs/protocol.md`. */
 export interface Patch {
@@ -60,8 +59,8 @@ export interface Patch {
 
 /** Law of a number on the wire; throws ProtocolError. */
 export function lawOf(number: number): LawName {
-  const law = LAWS[number];
-  if (law === undefined) throw new ProtocolError("law of a frame", number, "1, 2 or 3");
+  const law = LAWS[number - 1];
+  if (law === undefined) throw new ProtocolError("law of a frame", number, `1 to ${LAWS.length}`);
   return law;
 }
 

@@ -5,6 +5,7 @@
  * long says so and goes on without. Steps that the server does not allow are skipped, with a sentence.
  */
 
+import type { LawChoice, LawName } from "../model/laws";
 import type { Swing } from "./swing";
 
 /** State of the live system that the steps depend on. */
@@ -24,7 +25,7 @@ export interface Facts {
   /** The shortest loop of the hands that the tour delays, measured [s]; 0 before all were measured. */
   readonly loopDelay: number;
   /** The law that runs, and whether its gain is the paper's rule. */
-  readonly law: "proportional" | "pi" | "predictive" | null;
+  readonly law: LawName | null;
   readonly paper: boolean;
   /** Of the own force in the last seconds; null before there were so many since what the tour has changed took effect. */
   readonly swing: Swing | null;
@@ -41,7 +42,7 @@ export type Action =
   | { readonly kind: "press"; readonly depth: number }
   | { readonly kind: "lift" }
   | { readonly kind: "hold"; readonly grip: "natural" | "firm" }
-  | { readonly kind: "law"; readonly law: "proportional" | "predictive" | "paper" }
+  | { readonly kind: "law"; readonly law: LawChoice }
   | { readonly kind: "delay"; readonly delay: number }
   | { readonly kind: "measure"; readonly by: "alone" | "coupled" }
   | { readonly kind: "colour"; readonly by: "displacement" | "stiffness" }

@@ -1,20 +1,19 @@
 /** The dock of the own hand: joining and leaving, law, friction, and the force. */
 
 import type { TouchState } from "../model/hand";
-import type { LawName } from "../model/laws";
+import { DEFAULT_LAW, type LawChoice, type LawName } from "../model/laws";
 import { forceShare, FULL_FORCE } from "../model/scale";
 import { norm } from "../model/vec";
 import { type Choice, choice, el, say, show, symbol } from "./dom";
 import { icon } from "./icons";
 import { CutPicture } from "./plots/cut_picture";
 import type { Inks } from "./plots/canvas";
-import { fixed, millimetres } from "./words";
+import { fixed, LAW_WORDS, millimetres } from "./words";
 
 /** mu of the finger, as one chooses it. */
 type Roughness = "0" | "0.4" | "0.8";
 
 /** A law, or the paper's rule: proportional with a gain just below K_o of the contact alone. */
-export type LawChoice = LawName | "paper";
 
 export interface DockActions {
   touch(on: boolean): void;
@@ -57,14 +56,12 @@ export class Dock {
     this.laws = choice<LawChoice>(
       "Local model of your hand",
       [
-        ["predictive", "Predictive", "Presses on the surface free of its own force: the object's own stiffness, at any delay"],
-        ["pi", "PI", "The paper's proportional-integral law, its gains chosen for the measured delay"],
-        ["proportional", "Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
+        ...(Object.keys(LAW_WORDS) as LawName[]).map((law): [LawName, string, string] => [law, ...LAW_WORDS[law]]),
         ["paper", "Paper\u2019s rule", "Proportional with K_h just below K_o of this contact alone: the rule for one user"],
       ],
       (law) => { actions.law(law); },
     );
-    this.laws.set("predictive");
+    this.laws.set(DEFAULT_LAW);
     const friction = choice<Roughness>(
       "Friction of your finger",
       [

@@ -2,7 +2,7 @@
 
 import type { RoomLag } from "../model/body";
 import type { OwnLink } from "../model/hand";
-import type { LawName } from "../model/laws";
+import { answersOwnDent, type LawName } from "../model/laws";
 import type { UserState } from "../model/scene";
 import { written } from "./plots/lanes";
 
@@ -39,7 +39,7 @@ const FAR = 100; // a margin beyond is as good as any
 /** The stiffness that a device renders when it is softer than the object; empty for the others. */
 export function softWords(user: Pick<UserState, "law" | "k_h" | "c_ii">): string {
   const k_o = user.c_ii > 0 ? 1 / user.c_ii : 0;
-  if (user.law !== "predictive" || !(user.k_h > 0 && user.k_h < AS_STIFF * k_o)) return "";
+  if (answersOwnDent(user.law) || !(user.k_h > 0 && user.k_h < AS_STIFF * k_o)) return "";
   return `device renders ${WHOLE.format(user.k_h)} of ${WHOLE.format(k_o)} N/m`;
 }
 
@@ -58,10 +58,11 @@ export function lagReasons({ lag, coupling, margin }: RoomLag): string {
   return `${m}${far}: forces enter the object through a lag, so that hands that move are steady at any delay. Its stiffness stays.`;
 }
 
-export const LAWS: Readonly<Record<LawName, string>> = {
-  predictive: "Predictive",
-  pi: "PI",
-  proportional: "Proportional",
+/** Of each law, in the order in which they are offered: its name and a sentence. */
+export const LAW_WORDS: Readonly<Record<LawName, readonly [name: string, hint: string]>> = {
+  predictive: ["Predictive", "Presses on the surface free of its own force: the object's own stiffness, at any delay"],
+  pi: ["PI", "The paper's proportional-integral law, its gains chosen for the measured delay"],
+  proportional: ["Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
 };
 
 const NEAR = 0.15; // s of a loop in which hardly anybody notices a delay: two ticks, two ways in a town, a picture

@@ -2,6 +2,7 @@
 
 import type { TouchState } from "../model/hand";
 import type { UserState } from "../model/scene";
+import { answersOwnDent } from "../model/laws";
 import { along, dot, norm, sub, type Vec3 } from "../model/vec";
 
 export interface Pose {
@@ -38,7 +39,7 @@ export const LEAST_FORCE = 0.02;
  */
 export function proxyOf(user: Told): Vec3 {
   const pressed = Math.max(0, dot(user.force, user.normal));
-  if (user.friction && user.law === "predictive" && user.k_h > 0) {
+  if (user.friction && !answersOwnDent(user.law) && user.k_h > 0) {
     return along(user.probe, pressed * Math.max(0, 1 / user.k_h - user.c_ii), user.normal);
   }
   return along(user.x_free, -user.c_ii * pressed, user.normal);

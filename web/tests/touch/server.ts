@@ -1,6 +1,6 @@
 /** A server of one plane for tests, in virtual time: a sample in, a patch out at the next tick. */
 
-import type { LawName } from "../../src/model/laws";
+import { type LawName, LAWS } from "../../src/model/laws";
 import { dot, scale, type Vec3 } from "../../src/model/vec";
 import { type ContactSample, decodeContactSample } from "../../src/protocol/contact_sample";
 import { newFrame } from "../../src/protocol/frame";
@@ -23,7 +23,6 @@ export const WELCOME = {
   users: ["other"],
 };
 
-const LAWS: readonly LawName[] = ["proportional", "pi", "predictive"];
 
 /** The bytes of a plane's patch; the part of an encoder that tests need. */
 function planePatch(

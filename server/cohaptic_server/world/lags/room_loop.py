@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 
 from cohaptic.control.delay import LoopDelay
-from cohaptic.control.law import Law
 from cohaptic.control.stability.lag_choice import coupling_matrix
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.state import Touch
@@ -74,13 +73,13 @@ def room_loop(
     longest_delay, damping_budget, predictive, papers = dt, np.inf, False, False
     for i, (user, weight) in enumerate(zip(users, near, strict=True)):
         touch = user.touch
-        predictive = predictive or touch.law is Law.PREDICTIVE
+        predictive = predictive or not touch.law.answers_own_dent
         # A user who has left, is silent, or is too slow to take part closes no loop: its force
         # fades.
         if weight <= 0.0 or not touch.fresh or user.delay.too_long:
             near[i] = 0.0
             continue
-        papers = papers or touch.law is not Law.PREDICTIVE
+        papers = papers or touch.law.answers_own_dent
         # The client blends into a new patch over one period, which adds to the delay.
         longest_delay = max(longest_delay, user.delay.counted + dt)
         damping_budget = min(damping_budget, touch.damping_budget)
@@ -123,7 +122,7 @@ def _coupling(
         ]
     S = coupling_matrix(C, stiffness)
     for user, span, K in zip(users, spans, stiffness, strict=True):
-        if user.touch.law is not Law.PREDICTIVE:
+        if user.touch.law.answers_own_dent:
             # The paper's laws also respond to the dent of their own force.
             S[span.start, span.start] += float(K[0, 0]) * C[span.start, span.start]
     return stiffness, S
@@ -187,7 +186,7 @@ def _share(user: Hand, c_ii: float, others: float) -> float:
     if touch.fixed_gains is not None:
         limit = min(limit, touch.fixed_gains.k_h)
         share = limit * c_ii
-        return share if touch.law is Law.PREDICTIVE else min(1.0, share)
-    if touch.law is not Law.PREDICTIVE:
+        return min(1.0, share) if touch.law.answers_own_dent else share
+    if touch.law.answers_own_dent:
         limit = min(limit, 1.0 / (c_ii + others))
     return min(1.0, limit * c_ii)

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.control.gains import ALPHA, choose_gains
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Gains, Law, felt_stiffness
 from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 from cohaptic.errors import SettingError
@@ -98,17 +98,18 @@ def couple(
         SettingError: C, k_h or the integral gain is outside its limits.
     """
     check_compliance(C)
-    if law is Law.PREDICTIVE and integral_gain > 0.0:
-        limit = "0 with the predictive law, which has no integral"
+    if integral_gain > 0.0 and not law.answers_own_dent:
+        limit = f"0 with the {law.value} law, which has no integral"
         raise SettingError("integral_gain", integral_gain, limit)
     n = len(C)
     if k_h.shape != (n,) or not (np.isfinite(k_h) & (k_h >= 0.0)).all():
         raise SettingError("k_h", k_h.tolist(), f"{n} gains of at least 0 N/m")
     safe = _safe_gains(C, law, simulation_period, delay, max_stiffness)
+    own: list[float] = np.diag(C).tolist()
     no_delay = np.ones(n, dtype=np.int64)
     gains = [Gains(k, integral_gain) for k in k_h.tolist()]
     m = None
-    if law is Law.PREDICTIVE:
+    if not law.answers_own_dent:
         m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in safe]))
     # One period from a force to the surface that answers it, one for the client's ramp to it.
     longest_delay = delay + 2.0 * simulation_period
@@ -121,8 +122,10 @@ def couple(
         ),
         safe_k_h=tuple(g.k_h for g in safe),
         safe_integral_gain=tuple(g.integral_gain for g in safe),
-        felt_stiffness=(felt := tuple(_felt(g, C[i, i], law) for i, g in enumerate(safe))),
-        stiffness_loss=tuple(float(1.0 - f * C[i, i]) for i, f in enumerate(felt)),
+        felt_stiffness=(
+            felt := tuple(felt_stiffness(law, g.k_h, c) for g, c in zip(safe, own, strict=True))
+        ),
+        stiffness_loss=tuple(1.0 - f * c for f, c in zip(felt, own, strict=True)),
         coupling=m,
         lag_needed=None if m is None else lag_needed(m, longest_delay),
     )
@@ -143,15 +146,6 @@ def _safe_gains(
         )
         for i, row in enumerate(C.tolist())
     ]
-
-
-def _felt(gains: Gains, c_ii: float, law: Law) -> float:
-    """Stiffness that one hand feels alone [N/m]."""
-    if law is Law.PREDICTIVE:
-        return float(gains.k_h)
-    if law is Law.PI:
-        return float(1.0 / c_ii)
-    return float(gains.k_h / (1.0 + gains.k_h * c_ii))  # eq. (11)
 
 
 def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Floats:
@@ -179,7 +173,7 @@ Ints = npt.NDArray[np.int64]
 
 def loop_matrix(C: Floats, law: Law) -> Floats:
     """M of the iteration f <- K (x_h - M f), shape (n, n) [m/N]."""
-    return C - np.diag(np.diag(C)) if law is Law.PREDICTIVE else C
+    return C if law.answers_own_dent else C - np.diag(np.diag(C))
 
 
 def room_radius(
@@ -207,8 +201,8 @@ def room_radius(
     n, longest = len(C), int(delays.max())
     M = loop_matrix(C, law)
     k_h = np.array([g.k_h for g in gains])
-    # The predictive law has no integral, whatever its gains say.
-    integrals = 0.0 if law is Law.PREDICTIVE else simulation_period
+    # A law that is free of its own dent has no integral, whatever its gains say.
+    integrals = simulation_period if law.answers_own_dent else 0.0
     rate = np.array([g.integral_gain for g in gains]) * integrals
     # State: the integrals, then everybody's forces behind the lag of the last `longest` ticks.
     A = np.zeros((n * (longest + 1),) * 2)

@@ -2,6 +2,7 @@
 
 import type { Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
+import { answersOwnDent } from "../../model/laws";
 import { MIN_COMPLIANCE, type Patch } from "../../protocol/patch";
 import { progress } from "./arrival";
 import { type LawFade, withGains } from "./law_fade";
@@ -35,7 +36,7 @@ export function gainsUnder(patch: Patch, sight: Sight, settings: Pick<LoopSettin
   const least = patch.c_ii / MOST_CHANGE;
   const most = patch.c_ii * MOST_CHANGE;
   const c_ii = Math.max(MIN_COMPLIANCE, least, Math.min(most, sight.c_ii));
-  if (law === "predictive") {
+  if (!answersOwnDent(law)) {
     // The object's stiffness here, or the device's where the server says that it is softer.
     const softer = k_h * patch.c_ii < AS_STIFF;
     const limit = softer ? Math.min(settings.max_stiffness, k_h) : settings.max_stiffness;

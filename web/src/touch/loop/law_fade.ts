@@ -9,7 +9,7 @@
 import type { Sight } from "../../control/geometry";
 import { type Gains, type LawSettings, type LocalForce, localForce, pressedDepth } from "../../control/law";
 import { AT_REST, type IntegralState } from "../../control/proportional_integral";
-import type { LawName } from "../../model/laws";
+import { integrates, type LawName } from "../../model/laws";
 import { EXTERNAL_RATE } from "./safety";
 
 const FADE_TIME = 0.3; // s
@@ -58,7 +58,7 @@ export function switchLaw(fade: LawFade, law: LawName, gains: Gains, force: numb
   if (law === fade.now.law) return fade;
   if (fade.before === null) {
     let memory = AT_REST;
-    if (sight !== null && law !== "proportional") {
+    if (sight !== null && integrates(law)) {
       const depth = pressedDepth(law, sight);
       memory = { force: Math.max(0, force - gains.k_h * depth), ramp: 0, depth };
     }

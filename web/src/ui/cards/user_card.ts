@@ -15,7 +15,7 @@ import type { PlotCursor } from "../plots/cursor";
 import type { Lane } from "../plots/lanes";
 import { type Charted, StripChart } from "../plots/strip_chart";
 import { TraceBuffer } from "../plots/trace_buffer";
-import { connectionWords, fixed, LAWS, milliseconds, softWords, stiffness } from "../words";
+import { connectionWords, fixed, LAW_WORDS, milliseconds, softWords, stiffness } from "../words";
 
 /** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
@@ -170,7 +170,7 @@ export class UserCard {
     }
     const f = norm(user.force);
     say(this.people, connectionWords(user, link));
-    say(this.law, muted ? "muted" : LAWS[user.law]);
+    say(this.law, muted ? "muted" : LAW_WORDS[user.law][0]);
     this.law.classList.toggle("is-law", !muted);
     say(this.force, `${fixed(f, 2)} N`);
     this.bar.style.transform = `scaleX(${forceShare(f).toFixed(3)})`;

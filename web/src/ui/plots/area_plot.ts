@@ -1,6 +1,7 @@
 /** Fig. 8, live: the gains that settle, and where each user's gains are. */
 
 import { type Gains, isStable, stableOutline } from "../../control/stable_set";
+import { answersOwnDent } from "../../model/laws";
 import { linear } from "../../model/scale";
 import type { UserState } from "../../model/scene";
 import { type Inks, sharpen } from "./canvas";
@@ -15,7 +16,7 @@ export function periods(loopDelay: number, simulationPeriod: number): number {
 
 /** A user's gains as shares of K_o; null without a contact. The predictive law's are of the contact alone: K_i C_ii. */
 export function gainsOf(user: UserState, simulationPeriod: number, yardstick: Yardstick): Gains | null {
-  const k_o = yardstick === "alone" || user.law === "predictive" ? (user.c_ii > 0 ? 1 / user.c_ii : 0) : user.k_o_coupled;
+  const k_o = yardstick === "alone" || !answersOwnDent(user.law) ? (user.c_ii > 0 ? 1 / user.c_ii : 0) : user.k_o_coupled;
   if (!(k_o > 0) || !(user.k_h > 0)) return null;
   return { kappa: user.k_h / k_o, int: (user.integral_gain * simulationPeriod) / k_o };
 }
@@ -24,7 +25,7 @@ export function gainsOf(user: UserState, simulationPeriod: number, yardstick: Ya
 export function verdict(user: UserState, simulationPeriod: number, yardstick: Yardstick): "inside" | "outside" | "own" | "none" {
   const gains = gainsOf(user, simulationPeriod, yardstick);
   if (gains === null) return "none";
-  if (user.law === "predictive") return "own";
+  if (!answersOwnDent(user.law)) return "own";
   return isStable(gains, periods(user.loop_delay, simulationPeriod)) ? "inside" : "outside";
 }
 
@@ -78,7 +79,7 @@ export function drawArea(
   for (const user of users) {
     const gains = gainsOf(user, simulationPeriod, yardstick);
     if (gains === null) continue;
-    dot(c, x(Math.min(WIDE, gains.kappa)), y(Math.min(HIGH, gains.int)), colour(user.user), user.law === "predictive", ink);
+    dot(c, x(Math.min(WIDE, gains.kappa)), y(Math.min(HIGH, gains.int)), colour(user.user), !answersOwnDent(user.law), ink);
   }
 }
 
