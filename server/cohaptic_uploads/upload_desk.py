@@ -22,7 +22,14 @@ from typing import Any, TypeVar
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CloseCode, CohapticError, ProtocolError, RemoteProtocolError, one_line
+from cohaptic.errors import (
+    CloseCode,
+    CohapticError,
+    ProtocolError,
+    RemoteProtocolError,
+    SettingError,
+    one_line,
+)
 from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.upload_messages import (
     CHUNK,
@@ -212,7 +219,7 @@ class UploadDesk:
     @property
     def endpoint(self) -> Endpoint:
         """The connections that the desk serves."""
-        return Endpoint(self.serve, max(CHUNK, MAX_UPLOAD_TEXT))
+        return Endpoint(self.serve, max(CHUNK, MAX_UPLOAD_TEXT), as_fast_as_served=True)
 
     async def serve(self, ws: Wire) -> None:
         """Serve one connection to its end; whatever goes wrong is one sentence to it alone."""
@@ -343,8 +350,13 @@ def take_uploads(serving: Serving) -> UploadDesk:
     """Let visitors bring objects to a server; nonlinear ones on meshes as fine as a tick affords.
 
     Args:
-        serving: The server, before it listens.
+        serving: The server.
+
+    Raises:
+        SettingError: Its settings do not allow that; pages would be told so.
     """
+    if not serving.server.settings.allow_upload:
+        raise SettingError("allow_upload", False, "true for a server that takes files")
     remove_abandoned()
     server, damping, nonlinear = serving.server, serving.damping, serving.nonlinear
     period = server.settings.simulation_period
@@ -361,7 +373,7 @@ def take_uploads(serving: Serving) -> UploadDesk:
         await server.exchange(made, serving.served.use)
 
     desk = UploadDesk(open_object, rubber=Rubber(period, damping) if nonlinear else None)
-    server.endpoints[SUBPROTOCOL] = desk.endpoint
+    server.add_endpoint(SUBPROTOCOL, desk.endpoint)
     return desk
 
 

@@ -74,12 +74,14 @@ def load(group: str, name: str, *kinds: type[T]) -> T:
 
     Args:
         group: Group of the entry point.
-        name: One of those that were added.
+        name: Name of one that was added, or of one of ours.
         kinds: Classes of which it may be.
 
     Raises:
         ExtensionError: It cannot be imported, or is of another class.
     """
+    if name not in entries(group):
+        raise ExtensionError(group, name, OURS, "it is not there; install cohaptic anew")
     entry, *others = entries(group)[name]
     package = package_of(entry)
     rivals = {package_of(other) for other in others} - {package}

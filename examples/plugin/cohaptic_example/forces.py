@@ -24,13 +24,14 @@ READERS = 4
 
 def reading(server: CohapticServer) -> str:
     """The forces of this moment."""
-    users = server.room.world.users
+    room = server.room  # asked for each time: with another object there is another room
+    users = room.world.users
     forces = {
         member.hello.name: float(users.applied.force[users.rows[number]])
-        for number, member in server.room.members.items()
+        for number, member in room.members.items()
         if number in users.rows
     }
-    return json.dumps({"tick": server.room.world.tick, "forces": forces})
+    return json.dumps({"tick": room.world.tick, "forces": forces})
 
 
 def most_readers(text: str) -> int:
@@ -50,19 +51,20 @@ async def offer(serving: Serving, text: str) -> AsyncGenerator[str]:
     async def serve(connection: ServerConnection) -> None:
         nonlocal readers
         if readers >= most:
-            await connection.close(1013, f"{most} programs read already")
+            await connection.close(1013, f"as many as may, {most}, read already")
             return
         readers += 1
         try:
             while True:
-                # It waits for this program alone: a slow one misses readings.
+                # This waits for one program alone. To one that is slow the newest go late, and
+                # some are left out.
                 await connection.send(reading(serving.server))
                 await asyncio.sleep(PERIOD)
         finally:
             readers -= 1
 
-    serving.server.endpoints[SUBPROTOCOL] = Endpoint(serve, longest=64)
-    yield f"up to {most} programs of this machine may read forces, as {SUBPROTOCOL}"
+    serving.server.add_endpoint(SUBPROTOCOL, Endpoint(serve, longest=64))
+    yield f"programs of this machine may read forces, as {SUBPROTOCOL}; at once: {most}"
 
 
 ROUTE = Route(offer, check=most_readers)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 from collections.abc import AsyncGenerator
 
 import cohaptic
@@ -15,13 +16,15 @@ from cohaptic_ops.monitoring.metrics import RoomHealth, ServerHealth
 from cohaptic_server.routes import Route, Serving
 from cohaptic_server.shell.server import CohapticServer
 
+log = logging.getLogger("cohaptic.server")
+
 
 @contextlib.asynccontextmanager
 async def reported(server: CohapticServer, admin: AdminPort) -> AsyncGenerator[None]:
-    """Report a server, until the last client has gone.
+    """Report a server until the block ends.
 
     Args:
-        server: The server, which may begin to listen later.
+        server: The server.
         admin: The admin port that hears of it, open.
     """
     reporting = asyncio.ensure_future(Reporter(server, admin).keep())
@@ -29,6 +32,9 @@ async def reported(server: CohapticServer, admin: AdminPort) -> AsyncGenerator[N
         yield
     finally:
         reporting.cancel()
+        (error,) = await asyncio.gather(reporting, return_exceptions=True)
+        if isinstance(error, Exception):
+            log.error("nothing was reported any more: %r", error, exc_info=error)
 
 
 @contextlib.asynccontextmanager
@@ -67,7 +73,8 @@ class Reporter:
                 await asyncio.sleep(EVERY)
             else:
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(ending.wait(), EVERY)
+                    async with asyncio.timeout(EVERY):
+                        await ending.wait()
 
     def report(self) -> None:
         """Report once."""

@@ -123,8 +123,9 @@ async def _serve(
         served.start()
         server = CohapticServer(body, settings, served.solve, protection)
         serving = Serving(server, served, damping, nonlinear)
-        lines = await stack.enter_async_context(opened(routes, wanted, serving))
         url = await server.start()
+        # A port that is taken is said first; the address is told once the routes are there.
+        lines = await stack.enter_async_context(opened(routes, wanted, serving))
         again = asyncio.ensure_future(reload_changed(protection.watched))
         stack.callback(again.cancel)
         await _run(server, url, settings, served.pump, lines)

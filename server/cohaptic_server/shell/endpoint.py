@@ -7,19 +7,25 @@ from dataclasses import dataclass
 
 from cohaptic_server.shell.wire import Wire
 
+LEAVING = 5.0  # s; an object that a page has brought is still taken up when the page has gone
+
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
     """A kind of connection, which a client asks for by its subprotocol.
 
     Args:
-        serve: Serves one connection until it returns. It has to bound what it takes and keeps, as
-            nothing of a message is checked before.
+        serve: Serves one connection. Once that has closed, it has `LEAVING` to return, and is
+            cancelled then.
         longest: Largest message that a client may send [bytes].
-        own_page_only: Whether only the server's own page and programs of the same machine are let
-            in; others are let in where a hand would be.
+        own_page_only: Whether only programs of the server's machine, its own page there and those
+            of `--allow-origin` there are let in. Others are let in by origin and host, as pages
+            are; nobody is asked for a token.
+        as_fast_as_served: Whether a client may send as much as `serve` takes. Otherwise its
+            messages spend the same budgets as those of a hand.
     """
 
     serve: Callable[[Wire], Awaitable[None]]
     longest: int
     own_page_only: bool = True
+    as_fast_as_served: bool = False

@@ -282,7 +282,9 @@ class Web:
             why = "only the page of this server, on the same machine, may open this connection\n"
             refused = response(text(plain(request), 403, "Forbidden", why))
         if refused is None:
-            connection.allow(endpoint.longest)
+            connection.allow(endpoint.longest, as_fast_as_served=endpoint.as_fast_as_served)
+        else:
+            self._gate.traffic.refused["origin or host"] += 1
         return refused
 
     @property

@@ -18,7 +18,8 @@ from functools import partial
 from websockets.exceptions import ConnectionClosed
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import CloseCode, CohapticError
+from cohaptic.errors import CloseCode, CohapticError, SettingError, one_line
+from cohaptic.protocol.version import FAMILY
 from cohaptic.room_address import MAIN
 from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
@@ -33,7 +34,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
-from cohaptic_server.shell.endpoint import Endpoint
+from cohaptic_server.shell.endpoint import LEAVING, Endpoint
 from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
@@ -64,7 +65,6 @@ class CohapticServer:
         lobby: Both, as peers.
         gate: Who may come in, and how much they may ask for.
         meters: Meters of the ticks since the start, or since somebody put fresh ones here.
-        endpoints: Further kinds of connections, by their subprotocols; complete before it listens.
         ending: Set once it takes nobody in any more.
     """
 
@@ -81,9 +81,9 @@ class CohapticServer:
         self.protection = protection or Protection()
         trusted = self.protection.proxies
         self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, trusted)
-        self.endpoints: dict[str, Endpoint] = {}
+        self._endpoints: dict[str, Endpoint] = {}
         self.ending = asyncio.Event()
-        self.web = Web(body, settings, self.gate, solve, self.endpoints)
+        self.web = Web(body, settings, self.gate, solve, self._endpoints)
         self.audience = Audience(self.room, self.web.model)
         state, room = self.protection.state, settings.room or MAIN
         self._journal = None if state is None else Journal(state, room)
@@ -117,7 +117,7 @@ class CohapticServer:
         self.room.frames.prepare()
         self._listener, url = await listen(
             self._handle, self.web.process, self.settings, self.gate, self.protection.tls, door,
-            self.endpoints,
+            self._endpoints,
         )  # fmt: skip
         return url
 
@@ -273,14 +273,45 @@ class CohapticServer:
         ws.deliver, ws.dismiss = connection.receive_frame, connection.fail
         return connection
 
+    def add_endpoint(self, subprotocol: str, endpoint: Endpoint) -> None:
+        """Take a further kind of connections.
+
+        Args:
+            subprotocol: Name by which clients ask for it.
+            endpoint: Serves them.
+
+        Raises:
+            SettingError: The name is one of hands, or another endpoint has it.
+        """
+        if subprotocol.startswith(FAMILY) or subprotocol in self._endpoints:
+            raise SettingError("subprotocol", repr(subprotocol[:60]), "one that nobody has")
+        self._endpoints[subprotocol] = endpoint
+
+    async def _serve_endpoint(self, ws: Wire, subprotocol: str) -> None:
+        """Serve a connection of a further kind, as long as it is open."""
+        closed = asyncio.ensure_future(ws.wait_closed())
+        serving = asyncio.ensure_future(self._endpoints[subprotocol].serve(ws))
+        try:
+            await asyncio.wait((serving, closed), return_when=asyncio.FIRST_COMPLETED)
+            if not serving.done():
+                await asyncio.wait((serving,), timeout=LEAVING)
+        finally:
+            closed.cancel()
+            serving.cancel()
+            (error,) = await asyncio.gather(serving, return_exceptions=True)
+        if isinstance(error, Exception) and not isinstance(error, ConnectionClosed):
+            told = f"{subprotocol} of {ws.source} has failed: {one_line(repr(error), 200)}"
+            self.gate.tell(ws.source, "endpoint_failed", told, warning=True)
+            log.debug("%s", told, exc_info=error)
+            await ws.close(1011)
+
     async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
         if await refuse_other_room(ws, self.settings.room):
             return
-        if ws.subprotocol in self.endpoints:
-            with contextlib.suppress(ConnectionClosed):
-                await self.endpoints[ws.subprotocol].serve(ws)
+        if ws.subprotocol in self._endpoints:
+            await self._serve_endpoint(ws, ws.subprotocol)
             return
         await self._open.wait()
         connection = self.connect(ws)

@@ -65,11 +65,16 @@ class Wire(ServerConnection):
         self._unread = 0  # bytes of a response that are counted
         self._head_due: asyncio.TimerHandle | None = None
 
-    def allow(self, longest: int) -> None:
-        """Take messages of up to so many bytes, and as many as the handler takes."""
+    def allow(self, longest: int, *, as_fast_as_served: bool) -> None:
+        """Take messages of up to so many bytes.
+
+        Args:
+            longest: Largest message [bytes].
+            as_fast_as_served: Whether the handler alone says how many; no budget is spent.
+        """
         self._stream.allow(longest)
         self.protocol.max_message_size = longest
-        self._brings_files = True
+        self._brings_files = as_fast_as_served
 
     def count_response(self, size: int) -> None:
         """A response of so many bytes goes out, which `Sources.respond` has let pass."""

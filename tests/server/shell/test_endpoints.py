@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import itertools
 import logging
+from collections.abc import AsyncGenerator
 
 import pytest
-from websockets.asyncio.client import connect
+from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
+from cohaptic.errors import CloseCode, SettingError
+from cohaptic.protocol.version import SUBPROTOCOL
+from cohaptic_server.shell import server as server_module
 from cohaptic_server.shell.endpoint import Endpoint
 from cohaptic_server.shell.wire import Wire
 from tests.patience import PATIENCE
@@ -17,8 +23,9 @@ from tests.server.shell.stage import Stage
 
 pytestmark = pytest.mark.live
 
-KIND = "echo.test"
-ELSEWHERE = Origin("https://elsewhere.example")
+NEAR, FOR_ALL, FAST, IDLE = "near.test", "for-all.test", "fast.test", "idle.test"
+ELSEWHERE, BESIDE = Origin("https://elsewhere.example"), Origin("http://localhost:5173")
+ended = 0
 
 
 async def echo(ws: Wire) -> None:
@@ -30,57 +37,119 @@ async def echo(ws: Wire) -> None:
         await ws.send(said)
 
 
-async def says(url: str, word: str, origin: Origin | None = None) -> str | bytes:
-    kinds = [Subprotocol(KIND)]
-    async with (
-        asyncio.timeout(PATIENCE),
-        connect(url, subprotocols=kinds, proxy=None, compression=None, origin=origin) as ws,
-    ):
-        assert ws.subprotocol == KIND
-        await ws.send(word)
-        return await ws.recv()
+async def idle(ws: Wire) -> None:
+    global ended
+    await ws.send("here")
+    try:
+        await asyncio.Event().wait()
+    finally:
+        ended += 1
 
 
-async def refused(url: str, origin: Origin) -> bytes:
-    """Words of the refusal of a page from somewhere."""
-    with pytest.raises(InvalidStatus) as error:
-        await says(url, "a", origin)
-    return bytes(error.value.response.body or b"")
-
-
-async def closed(url: str, word: str) -> int:
-    """The code by which the server closes after a word."""
-    with pytest.raises(ConnectionClosed) as error:
-        await says(url, word)
-    assert error.value.rcvd is not None
-    return error.value.rcvd.code
-
-
-@pytest.fixture
-def echoing(stage: Stage) -> Stage:
-    stage.server.endpoints[KIND] = Endpoint(echo, longest=200)
+@pytest.fixture(scope="module")
+def offering(stage: Stage) -> Stage:
+    stage.server.add_endpoint(NEAR, Endpoint(echo, longest=200))
+    stage.server.add_endpoint(FOR_ALL, Endpoint(echo, longest=200, own_page_only=False))
+    stage.server.add_endpoint(FAST, Endpoint(echo, longest=200, as_fast_as_served=True))
+    stage.server.add_endpoint(IDLE, Endpoint(idle, longest=200))
     return stage
 
 
-def test_a_program_of_this_machine_comes_in_and_a_page_from_elsewhere_does_not(
-    echoing: Stage,
+@contextlib.asynccontextmanager
+async def come(
+    url: str, *kinds: str, origin: Origin | None = None
+) -> AsyncGenerator[ClientConnection]:
+    offered = [Subprotocol(kind) for kind in kinds]
+    async with (
+        asyncio.timeout(PATIENCE),
+        connect(url, subprotocols=offered, proxy=None, compression=None, origin=origin) as ws,
+    ):
+        yield ws
+
+
+async def says(url: str, word: str, *kinds: str, origin: Origin | None = None) -> str:
+    """The answer to a word, the refusal, or the code of the close."""
+    try:
+        async with come(url, *kinds, origin=origin) as ws:
+            await ws.send(word)
+            return str(await ws.recv())
+    except InvalidStatus as refused:
+        return bytes(refused.response.body or b"").decode()
+    except ConnectionClosed as closed:
+        return code(closed)
+
+
+def code(closed: ConnectionClosed) -> str:
+    return "none" if closed.rcvd is None else str(closed.rcvd.code)
+
+
+def test_programs_of_this_machine_come_in_and_pages_from_elsewhere_do_not(offering: Stage) -> None:
+    assert offering.during(says(offering.url, "a" * 200, NEAR)) == "a" * 200
+    for origin in (ELSEWHERE, BESIDE):
+        told = offering.during(says(offering.url, "a", NEAR, origin=origin))
+        assert "only the page of this server, on the same machine" in told
+
+
+def test_an_endpoint_for_all_asks_for_origin_and_host_as_for_a_hand(offering: Stage) -> None:
+    assert offering.during(says(offering.url, "a", FOR_ALL)) == "a"
+    assert offering.during(says(offering.url, "a", FOR_ALL, origin=BESIDE)) == "a"
+    told = offering.during(says(offering.url, "a", FOR_ALL, origin=ELSEWHERE))
+    assert "see --allow-origin" in told
+
+
+def test_one_that_is_checked_is_the_one_that_is_chosen(offering: Stage) -> None:
+    """Whatever is offered beside it: nobody comes to the stricter one by the check of the other."""
+    for kinds in itertools.permutations((NEAR, FOR_ALL, SUBPROTOCOL)):
+        strict = kinds.index(NEAR) < kinds.index(FOR_ALL)
+        told = offering.during(says(offering.url, "a", *kinds, origin=BESIDE))
+        assert (told != "a") == strict, kinds
+
+
+def test_what_is_too_long_or_too_much_ends_that_connection_alone(offering: Stage) -> None:
+    async def chatter(kind: str) -> str:
+        async with come(offering.url, IDLE) as other, come(offering.url, kind) as ws:
+            assert await other.recv() == "here"
+            try:
+                for _ in range(1000):  # below the budget of samples, above that of words
+                    await ws.send("a")
+                    await ws.recv()
+            except ConnectionClosed as closed:
+                return code(closed)
+            finally:
+                assert other.close_code is None
+            return "none"
+
+    assert offering.during(says(offering.url, "a" * 201, NEAR)) == "1009"
+    assert offering.during(chatter(NEAR)) == str(CloseCode.TOO_MANY.value)
+    assert offering.during(chatter(FAST)) == "none"
+    assert offering.during(says(offering.url, "a", NEAR)) == "a"
+
+
+def test_a_fault_of_the_route_is_in_the_log_and_ends_its_connection(
+    offering: Stage, caplog: pytest.LogCaptureFixture
 ) -> None:
-    assert echoing.during(says(echoing.url, "a" * 200)) == "a" * 200
-    told = echoing.during(refused(echoing.url, ELSEWHERE))
-    assert b"only the page of this server, on the same machine" in told
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # as on a server
+    assert offering.during(says(offering.url, "raise", NEAR)) == "1011"
+    assert "near.test of 127.0.0.1 has failed: RuntimeError('a fault of the route')" in caplog.text
+    assert offering.during(says(offering.url, "a", NEAR)) == "a"
 
 
-def test_an_endpoint_for_all_is_as_open_as_the_room(echoing: Stage) -> None:
-    echoing.server.endpoints[KIND] = Endpoint(echo, longest=200, own_page_only=False)
-    assert echoing.during(says(echoing.url, "a")) == "a"
-    told = echoing.during(refused(echoing.url, ELSEWHERE))
-    assert b"see --allow-origin" in told
-
-
-def test_a_message_that_is_too_long_and_a_fault_of_the_route_end_that_connection_alone(
-    echoing: Stage, caplog: pytest.LogCaptureFixture
+def test_who_serves_a_connection_that_has_closed_is_ended(
+    offering: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert echoing.during(closed(echoing.url, "a" * 201)) == 1009
-    with caplog.at_level(logging.CRITICAL):
-        assert echoing.during(closed(echoing.url, "raise")) == 1011
-    assert echoing.during(says(echoing.url, "a")) == "a"
+    monkeypatch.setattr(server_module, "LEAVING", 0.05)
+
+    async def leave() -> None:
+        before = ended
+        async with come(offering.url, IDLE) as ws:
+            await ws.recv()
+        while ended == before:
+            await asyncio.sleep(0.01)
+
+    offering.during(asyncio.wait_for(leave(), PATIENCE))
+
+
+def test_a_name_of_hands_or_of_another_endpoint_is_refused(offering: Stage) -> None:
+    for name in (NEAR, SUBPROTOCOL):
+        with pytest.raises(SettingError, match="subprotocol is"):
+            offering.server.add_endpoint(name, Endpoint(echo, longest=1))

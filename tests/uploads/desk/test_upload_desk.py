@@ -272,7 +272,7 @@ def test_an_unopened_object_is_told_to_who_brought_it(
 
     async def happen() -> None:
         async with serving(small_balloon, allow_upload=True) as served:
-            served.server.endpoints[SUBPROTOCOL] = UploadDesk(fails).endpoint
+            served.server.add_endpoint(SUBPROTOCOL, UploadDesk(fails).endpoint)
             async with bring(served.url) as ws:
                 await begin(ws, block_vtu(), "block.vtu")
                 assert isinstance(await said(ws), Examined)

@@ -1,0 +1,134 @@
+"""Routes of a server: checked before the object is built, opened together, ended together."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncGenerator
+from contextlib import AbstractAsyncContextManager
+
+import pytest
+
+from cohaptic import extensions
+from cohaptic.errors import SettingError
+from cohaptic.extensions import ExtensionError
+from cohaptic_server import routes
+from cohaptic_server.bodies.spring import Spring
+from cohaptic_server.routes import Route, Serving, loaded, opened, read_wanted
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.exchange import ServedBody
+from cohaptic_server.shell.server import CohapticServer
+from cohaptic_uploads.upload_desk import take_uploads
+
+
+def serving() -> Serving:
+    body = Spring()
+    return Serving(CohapticServer(body, ServerSettings(port=0)), ServedBody(body))
+
+
+def notes(into: list[str], name: str, line: str = "") -> Route:
+    """A route that notes when it opens and ends."""
+
+    @contextlib.asynccontextmanager
+    async def run() -> AsyncGenerator[str]:
+        into.append(f"{name} opens")
+        try:
+            yield line
+        finally:
+            into.append(f"{name} ends")
+
+    def begin(_serving: Serving, _text: str) -> AbstractAsyncContextManager[str]:
+        return run()
+
+    return Route(begin)
+
+
+def fails(_serving: Serving, _text: str) -> AbstractAsyncContextManager[str]:
+    raise SettingError("port", 80, "one of your own")
+
+
+def test_all_are_open_in_the_block_and_one_without_a_line_says_nothing() -> None:
+    noted: list[str] = []
+
+    async def run() -> None:
+        both = {"a": notes(noted, "a", "a is here"), "b": notes(noted, "b")}
+        async with opened(both, {"a": "", "b": ""}, serving()) as lines:
+            assert lines == ["a is here"]
+            assert noted == ["a opens", "b opens"]
+
+    asyncio.run(run())
+    assert noted == ["a opens", "b opens", "b ends", "a ends"]
+
+
+def test_where_one_cannot_be_opened_those_before_it_end() -> None:
+    noted: list[str] = []
+
+    async def run() -> None:
+        both = {"a": notes(noted, "a"), "b": Route(fails)}
+        async with opened(both, {"a": "", "b": ""}, serving()):
+            pytest.fail("it was open")
+
+    with pytest.raises(SettingError, match="port is 80"):
+        asyncio.run(run())
+    assert noted == ["a opens", "a ends"]
+
+
+def test_a_route_that_does_not_end_does_not_keep_the_server(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(routes, "ENDING", 0.01)
+
+    @contextlib.asynccontextmanager
+    async def hang(_serving: Serving, _text: str) -> AsyncGenerator[str]:
+        yield ""
+        await asyncio.Event().wait()
+
+    async def run() -> None:
+        async with opened({"hanging": Route(hang)}, {"hanging": ""}, serving()):
+            pass
+
+    asyncio.run(run())
+    assert "a route does not end within 0.01 s: hanging" in caplog.text
+
+
+def test_without_a_check_no_text_can_be_used() -> None:
+    with pytest.raises(SettingError, match="it takes none"):
+        Route(fails).check("9100")
+    Route(fails).check("")
+
+
+def test_ours_have_options_of_their_own_and_are_checked_like_others() -> None:
+    for name in ("admin", "upload"):
+        with pytest.raises(SettingError, match="ours have options of their own"):
+            read_wanted([name])
+    with pytest.raises(SettingError, match="--admin is 'nowhere'"):
+        loaded({"admin": "nowhere"})
+
+
+def test_an_installation_that_has_lost_one_of_ours_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(extensions, "entries", lambda group: {})
+    with pytest.raises(ExtensionError, match=r"admin.*install cohaptic anew"):
+        loaded({"admin": "9100"})
+
+
+def test_whatever_the_code_of_another_package_raises_names_the_package(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def check(_text: str) -> None:
+        raise ZeroDivisionError("oh")
+
+    def adder(_group: str, _name: str) -> str:
+        return "their-package"
+
+    def load(*_: object) -> Route:
+        return Route(fails, check)
+
+    monkeypatch.setattr(routes, "adder", adder)
+    monkeypatch.setattr(routes, "load", load)
+    with pytest.raises(ExtensionError, match=r"their-package adds.*ZeroDivisionError: oh"):
+        loaded({"theirs": ""})
+
+
+def test_files_are_taken_only_where_pages_are_told_so() -> None:
+    with pytest.raises(SettingError, match="allow_upload is False"):
+        take_uploads(serving())
