@@ -26,8 +26,8 @@ import json_report
 from cohaptic.control.law import Law
 from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.green import Superposition, encode_block
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.http.green_functions import Superposition, encode_block
 from cohaptic_server.room.watch.audience import SceneEncoder, displacement, records
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CohapticServer

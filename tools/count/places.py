@@ -15,8 +15,6 @@ _ONE = r"(\bLaw\.(PREDICTIVE|PROPORTIONAL|PI)\b|[\"'](proportional|predictive|pi
 _LAW = re.compile(_ONE)
 _BRANCH = re.compile(rf"(\bis|\bis not|[!=]==?) (_(PREDICTIVE|PROPORTIONAL|PI)\b|{_ONE})")
 _BODIES = "cohaptic_server.bodies"
-# Modules of bodies that define abilities and no body.
-_PROTOCOLS = (f"{_BODIES}.body", f"{_BODIES}.touched_body")
 
 
 def sources(folders: Iterable[str], suffixes: tuple[str, ...] = (".py", ".ts")) -> list[Path]:
@@ -67,7 +65,7 @@ def _isinstances(tree: ast.Module) -> Iterator[ast.Call]:
         for node in ast.walk(tree)
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(_BODIES)
         for alias in node.names
-        if node.module not in _PROTOCOLS
+        if not _is_ability(str(node.module), alias.name)
     }
     for node in ast.walk(tree):
         if (
@@ -77,6 +75,17 @@ def _isinstances(tree: ast.Module) -> Iterator[ast.Call]:
             and {n.id for n in ast.walk(node.args[1]) if isinstance(n, ast.Name)} & bodies
         ):
             yield node
+
+
+def _is_ability(module: str, name: str) -> bool:
+    """Whether a name of a module is that of a Protocol."""
+    path = (ROOT / "server" / module.replace(".", "/")).with_suffix(".py")
+    return path.is_file() and any(
+        isinstance(node, ast.ClassDef)
+        and node.name == name
+        and any(isinstance(base, ast.Name) and base.id == "Protocol" for base in node.bases)
+        for node in ast.parse(path.read_text("utf-8")).body
+    )
 
 
 def modules(folders: Iterable[str] = CORE) -> dict[Path, int]:

@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol, overload, runtime_checkable
 
 import numpy as np
 
+from cohaptic.control.stability.swing import Swing
 from cohaptic_server.bodies.superposition import subtract_own
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
@@ -252,4 +253,55 @@ class Prefetching(Protocol):
 
     def prefetch(self, vertices: Ints) -> None:
         """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
+        ...
+
+
+@runtime_checkable
+class Wrapping(Protocol):
+    """A body that gives another one viscosity or mass."""
+
+    @property
+    def elastic(self) -> Body:
+        """The other one."""
+        ...
+
+
+def elastic_of(body: Body) -> Body:
+    """The body without what makes it viscous or gives it mass."""
+    return body.elastic if isinstance(body, Wrapping) else body
+
+
+class SwingingResponse(Response, Protocol):
+    """The response of a body with mass: hands are shown a share of its swing, others all of it."""
+
+    @property
+    def along(self) -> Floats:
+        """Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)]."""
+        ...
+
+    @property
+    def felt(self) -> float:
+        """Share of the swing that hands are shown, 0 to 1."""
+        ...
+
+    def showing(self, share: float) -> Response:
+        """The response as the next tick finds it, with a share of the swing that hands are shown.
+
+        Args:
+            share: 0 to 1.
+        """
+        ...
+
+
+@runtime_checkable
+class Swings(Protocol):
+    """A body with mass, whose modes swing."""
+
+    @property
+    def swing(self) -> Swing:
+        """How far they swing, over frequency."""
+        ...
+
+    def swinging(self, response: Response) -> SwingingResponse | None:
+        """The response as one of this body; None for another body's."""
         ...

@@ -16,7 +16,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MAX_COMPLIANCE
-from cohaptic_server.bodies.body import Body, Load, Prefetching
+from cohaptic_server.bodies.body import Body, Load, Prefetching, Swings
 from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.search.window_vertices import WindowVertices
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -90,6 +90,11 @@ class TouchedBody:
     def prefetching(self) -> Prefetching | None:
         """The body where it wants to know which vertices will be touched soon, else None."""
         return self.body if isinstance(self.body, Prefetching) else None
+
+    @cached_property
+    def swings(self) -> Swings | None:
+        """The body where it has mass, else None."""
+        return self.body if isinstance(self.body, Swings) else None
 
     @cached_property
     def mesh(self) -> TouchMesh:

@@ -15,7 +15,6 @@ from cohaptic.compiled import describe, use
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.modal.modal_body import ModalBody
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import BALLOON, GROUP, SPRING, is_file, names
@@ -144,8 +143,3 @@ def _from_file(
     if source.inertia.given:
         return with_inertia(built, source, hz, progress)
     return Viscous(built.solid, damping) if damping else built.solid
-
-
-def elastic_of(body: Body) -> Body:
-    """The body without what makes it viscous or gives it mass."""
-    return body.elastic if isinstance(body, Viscous | ModalBody) else body

@@ -16,16 +16,17 @@ import multiprocessing
 import sys
 import threading
 from collections import deque
+from collections.abc import Iterable
 from concurrent.futures import Future
 from multiprocessing import resource_tracker
+from typing import Protocol, runtime_checkable
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.interrupt import uninterrupted
 from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.solid.column_store import Column
-from cohaptic_server.bodies.solid.green_columns import ColumnRequest, columns_of
-from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns, columns_of
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.shared_factor import SharedFactor
 from cohaptic_server.shell.column_process import (
@@ -48,6 +49,33 @@ class Unsolved(CohapticError):
     """There is nobody who could solve for it."""
 
 
+@runtime_checkable
+class HasColumns(Protocol):
+    """A body that answers from columns of its compliance, which are solved for beside the tick."""
+
+    @property
+    def columns(self) -> GreenColumns:
+        """Those that are known."""
+        ...
+
+    @property
+    def pending(self) -> int:
+        """How many were delivered and are not in use yet."""
+        ...
+
+    def in_background(self, *, fill: bool = True) -> None:
+        """Solve for none from now on, and list those that are missing."""
+        ...
+
+    def request(self, limit: int) -> ColumnRequest | None:
+        """The columns that are needed most, at most so many; None for none."""
+        ...
+
+    def deliver(self, columns: Iterable[Column]) -> None:
+        """Take columns that were solved for."""
+        ...
+
+
 class ColumnWorker:
     """Delivers columns to one solid while it is served.
 
@@ -58,7 +86,7 @@ class ColumnWorker:
         OSError: There is not enough shared memory.
     """
 
-    def __init__(self, body: Solid) -> None:
+    def __init__(self, body: HasColumns) -> None:
         body.in_background(fill=False)
         self._body = body
         self._asked: ColumnRequest | Future[bytes] | None = None
@@ -178,10 +206,10 @@ class ColumnWorker:
             if self._tries:
                 _LOG.info("the process that solves for places newly touched is back")
             self._ready, self._ready_since = True, self._clock.now()
-        elif isinstance(asked, ColumnRequest):
-            self._body.deliver(self._found(asked, answer))
-        elif asked is not None:
+        elif isinstance(asked, Future):
             asked.set_result(as_bytes(self._inbox.values)[:answer].tobytes())
+        elif asked is not None:
+            self._body.deliver(self._found(asked, answer))
 
     def _ask(self) -> None:
         if self._filling.is_alive():

@@ -6,10 +6,8 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.objects.catalogue import elastic_of
-from cohaptic_server.shell.column_worker import ColumnWorker
+from cohaptic_server.bodies.body import Body, elastic_of
+from cohaptic_server.shell.column_worker import ColumnWorker, HasColumns
 
 Solve = Callable[[int], bytes]  # finds a vertex's block of Green's functions for pages
 OBJECT_CHANGED = "there is another object now; connect again to touch it"
@@ -83,4 +81,4 @@ class ServedBody:
 
 def _worker_of(body: Body) -> ColumnWorker | None:
     elastic = elastic_of(body)
-    return ColumnWorker(elastic) if isinstance(elastic, Solid) else None
+    return ColumnWorker(elastic) if isinstance(elastic, HasColumns) else None

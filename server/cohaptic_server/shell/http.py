@@ -25,8 +25,8 @@ from cohaptic.errors import one_line
 from cohaptic.protocol.upload_messages import SUBPROTOCOL as UPLOAD
 from cohaptic.room_address import split_path
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.green import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.guard.sources import Refusal
-from cohaptic_server.http.green_functions import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.http.origins import is_of_this_machine, is_own_host, may_connect
 from cohaptic_server.http.page_files import load_page
 from cohaptic_server.http.reachable import PATH, hosts_for_others

@@ -139,9 +139,11 @@ def advance(
     plan = find_anticipation(loop, tracked.contacts.normals, S, turned, dt)
     past = remember(state.past, time.number, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
     room = find_lag(loop, plan, state.room, dt)
-    response = show_swing(
-        body, response, loop, plan.gains, room.lag, compliance, spans, starts.tolist(), dt
-    )
+    if touched_body.swings is not None:
+        response = show_swing(
+            touched_body.swings, response, loop, plan.gains, room.lag, compliance, spans,
+            starts.tolist(), dt,
+        )  # fmt: skip
     # Where forces are anticipated, contacts turn at once, as the anticipation takes them to.
     turning = find_turning_lag(None if plan.gains else turned, hands, room.lag, dt)
 

@@ -7,10 +7,9 @@ from dataclasses import replace
 from threadpoolctl import threadpool_limits
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.objects.catalogue import build_body, elastic_of
+from cohaptic_server.bodies.body import Body, elastic_of
+from cohaptic_server.bodies.solid.shape import Shaped
+from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.demand import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
@@ -71,7 +70,7 @@ def set_up(
         return body, scene, ""
     progress("places for the hands", 0.0)
     elastic = elastic_of(body)
-    assert isinstance(elastic, Solid | RubberSolid)  # all that is made of a file
+    assert isinstance(elastic, Shaped)  # all that is made of a file
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
         placement = place_hands(

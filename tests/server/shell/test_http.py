@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.green import encode_block, green_source
 from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.http.green_functions import encode_block, green_source
 from tests.patience import PATIENCE
 from tests.server.shell.stage import serving
 

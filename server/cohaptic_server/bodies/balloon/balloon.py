@@ -27,6 +27,7 @@ from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon.membrane import Membrane
 from cohaptic_server.bodies.body import DenseResponse, Load, LoadArrays, Response
 from cohaptic_server.bodies.damping import check_damping
+from cohaptic_server.bodies.green import Superposition
 from cohaptic_server.bodies.superposition import COMPILED, seen_by, superpose
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
 from cohaptic_server.mesh.icosphere import icosphere
@@ -120,6 +121,10 @@ class Balloon:
         fixed = fixed_by_base(self.inflated, self.settings)
         self.compliance = _free_compliance(self.inflated, np.repeat(~fixed, 3))
         self.compliance.setflags(write=False)
+
+    def green_source(self) -> Superposition | None:
+        """Where its Green's functions come from, as in `HasGreen`; a damped one has a memory."""
+        return Superposition(self) if self.damping == 0.0 else None
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Superpose the Green's functions under the loads; damping delays it from `before`."""

@@ -75,6 +75,14 @@ class ModalResponse:
         left = self.elastic.without(loads, forces, vertices)
         return left + self.felt * self._swing(vertices) if self.felt else left
 
+    def showing(self, share: float) -> ModalResponse:
+        """The response as the next tick finds it, with a share of the swing that hands are shown.
+
+        Args:
+            share: 0 to 1.
+        """
+        return replace(self, felt=share)
+
     def _swing(self, vertices: Ints) -> Floats:
         shapes = self.modes.shapes[:, vertices]
         return np.asarray(np.tensordot(self.deviation[:, 0], shapes, axes=1))
@@ -123,6 +131,10 @@ class ModalBody:
         deviation = np.einsum("kij,kj->ki", self._step, deviation)
         return ModalResponse(elastic, self.modes, along, static, deviation, known.felt)
 
+    def swinging(self, response: Response) -> ModalResponse | None:
+        """The response as one of this body, as in `Swings`."""
+        return response if isinstance(response, ModalResponse) else None
+
     def along(self, loads: LoadArrays) -> Floats:
         """Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)]."""
         along = np.empty((len(loads.forces), len(self.modes)))
@@ -139,13 +151,3 @@ class ModalBody:
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
         return vertex_compliance(self.elastic)
-
-
-def with_felt(response: Response, share: float) -> Response:
-    """The response as the next tick finds it, with a share of the swing that hands are shown.
-
-    Args:
-        response: Response of a tick.
-        share: 0 to 1; it has no effect on a body without inertia.
-    """
-    return replace(response, felt=share) if isinstance(response, ModalResponse) else response

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -55,6 +56,16 @@ class SolidSettings:
             raise SettingError("order of the elements", self.order, "1 or 2")
         if not 2**20 <= self.cache <= 2**38:
             raise SettingError("cache for columns", f"{self.cache} bytes", "from 1 MiB to 256 GiB")
+
+
+@runtime_checkable
+class Shaped(Protocol):
+    """A body that is made of the elements of a shape."""
+
+    @property
+    def shape(self) -> SolidShape:
+        """Nodes, elements and surface."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)

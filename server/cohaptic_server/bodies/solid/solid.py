@@ -32,6 +32,7 @@ from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.near_field import FAR_FIELD_START, SolidContact, Surroundings
 from cohaptic_server.bodies.solid.parts import SolidParts, factor_of
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints, Mask
 
@@ -259,6 +260,10 @@ class Solid:
             )
         return self._far_field
 
+    def green_source(self) -> SolidGreen:
+        """Where its Green's functions come from, as in `HasGreen`."""
+        return SolidGreen(self)
+
     def in_background(self, *, fill: bool = True) -> None:
         """From now on a tick does not wait for columns: the server delivers the `missing` ones.
 
@@ -368,3 +373,29 @@ def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
     largest = np.zeros(len(unique))
     np.maximum.at(largest, index, weights)
     return unique, largest
+
+
+class SolidGreen:
+    """Green's functions of a solid, solved anew, since its cache of columns belongs to the tick.
+
+    Args:
+        solid: The body.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        self._solid = solid
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The resting surface."""
+        return self._solid.mesh
+
+    def green(self, vertex: int) -> Floats:
+        """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
+        forces = np.eye(3)[None]
+        return self._solid.columns.respond(np.array([vertex]), forces).reshape(3, -1, 3)
+
+    def identity(self) -> bytes:
+        """The far field, from before any start: every solve would read a factor of a gigabyte."""
+        far_field = self._solid.far_field
+        return far_field.own.astype("<f4").tobytes() + far_field.compliance.tobytes()

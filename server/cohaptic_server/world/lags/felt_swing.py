@@ -8,8 +8,7 @@ import numpy as np
 
 from cohaptic.control.stability.anticipation import Gains, hand_class
 from cohaptic.control.stability.swing import felt_share
-from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.bodies.modal.modal_body import ModalBody, ModalResponse, with_felt
+from cohaptic_server.bodies.body import Response, Swings
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.lags.room_loop import RoomLoop, hand_stiffness
 
@@ -19,7 +18,7 @@ _RISE, _FALL = 1.0, 10.0
 
 
 def show_swing(
-    body: Body,
+    body: Swings,
     response: Response,
     loop: RoomLoop,
     gains: Gains | None,
@@ -32,8 +31,8 @@ def show_swing(
     """The response, with the share of its swing that the next tick shows to hands.
 
     Args:
-        body: That may have modes; of others the response is returned as it is.
-        response: Response of this tick.
+        body: The object, which has mass.
+        response: Response of this tick; that of another body is returned as it is.
         loop: That the hands close.
         gains: Gains of what anticipation leaves of it; None where nothing is anticipated, and of
             the swing nothing is felt. Neither is it by a hand alone that uses a law of the paper:
@@ -44,20 +43,21 @@ def show_swing(
         starts: First load of each user in the response.
         dt: Simulation period N T [s].
     """
-    if not (isinstance(body, ModalBody) and isinstance(response, ModalResponse)):
+    swinging = body.swinging(response)
+    if swinging is None:
         return response
     share, stiffest = 0.0, 0.0
-    parts = np.zeros((len(body.modes), len(body.modes)))
+    parts = np.zeros((swinging.along.shape[1],) * 2)
     for i, (user, span, start) in enumerate(zip(loop.users, spans, starts, strict=False)):
         if loop.nearness[i] <= 0.0:
             continue
         K = hand_stiffness(user, compliance[span, span])
         stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
-        along = response.along[start : start + len(K)]
+        along = swinging.along[start : start + len(K)]
         parts += along.T @ K @ along
     if gains is not None and not loop.papers:
         theta, stiffness = hand_class(loop.damping_budget, stiffest)
         weight = float(np.linalg.eigvalsh(parts)[-1])
         share = felt_share(gains, theta, stiffness, lag, weight, body.swing)
-    before = response.felt
-    return with_felt(response, min(before + _RISE * dt, max(before - _FALL * dt, share)))
+    before = swinging.felt
+    return swinging.showing(min(before + _RISE * dt, max(before - _FALL * dt, share)))

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError, SettingError
+from cohaptic_server.bodies.body import elastic_of
 from cohaptic_server.bodies.modal.modal_body import ModalBody
 from cohaptic_server.bodies.modal.modes import HIGHEST, MOST
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.objects.build import build
-from cohaptic_server.objects.catalogue import build_body, elastic_of
+from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.inertia import modes_of
 from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.inertia.modes_of import with_inertia

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
-from cohaptic_server.bodies.modal.modal_body import ModalResponse, with_felt
+from cohaptic_server.bodies.modal.modal_body import ModalResponse
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.room_loop import RoomLoop, room_loop
 from tests.examples_of_laws import examples
@@ -35,7 +36,7 @@ def shown(
     """The share after one tick."""
     found = show_swing(
         jelly(),
-        with_felt(response, before),
+        response.showing(before),
         loop,
         gains,
         0.0,
@@ -86,17 +87,22 @@ def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
     for law, expected in ((Law.PREDICTIVE, 0.05), (Law.PROPORTIONAL, 0.0), (Law.PI, 0.0)):
         loop = room_loop([user_of(touch(1, law=law))], C, span, np.ones(1), DT)
         found = show_swing(
-            jelly(), with_felt(response, 0.05), loop, UNCOUPLED, 0.0, C, span, [0, 1], DT
+            jelly(), response.showing(0.05), loop, UNCOUPLED, 0.0, C, span, [0, 1], DT
         )
         assert isinstance(found, ModalResponse)
         assert found.felt >= expected if expected else found.felt == 0.0
 
 
-def test_a_body_without_mass_is_left_as_it_is() -> None:
+def test_a_body_without_mass_does_not_swing() -> None:
+    assert TouchedBody(solid()).swings is None
+    assert TouchedBody(jelly()).swings is jelly()
+
+
+def test_the_response_of_another_body_is_left_as_it_is() -> None:
     loop, _ = loop_of([1.0, 1.0, 1.0])
     response = solid().respond([press(solid(), way, 0.02) for way in WAYS])
     found = show_swing(
-        solid(), response, loop, UNCOUPLED, 0.0, response.compliance, SPANS, [0, 1, 2, 3], DT
+        jelly(), response, loop, UNCOUPLED, 0.0, response.compliance, SPANS, [0, 1, 2, 3], DT
     )
     assert found is response
 
@@ -117,7 +123,7 @@ def test_a_hand_with_friction_counts_in_three_directions() -> None:
         share: float = 0.0
         for _ in range(120):
             found = show_swing(
-                jelly(), with_felt(response, share), loop, UNCOUPLED, 0.0, C, [span], [0, 3], DT
+                jelly(), response.showing(share), loop, UNCOUPLED, 0.0, C, [span], [0, 3], DT
             )
             assert isinstance(found, ModalResponse)
             share = found.felt

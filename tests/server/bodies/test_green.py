@@ -11,17 +11,17 @@ from hypothesis.extra import numpy as hnp
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body, Load
-from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.cholesky.factor import Factor
-from cohaptic_server.http.green_functions import (
+from cohaptic_server.bodies.green import (
     GreenSource,
     decode_block,
     encode_block,
     green_source,
     model_name,
 )
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.spring import Spring
+from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.shell.http import GreenBlocks

@@ -10,13 +10,11 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body, DenseResponse, Load, Response
-from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
@@ -88,39 +86,18 @@ class Superposition:
         return self._body.respond(loads).fields
 
 
-class SolidGreen:
-    """Green's functions of a solid, solved anew, since its cache of columns belongs to the tick.
+@runtime_checkable
+class HasGreen(Protocol):
+    """A body that may be known by its Green's functions."""
 
-    Args:
-        solid: The body.
-    """
-
-    def __init__(self, solid: Solid) -> None:
-        self._solid = solid
-
-    @property
-    def mesh(self) -> SurfaceMesh:
-        """The resting surface."""
-        return self._solid.mesh
-
-    def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
-        forces = np.eye(3)[None]
-        return self._solid.columns.respond(np.array([vertex]), forces).reshape(3, -1, 3)
-
-    def identity(self) -> bytes:
-        """The far field, from before any start: every solve would read a factor of a gigabyte."""
-        far_field = self._solid.far_field
-        return far_field.own.astype("<f4").tobytes() + far_field.compliance.tobytes()
+    def green_source(self) -> GreenSource | None:
+        """Where its Green's functions come from; None while its displacement is no sum of them."""
+        ...
 
 
 def green_source(body: Body) -> GreenSource | None:
     """Green's functions of a body; None where its displacement is no sum of them."""
-    if isinstance(body, Solid):
-        return SolidGreen(body)
-    if isinstance(body, Balloon) and body.damping == 0.0:
-        return Superposition(body)
-    return None
+    return body.green_source() if isinstance(body, HasGreen) else None
 
 
 def encode_block(green: Floats) -> bytes:
