@@ -63,7 +63,7 @@ def coupling(trial: Trial, variant: Variant) -> float:
     """m of a room, as the server finds it (`world.lags.room_loop`), whatever its law."""
     if len(trial.C) < 2:
         return 0.0
-    predictive = variant.law is Law.PREDICTIVE
+    predictive = not variant.law.answers_own_dent
     own = np.diag(trial.C)
     if predictive:
         K = trial.gains

@@ -105,7 +105,7 @@ def lag_of(trial: Trial, variant: Variant) -> tuple[float, Coupling]:
     for i in range(n):
         S[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = 0.0
     root = np.maximum(root, 1e-9)
-    if variant.law is not Law.PREDICTIVE:
+    if variant.law.answers_own_dent:
         return 0.0, Coupling(S, root, -1.0)
     gains = anticipated(S).gains
     stiffest = float((root * root).max())

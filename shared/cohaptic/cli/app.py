@@ -91,7 +91,7 @@ def build_app(only: str | None = None) -> typer.Typer:
             continue
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
-        elif isinstance(command, FunctionType):
+        else:
             app.command(name=name, cls=ChapterCommand)(command)
     return app
 

@@ -83,7 +83,7 @@ def alone(
         "stable": radius < 1.0,
         "spectral_radius": radius,
         "closed_condition": closed,
-        "felt_stiffness": felt_stiffness(law, k_h, 1.0 / k_o),
+        "felt_stiffness": felt_stiffness(law, k_h, k_o),
         "rate_ratio": rate_ratio,
         "delay_samples": samples,
     }

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cohaptic.cli.stability_answers import check_period
-from cohaptic.control.law import DEFAULT_LAW, Law
+from cohaptic.control.law import Law
 from cohaptic.control.stability.lag_choice import (
     SHARE,
     coupling_matrix,
@@ -34,7 +34,7 @@ def room(
     hands held still need no lag (3.13).
 
     Args:
-        law: Must be predictive: the others have no lag.
+        law: A law that does not answer its own dent: the others have no lag.
         C: Contact compliance, shape (n, n) with n at most 64 [m/N].
         delays: Loop delay T_i of each user, shape (n,), or () for all [s].
         k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all; None for 1 / C_ii [N/m].
@@ -50,7 +50,8 @@ def room(
         SettingError: A value is outside its limits, or outside the theorem.
     """
     if law.answers_own_dent:
-        limit = f"{DEFAULT_LAW.value} with --delays: one of the paper has no lag"
+        lagged = " or ".join(each.value for each in Law if not each.answers_own_dent)
+        limit = f"{lagged} with --delays: no other has a lag"
         raise SettingError("law", law.value, limit)
     if C.ndim == 2 and len(C) > MAX_USERS:
         raise SettingError("compliance", f"that of {len(C)} users", f"of at most {MAX_USERS}")

@@ -53,13 +53,20 @@ class Law(Enum):
 
 
 # Attributes and no methods: they are read in every period and for every user in every tick.
+# A law that integrates answers its own dent, as everything that knows of integrals supposes.
+_PROPERTIES = {
+    Law.PROPORTIONAL: (True, False),
+    Law.PI: (True, True),
+    Law.PREDICTIVE: (False, False),
+}
 for _law in Law:
-    _law.answers_own_dent = _law is not Law.PREDICTIVE
-    _law.integrates = _law is Law.PI
+    _law.answers_own_dent, _law.integrates = _PROPERTIES[_law]
+
 DEFAULT_LAW: Final = Law.PREDICTIVE
 # Bound once: to look a member up in its class is slow, and this is done every period.
 _PREDICTIVE: Final = Law.PREDICTIVE
 _PROPORTIONAL: Final = Law.PROPORTIONAL
+_PI: Final = Law.PI
 
 
 @dataclass(init=False)
@@ -166,6 +173,8 @@ def local_force(
     stiffness = proportional_stiffness(k_h=gains.k_h, c_ii=sight.c_ii)
     if law is _PROPORTIONAL:
         f = proportional_force(d, k_h=gains.k_h)
+    elif law is not _PI:
+        raise ValueError(f"no force is known for {law}")
     else:
         memory, f = proportional_integral_step(
             memory,
@@ -208,17 +217,17 @@ def proportional_force(depth: float, k_h: float) -> float:
     return k_h * depth if depth > 0.0 else 0.0
 
 
-def felt_stiffness(law: Law, k_h: float, c_ii: float) -> float:
+def felt_stiffness(law: Law, k_h: float, k_o: float) -> float:
     """Stiffness that a hand alone feels in the steady state [N/m].
 
     Args:
         law: Local model.
         k_h: Gain [N/m].
-        c_ii: Compliance of the contact, 1 / K_o [m/N].
+        k_o: Stiffness of the object at the contact, 1 / C_ii [N/m].
     """
     if law.integrates:
-        return 1.0 / c_ii
-    return proportional_stiffness(k_h, c_ii) if law.answers_own_dent else min(k_h, 1.0 / c_ii)
+        return k_o
+    return k_h * k_o / (k_h + k_o) if law.answers_own_dent else min(k_h, k_o)  # eq. (11)
 
 
 def proportional_stiffness(k_h: float, c_ii: float) -> float:

@@ -5,8 +5,17 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, local_force, pressed_depth
+from cohaptic.control.law import (
+    AT_REST,
+    Gains,
+    Law,
+    LawSettings,
+    felt_stiffness,
+    local_force,
+    pressed_depth,
+)
 from cohaptic.control.proportional_integral import IntegralState, Thresholds
+from cohaptic.protocol.patch import LAWS
 
 T = 0.001  # s
 stiffness = st.floats(20.0, 2000.0)
@@ -17,6 +26,23 @@ UP = (0.0, 0.0, 1.0)
 def sight(depth: float, c_ii: float, own_force: float = 0.0, u_others: float = 0.0) -> Sight:
     """What counts of both vectors is along the normal: along the surface they are anything."""
     return Sight(depth, UP, c_ii, (0.7, -0.3, own_force), (0.002, 0.005, u_others))
+
+
+def test_each_law_has_its_number_on_the_wire_and_its_properties() -> None:
+    assert [(law.value, law.answers_own_dent, law.integrates) for law in LAWS] == [
+        ("proportional", True, False),
+        ("pi", True, True),
+        ("predictive", False, False),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("law", "felt"), [("predictive", 49.0), ("pi", 49.0), ("proportional", 39.36)]
+)
+def test_a_hand_alone_feels_no_more_than_the_object(law: str, felt: float) -> None:
+    """To the last digit where it is the object's own; eq. (11) for the proportional law."""
+    assert felt_stiffness(Law(law), 200.0, 49.0) == pytest.approx(felt, rel=1e-4)
+    assert (felt_stiffness(Law(law), 200.0, 49.0) == 49.0) == (law != "proportional")
 
 
 @given(laws, stiffness, st.floats(-0.02, 0.02), st.floats(0.01, 1.0), st.floats(0.0, 1e4))

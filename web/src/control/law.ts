@@ -79,6 +79,7 @@ export function localForce(
   const stored = d > 0 ? 0.5 * k_h * d * d : 0;
   const stiffness = proportionalStiffness(k_h, sight.c_ii);
   if (law === "proportional") return [memory, said(proportionalForce(d, k_h), stiffness, stored)];
+  law satisfies "pi"; // the compiler refuses a law without a force
   const [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt);
   // Once the integral has settled the surface follows the probe: K_o is felt.
   return [after, said(f, d_free > 0 ? f / d_free : stiffness, stored)];

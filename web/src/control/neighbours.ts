@@ -7,11 +7,11 @@
  */
 
 import type { RoomLag } from "../model/body";
-import { answersOwnDent, type LawName } from "../model/laws";
+import { answersOwnDent } from "../model/laws";
 import type { UserState } from "../model/scene";
 
 /** Whose gains: of a law with all hands in mind, or of the paper's rule, which considers one contact alone. */
-export type Rule = LawName | "alone";
+export type Rule = "predictive" | "pi" | "proportional" | "alone";
 
 /** What a room is looked up by; whole numbers, as in the table. */
 export interface RoomFacts {

@@ -13,8 +13,6 @@ import { fixed, LAW_WORDS, millimetres } from "./words";
 /** mu of the finger, as one chooses it. */
 type Roughness = "0" | "0.4" | "0.8";
 
-/** A law, or the paper's rule: proportional with a gain just below K_o of the contact alone. */
-
 export interface DockActions {
   touch(on: boolean): void;
   law(law: LawChoice): void;

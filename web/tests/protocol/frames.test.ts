@@ -148,7 +148,7 @@ test.each([
   ["margin of the room", 102, 0xbc00, "u16"], // -1
   ["margin of the room", 102, 0x7e00, "u16"], // no number
   ["geometry of a frame", 2, 0x30, "u16"],
-  ["law of a frame", 2, 0x41, "u16"],
+  ["law of a frame", 2, 0xf1, "u16"],
   ["flags of a patch", 2, 0x0231, "u16"],
 ])("a patch with a wrong %s is refused", (field, offset, value, type) => {
   const frame = fromHex(patches[0]?.hex ?? "");

@@ -23,7 +23,6 @@ export const WELCOME = {
   users: ["other"],
 };
 
-
 /** The bytes of a plane's patch; the part of an encoder that tests need. */
 function planePatch(
   tick: number,

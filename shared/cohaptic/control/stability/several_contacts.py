@@ -111,6 +111,7 @@ def couple(
     m = None
     if not law.answers_own_dent:
         m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in safe]))
+    felt = tuple(felt_stiffness(law, g.k_h, 1.0 / c) for g, c in zip(safe, own, strict=True))
     # One period from a force to the surface that answers it, one for the client's ramp to it.
     longest_delay = delay + 2.0 * simulation_period
     return Coupling(
@@ -122,9 +123,7 @@ def couple(
         ),
         safe_k_h=tuple(g.k_h for g in safe),
         safe_integral_gain=tuple(g.integral_gain for g in safe),
-        felt_stiffness=(
-            felt := tuple(felt_stiffness(law, g.k_h, c) for g, c in zip(safe, own, strict=True))
-        ),
+        felt_stiffness=felt,
         stiffness_loss=tuple(1.0 - f * c for f, c in zip(felt, own, strict=True)),
         coupling=m,
         lag_needed=None if m is None else lag_needed(m, longest_delay),
