@@ -1,4 +1,4 @@
-"""Whatever installed packages add to cohaptic, by the entry points of a group.
+"""Load the extensions that installed packages add to cohaptic by entry points.
 
 Groups:
     cohaptic.commands: Subcommands of `cohaptic`, each a function or an application of typer.
@@ -6,13 +6,14 @@ Groups:
     cohaptic.bodies: Bodies, each a class or a function that is called without arguments.
     cohaptic.routes: Services that a server offers beside hands and watchers, each a `Route`.
 
-Our own names are nobody else's. Two other packages that add one name are both refused.
+Other packages cannot take over a name of cohaptic's own. If two other packages add the same name,
+both are refused.
 """
 
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from cohaptic.errors import CohapticError
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
+U = TypeVar("U")
 OURS = "cohaptic"
 
 
@@ -29,8 +31,7 @@ class ExtensionError(CohapticError):
     Args:
         group: Group of its entry point.
         name: Name of its entry point.
-        package: Name of the package.
-        problem: The observation.
+        problem: Phrase that says why the entry cannot be used.
     """
 
     def __init__(self, group: str, name: str, package: str, problem: str) -> None:
@@ -45,8 +46,8 @@ class ExtensionError(CohapticError):
 
 @cache
 def entries(group: str) -> dict[str, tuple[EntryPoint, ...]]:
-    """Entry points of a group by name, sorted; of one name ours first, then by package."""
-    from importlib.metadata import entry_points  # it is slow to import, and a loop may need none
+    """Entry points of a group by name, sorted; for one name, cohaptic's own comes first."""
+    from importlib.metadata import entry_points  # slow to import, and a loop may not need it
 
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(entry_points(group=group), key=lambda e: (package_of(e) != OURS, str(e))):
@@ -69,16 +70,16 @@ def package_of(entry: EntryPoint) -> str:
     return entry.dist.name if entry.dist else entry.module
 
 
-def load(group: str, name: str, *kinds: type[T]) -> T:
+def load(group: str, name: str, kind: type[T], *more: type[U]) -> T | U:
     """The object behind an entry point.
 
     Args:
-        group: Group of the entry point.
-        name: Name of one that was added, or of one of ours.
-        kinds: Classes of which it may be.
+        name: Name of an added entry point, or of one of cohaptic's own.
+        kind, more: Classes that the object may have.
 
     Raises:
-        ExtensionError: It cannot be imported, or is of another class.
+        ExtensionError: The object is missing, cannot be imported, is of another class, or has a
+            name that two packages add.
     """
     if name not in entries(group):
         raise ExtensionError(group, name, OURS, "it is not there; install cohaptic anew")
@@ -91,11 +92,12 @@ def load(group: str, name: str, *kinds: type[T]) -> T:
         found = entry.load()
     except CohapticError:
         raise
-    except Exception as error:  # code of others: whatever it raises, one sentence says whose it is
+    except Exception as error:  # foreign code may raise anything; the message names its package
         if package == OURS:
             raise
         why = f"{type(error).__name__}: {error}"
         raise ExtensionError(group, name, package, why) from error
+    kinds: tuple[type[Any], ...] = (kind, *more)
     if not isinstance(found, kinds):
         wanted = " or ".join(each.__name__ for each in kinds)
         why = f"{entry.value} is a {type(found).__name__} and no {wanted}"

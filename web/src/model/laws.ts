@@ -7,20 +7,20 @@ export type LawName = (typeof LAWS)[number];
 export type LawChoice = LawName | "paper";
 export const DEFAULT_LAW = "predictive" satisfies LawName;
 
-const PROPERTIES: Readonly<Record<LawName, { readonly answersOwnDent: boolean; readonly integrates: boolean }>> = {
-  proportional: { answersOwnDent: true, integrates: false },
-  pi: { answersOwnDent: true, integrates: true },
-  predictive: { answersOwnDent: false, integrates: false },
+const PROPERTIES: Readonly<Record<LawName, readonly [answersOwnDent: boolean, integrates: boolean]>> = {
+  proportional: [true, false],
+  pi: [true, true],
+  predictive: [false, false],
 };
 
 /** Whether it presses on the surface with the dent of its own force in it, which comes back a round trip late. */
 export function answersOwnDent(law: LawName): boolean {
-  return PROPERTIES[law].answersOwnDent;
+  return PROPERTIES[law][0];
 }
 
 /** Whether it has an integral, which goes on while the hand rests. */
 export function integrates(law: LawName): boolean {
-  return PROPERTIES[law].integrates;
+  return PROPERTIES[law][1];
 }
 
 export type GeometryName = "plane" | "sphere" | "mesh";
