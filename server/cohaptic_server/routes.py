@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import AsyncGenerator, Callable, Generator, Mapping, Sequence
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
 
@@ -21,7 +21,8 @@ from cohaptic_server.shell.server import CohapticServer
 log = logging.getLogger("cohaptic.server")
 
 GROUP = "cohaptic.routes"
-ENDING = 5.0  # s for all routes to end; a server that somebody ends must end
+OPENING = 90.0  # s for one route to open; the admin port waits up to 60 s for its process
+ENDING = 5.0  # s for all routes to end by themselves; a server that somebody ends must end
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,9 @@ class Serving:
     nonlinear: bool = False
 
 
+Open = Callable[[Serving, str], AbstractAsyncContextManager[str]]
+
+
 def no_text(text: str) -> None:
     """Raise SettingError unless the text is empty."""
     if text:
@@ -58,7 +62,7 @@ class Route:
             that cannot be used. Without it no text can.
     """
 
-    open: Callable[[Serving, str], AbstractAsyncContextManager[str]]
+    open: Open
     check: Callable[[str], object] = no_text
 
 
@@ -96,8 +100,10 @@ def loaded(wanted: Mapping[str, str]) -> dict[str, Route]:
     """
     routes = {name: load(GROUP, name, Route) for name in wanted}
     for name, text in wanted.items():
-        with _blamed(name):
+        try:
             routes[name].check(text)
+        except Exception as error:
+            raise _blamed(name, error) from error
     return routes
 
 
@@ -107,33 +113,70 @@ async def opened(
 ) -> AsyncGenerator[list[str]]:
     """Have all routes open; yields their lines for the log.
 
+    Each route is opened and ended in a task of its own, so that a fault of one ends neither the
+    server nor another route.
+
     Raises:
-        CohapticError: One cannot be opened.
+        CohapticError: One route cannot be opened.
     """
+    end = asyncio.Event()
+    tasks: dict[str, asyncio.Task[None]] = {}
     lines: list[str] = []
-    stack = contextlib.AsyncExitStack()
     try:
         for name, route in routes.items():
-            with _blamed(name):
-                lines.append(await stack.enter_async_context(route.open(serving, wanted[name])))
+            line: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+            try:
+                context = route.open(serving, wanted[name])
+            except Exception as error:
+                raise _blamed(name, error) from error
+            tasks[name] = asyncio.ensure_future(_keep_open(name, context, line, end))
+            try:
+                async with asyncio.timeout(OPENING):
+                    lines.append(await line)
+            except TimeoutError as error:
+                limit = f"opened within {OPENING:g} s"
+                raise SettingError("route", name, limit) from error
         yield [line for line in lines if line]
     finally:
-        try:
-            async with asyncio.timeout(ENDING):
-                await stack.aclose()
-        except TimeoutError:
-            log.warning("a route does not end within %g s: %s", ENDING, ", ".join(routes))
+        end.set()
+        await _have_ended(tasks)
 
 
-@contextlib.contextmanager
-def _blamed(name: str) -> Generator[None]:
-    """Whatever the code of another package raises is one sentence that names the package."""
+async def _keep_open(
+    name: str,
+    route: AbstractAsyncContextManager[str],
+    line: asyncio.Future[str],
+    end: asyncio.Event,
+) -> None:
+    """Open a route, set its line, and end it when the event is set; its errors go to the log."""
     try:
-        yield
-    except CohapticError:
-        raise
+        async with route as said:
+            if not line.done():
+                line.set_result(said)
+            await end.wait()
     except Exception as error:
-        if adder(GROUP, name) == OURS:
-            raise
-        why = f"{type(error).__name__}: {error}"
-        raise ExtensionError(GROUP, name, adder(GROUP, name), why) from error
+        if not line.done():
+            line.set_exception(_blamed(name, error))
+        else:
+            log.error("the route %s has failed: %r", name, error, exc_info=error)
+
+
+async def _have_ended(tasks: Mapping[str, asyncio.Task[None]]) -> None:
+    """Wait for routes that were told to end, then cancel them; no longer than `ENDING` twice."""
+    for _ in range(2):
+        pending = {name: task for name, task in tasks.items() if not task.done()}
+        if not pending:
+            return
+        await asyncio.wait(pending.values(), timeout=ENDING)
+        for name, task in pending.items():
+            if not task.done():
+                log.warning("the route %s has not ended within %g s", name, ENDING)
+                task.cancel()
+
+
+def _blamed(name: str, error: Exception) -> Exception:
+    """The error of a route; that of another package's code becomes one that names the package."""
+    if isinstance(error, CohapticError) or adder(GROUP, name) == OURS:
+        return error
+    why = f"{type(error).__name__}: {error}"
+    return ExtensionError(GROUP, name, adder(GROUP, name), why)

@@ -1,10 +1,8 @@
-"""Connections that bring a mesh file: one upload at a time, in a worker process of its own.
+"""Connections that bring a mesh file: one upload at a time, in a separate worker process.
 
-The conversation waits for the visitor and for the worker, and never for both at once. A thread
-makes the calls that may wait, so that the tick's does not; if the visitor goes, the worker ends.
-
-Each step of the conversation waits for the visitor or the worker, with a limit in time, and ends
-when the other one has gone.
+A thread makes the calls that may block, so that the tick's thread never does. Each step of the
+conversation waits either for the visitor or for the worker, with a time-out. A step that waits for
+the worker ends when the visitor leaves, and the worker is then killed.
 """
 
 from __future__ import annotations
@@ -61,18 +59,18 @@ from cohaptic_uploads.pipe import DATA, PipeEnded, fields_of
 from cohaptic_uploads.process import Rubber, UploadFailed, WorkerProcess
 from cohaptic_uploads.work_folder import remove_abandoned
 
-# Bytes a second. A piece then takes 4 ms, in which the tick comes to its turn.
+# Bytes per second. A piece of the file then takes 4 ms, which leaves the tick its turn.
 _RATE = 8e6
 
 T = TypeVar("T")
 
 
 class ChoiceRefused(CohapticError):
-    """The object cannot be made as the visitor chose.
+    """The object cannot be made with the visitor's choice.
 
     Args:
-        about: Which choice, as in `Refused`.
-        why: A sentence.
+        about: Choice that is at fault, as in `Refused`.
+        why: Reason, as a sentence.
     """
 
     def __init__(self, about: str, why: str) -> None:
@@ -85,22 +83,23 @@ class ChoiceRefused(CohapticError):
 
 
 class Caller:
-    """Makes calls that may wait, in a thread, one at a time.
-
-    Args:
-        thread: That makes them.
-    """
+    """Makes calls that may block, one at a time, in a thread."""
 
     def __init__(self, thread: ThreadPoolExecutor) -> None:
         self._thread = thread
 
     async def __call__(self, work: Callable[[], T]) -> T:
-        """The result of some work."""
+        """Run a function in the thread and return its result."""
         return await asyncio.get_running_loop().run_in_executor(self._thread, work)
 
 
 async def next_request(ws: Wire, kind: type[T], patience: float) -> T:
-    """The next message, which has to be of this kind."""
+    """The next message, which has to be of this kind.
+
+    Raises:
+        RemoteProtocolError: The message is of another kind.
+        TimeoutError: No message came within `patience` [s].
+    """
     async with asyncio.timeout(patience):
         data = await ws.recv()
     ws.taken()
@@ -114,7 +113,7 @@ async def next_request(ws: Wire, kind: type[T], patience: float) -> T:
 
 
 async def pass_on(ws: Wire, size: int, worker: WorkerProcess, call: Caller) -> None:
-    """Pass the pieces of the file on to the worker, as they come and no faster than `_RATE`."""
+    """Pass the pieces of the file on to the worker as they come, at most at `_RATE`."""
     come = 0
     while come < size:
         piece = await ws.recv()
@@ -132,11 +131,14 @@ async def pass_on(ws: Wire, size: int, worker: WorkerProcess, call: Caller) -> N
 async def follow(
     ws: Wire, worker: WorkerProcess, call: Caller, patience: float, doing: str
 ) -> ObjectFile | None:
-    """Tell the visitor what the worker says, until it is done with a step; the object, if any.
+    """Pass messages of the worker on to the visitor until the worker has finished a step.
+
+    Returns:
+        The prepared object; None after the preview of the file.
 
     Raises:
-        ChoiceRefused: It cannot be made as it was chosen.
-        UploadFailed: It cannot be made.
+        ChoiceRefused: The object cannot be made with the visitor's choice.
+        UploadFailed: The object cannot be made, or not within `patience` [s].
     """
     try:
         async with asyncio.timeout(patience):
@@ -162,7 +164,7 @@ async def follow(
 
 
 def _told(fields: dict[str, Any]) -> str:
-    """A message for the visitor of what the worker says, checked like a stranger's."""
+    """The visitor's message for a message of the worker, which is checked like a stranger's."""
     if fields.get("event") == "examined":
         return encode_control(Examined.model_validate_json(str(fields["message"])))
     return encode_control(Progress(phase=str(fields["phase"]), share=float(fields["share"])))
@@ -178,13 +180,13 @@ async def _unless_gone(ws: Wire, work: Awaitable[T]) -> T:
         return task.result()
     finally:
         gone.cancel()
-        # It ends with the worker, and its error is nobody's any more.
+        # An unfinished task ends with the worker; its error is read so that asyncio logs none.
         task.add_done_callback(lambda done: done.cancelled() or done.exception())
 
 
 log = logging.getLogger("cohaptic.server")
 
-_MAX_WAITING = 8  # connections that have not begun, or wait for their close
+_MAX_WAITING = 8  # open upload connections, whether their upload runs or not
 _GREETING = 10.0  # s for the first message
 Open = Callable[[ObjectFile], Awaitable[None]]
 
@@ -193,13 +195,13 @@ class UploadDesk:
     """Takes files from visitors.
 
     Args:
-        open_object: Makes a prepared object that of the server.
-        limits: Limits of one upload.
-        rubber: What makes nonlinear solids of the files; None makes linear ones.
+        open_object: Makes a prepared object the object of the server.
+        limits: Limits of one upload; None takes the defaults.
+        rubber: Parameters for making nonlinear solids of the files; None makes linear ones.
 
     Attributes:
-        worker: Worker of the upload that runs; None without one.
-        busy: Whether there is one.
+        worker: Worker of the running upload; None without one.
+        busy: Whether an upload is running.
     """
 
     def __init__(
@@ -219,10 +221,12 @@ class UploadDesk:
     @property
     def endpoint(self) -> Endpoint:
         """The connections that the desk serves."""
-        return Endpoint(self.serve, max(CHUNK, MAX_UPLOAD_TEXT), as_fast_as_served=True)
+        return Endpoint(
+            self.serve, max(CHUNK, MAX_UPLOAD_TEXT), as_fast_as_served=True, leaving=None
+        )
 
     async def serve(self, ws: Wire) -> None:
-        """Serve one connection to its end; whatever goes wrong is one sentence to it alone."""
+        """Serve one connection to its end; an error is told to its visitor in one sentence."""
         self._connections += 1
         try:
             if self._connections > _MAX_WAITING:
@@ -273,7 +277,7 @@ class UploadDesk:
 
     @contextlib.asynccontextmanager
     async def _working(self, name: str) -> AsyncGenerator[Caller]:
-        """A worker, and its end whatever happens."""
+        """Start a worker, and end it after the block, also after an error."""
         thread = ThreadPoolExecutor(1, "upload")
         call = Caller(thread)
 
@@ -290,8 +294,8 @@ class UploadDesk:
             yield call
         finally:
             if self.worker is not None:
-                self.worker.kill()  # a call that waits for it returns now
-            # In the same thread, so that one whose start is no longer waited for ends as well.
+                self.worker.kill()  # a call that waits for the worker returns now
+            # In the same thread, so that a worker that is still starting is ended, too.
             await asyncio.shield(call(end))
             thread.shutdown(wait=False)
 
@@ -319,11 +323,11 @@ class UploadDesk:
             return shlex.join(["cohaptic", "serve", "--body", path, *source.to_arguments(), *more])
 
         log.info("to serve the object again: %s", command(str(source.path)))
-        # No path of this machine is told; the visitor has the file by its own name.
+        # The visitor is told no path of this machine, but the name of the visitor's own file.
         await ws.send(encode_control(Prepared(command=command(name))))
 
     async def _choose(self, ws: Wire, worker: WorkerProcess, call: Caller) -> ObjectFile:
-        """Prepare the object as the visitor wishes; one who wished for what cannot be may again."""
+        """Prepare the object as the visitor chooses; a refused choice may be changed."""
         limits = self.limits
         patience = limits.decide
         for left in reversed(range(limits.tries)):
@@ -347,13 +351,10 @@ class UploadDesk:
 
 
 def take_uploads(serving: Serving) -> UploadDesk:
-    """Let visitors bring objects to a server; nonlinear ones on meshes as fine as a tick affords.
-
-    Args:
-        serving: The server.
+    """Let visitors bring objects to a server; nonlinear ones get meshes that fit into a tick.
 
     Raises:
-        SettingError: Its settings do not allow that; pages would be told so.
+        SettingError: The server's settings do not allow uploads, and its pages are told so.
     """
     if not serving.server.settings.allow_upload:
         raise SettingError("allow_upload", False, "true for a server that takes files")
@@ -364,7 +365,7 @@ def take_uploads(serving: Serving) -> UploadDesk:
 
     async def open_object(source: ObjectFile) -> None:
         def made() -> Body:
-            # What takes long is in the store; a process of its own solves with the factor.
+            # The slow parts are in the store already; a separate process solves with the factor.
             return build_body(
                 str(source.path), source, nonlinear=nonlinear, damping=damping, demand=demand,
                 late=True,

@@ -102,4 +102,5 @@ def load(group: str, name: str, kind: type[T], *more: type[U]) -> T | U:
         wanted = " or ".join(each.__name__ for each in kinds)
         why = f"{entry.value} is a {type(found).__name__} and no {wanted}"
         raise ExtensionError(group, name, package, why)
-    return found
+    checked: T | U = found
+    return checked

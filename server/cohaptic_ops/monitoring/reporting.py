@@ -24,17 +24,21 @@ async def reported(server: CohapticServer, admin: AdminPort) -> AsyncGenerator[N
     """Report a server until the block ends.
 
     Args:
-        server: The server.
-        admin: The admin port that hears of it, open.
+        admin: Open admin port that gets the reports.
     """
     reporting = asyncio.ensure_future(Reporter(server, admin).keep())
+    reporting.add_done_callback(_tell_end)
     try:
         yield
     finally:
         reporting.cancel()
-        (error,) = await asyncio.gather(reporting, return_exceptions=True)
-        if isinstance(error, Exception):
-            log.error("nothing was reported any more: %r", error, exc_info=error)
+        await asyncio.gather(reporting, return_exceptions=True)
+
+
+def _tell_end(reporting: asyncio.Future[None]) -> None:
+    """Write to the log that the admin port hears nothing any more."""
+    if not reporting.cancelled() and (error := reporting.exception()) is not None:
+        log.error("nothing is reported to the admin port any more: %r", error, exc_info=error)
 
 
 @contextlib.asynccontextmanager
@@ -56,8 +60,8 @@ class Reporter:
     """Reports on one server with one room.
 
     Args:
-        server: That is read.
-        admin: That is told.
+        server: Server that is reported on.
+        admin: Admin port that gets the reports.
     """
 
     def __init__(self, server: CohapticServer, admin: AdminPort) -> None:
@@ -65,7 +69,7 @@ class Reporter:
         self._gatherer = Gatherer(server)
 
     async def keep(self) -> None:
-        """Report until cancelled, and at once when the server begins to end."""
+        """Report periodically until cancelled, and at once when the server begins to end."""
         ending = self._server.ending
         while True:
             self.report()

@@ -47,19 +47,18 @@ def serve_object(
     """Build the body of the settings, and serve it until interrupted.
 
     Args:
-        settings: Settings of the server.
-        protection: Who comes in, and how that is secured.
+        protection: Admission of clients, and encryption.
         options: Options of an object from a file.
-        users: For how many a file is prepared, if that is said.
+        users: Number of users that a file is prepared for; None if it is not given.
         relaxation: Relaxation time of a viscous body [s].
         admin: Port of metrics and health, as it was given; None for none.
-        given: Routes of other packages, each as `--route` gives it.
+        given: Routes of other packages, each in the form of `--route`.
         nonlinear: Whether the deformation is finite.
-        lifeline: Whether to end as well when standard input closes.
+        lifeline: Whether the server also ends when standard input closes.
 
     Raises:
-        CohapticError: An option does not fit the body, the file is no object that can be touched,
-            or a port cannot be had.
+        CohapticError: An option does not fit the body, the object in the file cannot be touched,
+            or a port is not available.
     """
     wanted = read_wanted(given)
     if settings.allow_upload:
@@ -84,12 +83,12 @@ def _build(
     name, hz = settings.body, settings.simulation_hz
     if not is_file(name) and users is None and options == ObjectOptions():
         return build_body(name, nonlinear=nonlinear, damping=damping, hz=hz)
-    # What files need takes long to import, and the balloon starts without.
+    # These imports take long, and a body that is not a file starts without them.
     from cohaptic_server.cli.progress_bar import progress_bar
     from cohaptic_server.cli.resolved_object import resolved, wanted
 
     demand = wanted(users, hz, nonlinear=nonlinear)
-    # A large object takes seconds; a terminal without a sign would look like a server that hangs.
+    # A large object takes seconds; without a progress bar the server would seem to hang.
     with progress_bar(f"preparing {name}") as progress:
         source = options.of(Path(name))
         if is_file(name):
@@ -102,7 +101,7 @@ def _build(
             hz=hz,
             demand=demand,
             progress=progress,
-            late=True,  # a process of its own solves with the factor
+            late=True,  # a separate process solves with the factor
         )
 
 
@@ -118,14 +117,18 @@ async def _serve(
 ) -> None:
     served = ServedBody(body)
     async with contextlib.AsyncExitStack() as stack:
-        # First: the process gets ready while this one does, and hands need not wait for it.
+        # Started first: the solving process gets ready while this one does, so hands need not wait.
         stack.callback(served.stop)
         served.start()
         server = CohapticServer(body, settings, served.solve, protection)
         serving = Serving(server, served, damping, nonlinear)
         url = await server.start()
-        # A port that is taken is said first; the address is told once the routes are there.
-        lines = await stack.enter_async_context(opened(routes, wanted, serving))
+        # A port in use is reported first; the address is printed once the routes are open.
+        try:
+            lines = await stack.enter_async_context(opened(routes, wanted, serving))
+        except BaseException:
+            await server.stop()
+            raise
         again = asyncio.ensure_future(reload_changed(protection.watched))
         stack.callback(again.cancel)
         await _run(server, url, settings, served.pump, lines)
@@ -138,7 +141,7 @@ async def _run(
     before_tick: Callable[[], None] | None,
     lines: Sequence[str],
 ) -> None:
-    """Say where the server is, tick until interrupted, then say how that went."""
+    """Print the address, tick until interrupted, then log statistics of the ticks."""
     # The first line is for scripts that start a server and wait for its address.
     print(f"listening {url}", flush=True)
     hosts = hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())
@@ -156,11 +159,12 @@ async def _run(
         logging.info("%s", line)
     for line in in_words_of(server.protection, settings.host):
         logging.warning("%s", line)
-    # So soon the thread that solves for columns yields to the tick; the default is 5 ms.
+    # A thread that solves Green's functions for a page then yields to the tick after this interval;
+    # the default is 5 ms.
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
-        # A tick's products are small. Spread over threads they wait for the slowest, and beside
-        # real-time haptic loops on the same cores that can be long (docs/decisions/0006).
+        # The matrix products of a tick are small. Several BLAS threads would wait for the slowest,
+        # which beside real-time haptic loops on the same cores can be long (docs/decisions/0006).
         prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
             await server.run(before_tick)

@@ -1,1 +1,1 @@
-"""The only part with sockets, processes and a clock: it decides nothing."""
+"""The only part of the server with sockets, processes and a clock; all decisions lie elsewhere."""

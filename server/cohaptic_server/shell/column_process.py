@@ -1,4 +1,4 @@
-"""The process of `column_worker.py`: what it is given when it starts, and what it does then."""
+"""The process that `column_worker.py` starts: its input and its main function."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from cohaptic_server.numeric import Ints, Narrow
 
 
 class Task(NamedTuple):
-    """What is to be solved for.
+    """One request to solve.
 
     Args:
         vertices: Vertices with the unit forces.
-        rows: How many of the rows in the inbox count; 0 for the block of one vertex for pages.
+        rows: Number of rows in the inbox that are used; 0 for the block of one vertex for pages.
     """
 
     vertices: list[int]
@@ -34,12 +34,12 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Inbox:
-    """Memory that both processes see; their pipe carries a few bytes.
+    """Memory that both processes share; their pipe carries only a few bytes.
 
     Args:
         nodes: Index of each surface vertex among the free nodes, as from `shared_ints`.
-        rows: Vertices whose displacement counts.
-        values: What was found.
+        rows: Vertices whose displacement is wanted.
+        values: The values that were solved for.
     """
 
     nodes: tuple[Any, tuple[int, ...]]
@@ -48,7 +48,7 @@ class Inbox:
 
     @classmethod
     def of(cls, nodes: Ints, rows: int, context: SpawnContext) -> Inbox:
-        """Room for so many rows, in all columns of a batch together."""
+        """An inbox for this number of rows, counted over all columns of a batch."""
         return cls(
             shared_ints(nodes, context),
             context.RawArray("q", rows),
@@ -77,7 +77,8 @@ def as_bytes(shared: Any) -> Any:
 def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> None:
     """Main function of the process: answer tasks until the pipe closes.
 
-    The first answer is empty words: the factor is there and intact. Words are why it ends.
+    The first answer is an empty text: the factor is there and intact. Any other text says why the
+    process ends.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
     stand_back()
@@ -92,8 +93,8 @@ def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> 
             nodes = as_ints(inbox.nodes)
             while True:
                 task: Task = pipe.recv()
-                # Looked at before, as reading behind the end of a file that was cut ends a process,
-                # and after, as what was solved meanwhile may be of either content.
+                # The file is checked before the solve, since reading behind the end of a shortened
+                # file ends the process, and after it, since the file may have changed meanwhile.
                 count = 0 if reader.problem() else _solve(factor, nodes, task, inbox)
                 problem = reader.problem()
                 pipe.send(problem or count)
@@ -104,7 +105,7 @@ def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> 
 
 
 def _solve(factor: Factor, nodes: Ints, task: Task, inbox: Inbox) -> int:
-    """Solve for a task; returns how many numbers, or bytes of a block, were written."""
+    """Solve a task; returns the number of values, or of bytes of a block, that were written."""
     vertices = np.array(task.vertices)
     if task.rows:
         found = solve_columns(factor, nodes, vertices, inbox.rows_of(task))

@@ -1,11 +1,11 @@
-"""Solves beside the tick: columns that a solid is missing, and Green's functions for pages.
+"""Solves beside the tick for missing columns of a solid, and for Green's functions of pages.
 
-A process of lowest priority does it, and not a thread: a thread of low priority that is preempted
+A process of lowest priority solves, and not a thread: a thread of low priority that is preempted
 while it holds Python's global lock would hold up the tick. Requests and answers are a few bytes in
-a pipe, so that neither side blocks; what is found is in shared memory. There is one request at a
+a pipe, so that neither side blocks; the solutions are in shared memory. There is one request at a
 time, and each is made from the newest needs of the solid. Until the process is ready the solid
-answers from its far field. Should it end (the system takes the largest process where memory is
-short), it is started again, a few times and later each time.
+answers from its far field. If the process ends (the system kills the largest process when memory
+is short), it is started again up to `_TRIES` times, with exponential back-off.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from cohaptic_server.shell.column_process import (
     solve_until_closed,
 )
 
-BATCH = 24  # vertices in one solve; as many as a fingertip covers on a mesh that resolves it
+BATCH = 24  # vertices in one solve: the number under a fingertip on a mesh that resolves it
 _LOG = logging.getLogger(__name__)
-_PAUSE = 1.0  # s until a process that has ended is started again; twice as long after each time
+_PAUSE = 1.0  # s until a process that has ended is started again; doubled after each try
 _TRIES = 5
-_LASTING = 60.0  # s; one that was ready for so long had no fault of its own
-_TURN = 4  # solves, of which one is a page's where hands want all of them
+_LASTING = 60.0  # s; a process that was ready for longer resets the number of tries
+_TURN = 4  # solves, of which one is for a page even if hands need all of them
 
 
 class Unsolved(CohapticError):
-    """There is nobody who could solve for it."""
+    """The process that solves has ended for good."""
 
 
 @runtime_checkable
@@ -55,20 +55,20 @@ class HasColumns(Protocol):
 
     @property
     def columns(self) -> GreenColumns:
-        """Those that are known."""
+        """The known columns."""
         ...
 
     @property
     def pending(self) -> int:
-        """How many were delivered and are not in use yet."""
+        """Number of delivered columns that are not in use yet."""
         ...
 
     def in_background(self, *, fill: bool = True) -> None:
-        """Solve for none from now on, and list those that are missing."""
+        """Solve for no columns from now on, and list the missing ones."""
         ...
 
     def request(self, limit: int) -> ColumnRequest | None:
-        """The columns that are needed most, at most so many; None for none."""
+        """The columns that are needed most, at most `limit`; None if none is missing."""
         ...
 
     def deliver(self, columns: Iterable[Column]) -> None:
@@ -80,7 +80,7 @@ class ColumnWorker:
     """Delivers columns to one solid while it is served.
 
     Args:
-        body: Until a column is there, it answers from its far field.
+        body: Solid that answers from its far field until a column is there.
 
     Raises:
         OSError: There is not enough shared memory.
@@ -90,31 +90,32 @@ class ColumnWorker:
         body.in_background(fill=False)
         self._body = body
         self._asked: ColumnRequest | Future[bytes] | None = None
-        self._blocks: deque[tuple[int, Future[bytes]]] = deque()  # one per thread that waits
+        self._blocks: deque[tuple[int, Future[bytes]]] = deque()  # one per waiting thread
         self._since_block = 0
-        self._block = 0  # the vertex that was asked for last
+        self._block = 0  # vertex of the last requested block
         self._ready = self._dead = False
         self._clock = SystemClock()
-        self._tries, self._again = 0, math.inf  # when it is started again [s]
+        self._tries, self._again = 0, math.inf  # time of the next start of the process [s]
         self._ready_since = math.inf
         self._starting: threading.Thread | None = None
         self._context = context = multiprocessing.get_context("spawn")
         columns = body.columns
-        # What was made in this process and not stored is given up here: it solves for nothing more.
+        # A factorisation that was made in this process and not stored moves to shared memory; this
+        # process no longer solves with it.
         if isinstance(columns.given, Factor):
             columns.given = SharedFactor(columns.given, context)
         self._inbox = Inbox.of(columns.nodes, BATCH * len(columns.places.order), context)
         self._make()
-        # The memory for columns: beside the rest of a start, and none is asked for before.
+        # A thread fills the memory for columns during the start; no column is requested before.
         self._filling = threading.Thread(target=columns.store.fill, daemon=True)
 
     def start(self) -> None:
-        """Start the process; it becomes ready beside the server."""
+        """Start the process; it gets ready while the server already runs."""
         self._filling.start()
         self._launch()
 
     def _make(self) -> None:
-        """A process that is not started yet, and a pipe to it."""
+        """Make the pipe and a process that is not started yet."""
         self._pipe, self._theirs = self._context.Pipe()
         self._process = self._context.Process(
             target=solve_until_closed,
@@ -125,16 +126,16 @@ class ColumnWorker:
 
     def _launch(self) -> None:
         if sys.platform != "win32":
-            # It would be started within otherwise, and lets signals through again when it is.
+            # Started here, since a start within the block below would unblock the signals again.
             resource_tracker.ensure_running()
-        with uninterrupted():  # Ctrl-C is for the server, which ends it
+        with uninterrupted():  # Ctrl-C is for the server, which ends this process
             self._process.start()
         assert self._process.pid is not None
         stand_back(self._process.pid)
         self._theirs.close()
 
     def pump(self) -> None:
-        """Deliver what was solved and request more; called before each tick, does not block."""
+        """Deliver solved columns and request more; called before each tick, does not block."""
         if self._dead:
             return
         if self._again < math.inf or self._starting is not None:
@@ -154,12 +155,12 @@ class ColumnWorker:
             self._lose("ended" + (f" by signal {-code}" if code is not None and code < 0 else ""))
 
     def green_block(self, vertex: int) -> bytes:
-        """Green's functions of a vertex for pages, `encode_block` of them; waits for the process.
+        """Encoded Green's functions of a vertex for pages (`encode_block`).
 
-        Called in a thread beside the tick's.
+        The call waits for the process, and so belongs in another thread than the tick's.
 
         Raises:
-            Unsolved: The process has ended.
+            Unsolved: The process has ended for good.
         """
         found: Future[bytes] = Future()
         self._blocks.append((vertex, found))
@@ -168,7 +169,7 @@ class ColumnWorker:
         return found.result()
 
     def _start_again(self) -> None:
-        """Once it is time, in a thread: to start a process takes longer than a tick has."""
+        """Start the process once it is due, in a thread, since a start takes longer than a tick."""
         if self._starting is not None:
             if not self._starting.is_alive():
                 self._starting = None
@@ -182,11 +183,11 @@ class ColumnWorker:
     def _launch_or_lose(self) -> None:
         try:
             self._launch()
-        except OSError:  # no memory for it: the closed pipe counts as its end
+        except OSError:  # no memory for the process: `pump` takes the closed pipe for its end
             self._theirs.close()
 
     def stop(self) -> None:
-        """End the process, wherever it is: it has nothing that would have to be put in order."""
+        """Kill the process at any point of its work; it has nothing to clean up."""
         self._dead = True
         self._give_up()
         if self._starting is not None:
@@ -197,7 +198,7 @@ class ColumnWorker:
             self._process.join()
 
     def _take(self, answer: int | str) -> None:
-        """A count of numbers or bytes that were found, or in words why there will be none."""
+        """Handle an answer: a count of values or bytes, or the reason why the process ends."""
         asked, self._asked = self._asked, None
         if isinstance(answer, str):
             if answer:
@@ -226,11 +227,11 @@ class ColumnWorker:
             self._pipe.send(Task(request.vertices.tolist(), len(rows)))
 
     def _found(self, request: ColumnRequest, count: int) -> list[Column]:
-        """The columns of a request with `count` values; nothing is copied."""
+        """The columns of a request with `count` values, without copying them."""
         return columns_of(request, as_values(self._inbox.values)[:count])
 
     def _lose(self, what: str, *, for_good: bool = False) -> None:
-        """It has ended: start it again after a while, unless that would change nothing."""
+        """Handle the end of the process: start it again after a pause, or give up for good."""
         now = self._clock.now()
         if now - self._ready_since > _LASTING:
             self._tries = 0
@@ -239,7 +240,7 @@ class ColumnWorker:
             pause = _PAUSE * 2.0**self._tries
             self._tries += 1
             self._again = now + pause
-            # What hands asked for they will ask for again; a page waits for its answer.
+            # The solid requests missing columns again by itself, but a page waits for its block.
             if isinstance(self._asked, Future):
                 self._blocks.appendleft((self._block, self._asked))
             self._asked = None
@@ -258,14 +259,14 @@ class ColumnWorker:
         )
 
     def _give_up(self) -> None:
-        """Tell whoever waits for Green's functions that none will come."""
+        """Fail all waiting requests for Green's functions with `Unsolved`."""
         if isinstance(self._asked, Future):
             self._blocks.append((0, self._asked))
             self._asked = None
         while self._blocks:
             try:
                 _, found = self._blocks.popleft()
-            except IndexError:  # taken by another thread just now
+            except IndexError:  # another thread has just taken the last one
                 return
             if not found.done():
                 found.set_exception(Unsolved("the process that solves for columns has ended"))

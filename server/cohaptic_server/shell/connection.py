@@ -1,4 +1,4 @@
-"""One websocket: writes without waiting, and delays messages where latency is injected."""
+"""One websocket: writes without waiting, and delays messages if latency is injected."""
 
 from __future__ import annotations
 
@@ -15,24 +15,22 @@ from cohaptic_server.room.watch.watcher import Watcher
 from cohaptic_server.shell.frames import unmask
 from cohaptic_server.shell.wire import Wire
 
-# Samples, or acks, that wait for a tick; a client sends one or two in that time. Of more the newest
-# count, and what is left out costs a tenth of what it would cost to be looked at.
+# Samples, or acks, that wait for a tick; a client sends one or two per tick. If more come, only the
+# newest are kept; dropping one costs a tenth of the time that decoding it would.
 _MAX_FRAMES = 4
 _FRAGMENT = 16 * 1024  # bytes of a long message that are in flight at once
 
 
 class Connection:
-    """The shell round one peer.
+    """The connection of one peer.
 
     Args:
-        ws: The websocket.
-        peer: At the other end; its session holds the messages to it.
-        clock: Clock of the server.
-        deliver: Called with each message, at the end of its injected delay, and the time at which
-            it counts as arrived [s].
+        peer: Peer at the other end; its session holds the messages to it.
+        deliver: Called at the end of a message's injected delay, with the connection, the message
+            and the time at which the message counts as arrived [s].
 
     Attributes:
-        ready: Whether it may be written to; not while the resting mesh goes out in fragments.
+        ready: Whether messages may be written; False while the resting mesh goes out in fragments.
     """
 
     def __init__(
@@ -65,21 +63,20 @@ class Connection:
 
     @property
     def clear(self) -> bool:
-        """Whether all that was written has left the process."""
+        """Whether all written bytes have left the process and more may be written."""
         ws = self.ws
         return self.ready and not ws.transport.is_closing() and ws.unsent() == 0
 
     async def send_whole(self, data: bytes, timeout: float) -> bool:
         """Send a long message; nothing else is written meanwhile.
 
-        In fragments, so that it is not in memory once for each peer.
+        The message goes out in fragments, so that memory does not hold a copy for each peer.
 
         Args:
-            data: Data of the message.
-            timeout: Until it has to be taken [s].
+            timeout: Time within which the peer has to take the message [s].
 
         Returns:
-            Whether it was.
+            Whether the peer took the message in time.
         """
         fragments = [data[at : at + _FRAGMENT] for at in range(0, len(data), _FRAGMENT)]
         self.ready = False
@@ -109,10 +106,10 @@ class Connection:
             self._push(self._latency.push_up, data)
 
     def receive_frame(self, frame: bytes) -> None:
-        """Keep the frame of a sample until the tick, or until something else comes.
+        """Keep the frame of a sample until the tick, or until another kind of message comes.
 
-        Nothing is done with a sample before the tick, and all at once they cost a third of what
-        they cost one by one, each after the loop has slept.
+        No sample is used before the tick. Decoding all samples at once costs a third of the time
+        that decoding each one costs when the event loop wakes for it.
         """
         if self._latency is not None:
             self.receive(unmask(frame))
@@ -122,14 +119,14 @@ class Connection:
         self._frames.append((frame, self._clock.now()))
 
     def take_samples(self) -> None:
-        """Deliver the samples that wait, each with the time of its arrival."""
+        """Deliver the waiting samples, each with its time of arrival."""
         if self._frames:
             frames, self._frames = self._frames, []
             for frame, arrived in frames:
                 self._deliver(self, unmask(frame), arrived)
 
     def flush(self) -> None:
-        """Write without waiting as far as the path is clear; begin to close an ended session."""
+        """Write the session's messages without waiting; begin to close an ended session."""
         messages = self.session.take(clear=self.clear)
         if self._latency is None:
             self.ws.write(messages)
@@ -148,7 +145,7 @@ class Connection:
         self.flush()
 
     def take_rest(self) -> None:
-        """Deliver messages that a peer sent before it disconnected and that are not delivered."""
+        """Deliver the remaining messages that a peer sent before it disconnected."""
         self.take_samples()
         if self._timer is not None:
             self._timer.cancel()
@@ -163,7 +160,7 @@ class Connection:
             await self._closing
 
     def _delay_or_write(self, data: Data) -> None:
-        # The delay may end at any message.
+        # The injected latency may end between two messages.
         if self._latency is None:
             self.ws.write([data])
         else:
@@ -180,7 +177,7 @@ class Connection:
     def _run(self) -> None:
         """Pass on messages that are due, and set a timer for the others."""
         latency = self._latency
-        # Delivering a message may queue an answer; it is passed on by the outer call.
+        # Delivering a message may queue an answer; the outer call of this function passes it on.
         if latency is None or self._running:
             return
         self._running = True

@@ -1,4 +1,4 @@
-"""The exchange of a server's object for another one, and the process that goes with each."""
+"""Exchanges the object of a server for another one, each with the process that solves for it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ OBJECT_CHANGED = "there is another object now; connect again to touch it"
 
 @dataclass(frozen=True, eq=False)
 class Exchange:
-    """A wish for another object.
+    """A request for another object.
 
     Args:
         build: Makes the body.
-        use: Called with it once it can be served; returns what solves its Green's functions for
-            pages, None for the body itself.
-        done: For who waits.
+        use: Called with the body once it can be served; returns the function that solves its
+            Green's functions for pages, None if the body itself solves.
+        done: Future that the requester waits for.
     """
 
     build: Callable[[], Body]
@@ -29,38 +29,38 @@ class Exchange:
     done: asyncio.Future[None]
 
     def succeed(self) -> None:
-        """Tell who waits, if it still does."""
+        """Report success to the requester, unless it waits no longer."""
         if not self.done.done():
             self.done.set_result(None)
 
     def fail(self, error: BaseException) -> None:
-        """Tell who waits, if it still does."""
+        """Report the error to the requester, unless it waits no longer."""
         if not self.done.done():
             self.done.set_exception(error)
 
 
 class ServedBody:
-    """The body that is served, and the process that solves for its columns, if it is a solid.
+    """The process that solves for the columns of the served body, if that is a solid.
 
     Args:
-        body: The first.
+        body: First body that is served.
     """
 
     def __init__(self, body: Body) -> None:
         self._worker = _worker_of(body)
 
     def start(self) -> None:
-        """Start the process; it takes longer than a tick has."""
+        """Start the process; the call takes longer than a tick."""
         if self._worker is not None:
             self._worker.start()
 
     @property
     def solve(self) -> Solve | None:
-        """What solves Green's functions for pages; None for the body itself."""
+        """Function that solves Green's functions for pages; None if the body itself solves."""
         return None if self._worker is None else self._worker.green_block
 
     def use(self, body: Body) -> Solve | None:
-        """Take another body in place of the one of before, with a process of its own."""
+        """Replace the body by another one, with a new process; returns its `solve`."""
         worker = _worker_of(body)
         if worker is not None:
             worker.start()
@@ -69,7 +69,7 @@ class ServedBody:
         return self.solve
 
     def pump(self) -> None:
-        """Before each tick: deliver columns and ask for missing ones."""
+        """Deliver solved columns and request missing ones; called before each tick."""
         if self._worker is not None:
             self._worker.pump()
 

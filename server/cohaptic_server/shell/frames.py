@@ -1,7 +1,7 @@
-"""The stream of a client, cut into whole frames.
+"""Cuts the stream of a client into whole frames.
 
-A sample is read here, and every other frame by `websockets`, which also checks them: what
-is cut here is passed on as it came.
+Samples are unmasked here; every other frame is passed on unchanged to `websockets`, which reads
+and checks it.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from cohaptic.protocol.websocket_frames import (
     read_head,
 )
 
-# In one read of a socket. A client at 200 Hz whose path stalls for 10 s has as many samples in the
-# kernel; to cut them takes 3 ms, and the empty frames that fit into a read would take 70 ms.
+# Frames in one read of a socket. After a stall of 10 s a client at 200 Hz has as many samples in
+# the kernel; cutting them takes 3 ms. A read full of empty frames would take 70 ms.
 MOST_FRAMES = 2048
 
 
@@ -26,7 +26,7 @@ def is_small_binary(frame: bytes) -> bool:
 
 
 def unmask(frame: bytes) -> bytes:
-    """Payload of a client's frame of which `is_small_binary` holds."""
+    """Payload of a client's frame that passed `is_small_binary`."""
     return mask(frame[2 + KEY :], frame[2 : 2 + KEY])
 
 
@@ -34,26 +34,27 @@ class ClientStream:
     """Cuts the bytes of a client into the request that opens the connection, and whole frames.
 
     Args:
-        longest: Payload that may wait for its rest [bytes]. A longer one, and a frame without a
-            mask, are errors that the library reports: from there on the stream is not cut any more.
+        longest: Longest payload that is buffered until it is complete [bytes]. A longer payload, or
+            a frame without a mask, is an error that the library reports: from there on the stream
+            is not cut any more.
 
     Attributes:
-        opened: Whether all of the request has come.
-        flooded: Whether one read had more than `MOST_FRAMES`; what is behind them is not cut.
+        opened: Whether the whole request has come.
+        flooded: Whether one read had more than `MOST_FRAMES` frames; the rest of it is not cut.
     """
 
     def __init__(self, longest: int) -> None:
         self._longest = longest
-        self._rest = b""  # begins with a frame, or has the last bytes of the head so far
+        self._rest = b""  # an incomplete frame, or the last bytes of the head so far
         self.opened = self.flooded = False
         self._whole = True
 
     def allow(self, longest: int) -> None:
-        """From now on let payloads of up to so many bytes wait for their rest."""
+        """From now on buffer payloads of up to `longest` bytes until they are complete."""
         self._longest = longest
 
     def cut(self, data: bytes) -> list[bytes]:
-        """The pieces that are complete with `data`, in order; joined, they are the stream."""
+        """The pieces that `data` completes, in order; joined, all pieces are the stream."""
         if not self._whole:
             return [data]
         if not self.opened:
@@ -64,7 +65,7 @@ class ClientStream:
         return self._frames(data)
 
     def _open(self, data: bytes) -> list[bytes]:
-        """Pass on the request as it comes, and cut behind its end."""
+        """Pass on the bytes of the request, and cut frames behind its end."""
         known = len(self._rest)
         seen = self._rest + data
         at = seen.find(END_OF_HEAD)
@@ -91,7 +92,7 @@ class ClientStream:
         return found
 
     def _size(self, data: bytes, at: int) -> int | None:
-        """Size of the frame that begins at `at`; None while its header is not there."""
+        """Size of the frame that begins at `at` [bytes]; None if its header is not complete."""
         head = read_head(data, at)
         if head is None:
             return None

@@ -1,6 +1,6 @@
-"""Who may come in and how much they may ask for, at this server: the budgets with their clock.
+"""Admits connections to this server by their budgets, which need its clock.
 
-It counts what came, went and was turned away since the start of the server.
+The gate also counts bytes, refusals and spent budgets since the start of the server.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources
 from cohaptic_server.room.peer import LogLine
 
 _CAUSES = {code.value: code.name.lower() for code in CloseCode}
-# Of the library and ours; neither tells of a refusal.
+# Codes of a normal end, from RFC 6455 and from this server; none is a refusal.
 _PEACEFUL = (1000, 1001, CloseCode.SERVER_STOPS.value, CloseCode.OBJECT_CHANGED.value)
 
 
 @dataclass(slots=True)
 class Traffic:
-    """Counters of one process. Their keys are this program's words, never a peer's.
+    """Counters of one process, whose keys are this program's words and never a peer's.
 
     Attributes:
-        received: Bytes of all connections, after TLS.
-        sent: Bytes of messages and of the bodies of responses, before TLS.
+        received: Bytes from all connections, after TLS decryption.
+        sent: Bytes of messages and of the bodies of responses, before TLS encryption.
         refused: Sessions that the server has closed, and requests that it has not served, by cause.
-        spent: Connections that were closed because a budget was spent, by budget.
+        spent: Connections or responses that were refused because a budget was spent, by budget.
     """
 
     received: int = 0
@@ -45,10 +45,10 @@ class Traffic:
     spent: Counter[str] = field(default_factory=Counter[str])
 
     def end(self, close: tuple[int, str] | None) -> None:
-        """Count the end of a session, if the server has closed it for a reason.
+        """Count the end of a session if the server has closed it as a refusal.
 
         Args:
-            close: Code and reason; None if the peer has gone by itself.
+            close: Code and reason of the server's close; None if the peer has left by itself.
         """
         if close is not None and close[0] not in _PEACEFUL:
             self.refused[_CAUSES.get(close[0], "other")] += 1
@@ -57,9 +57,9 @@ class Traffic:
 log = logging.getLogger("cohaptic.server")
 
 _MOST_FILES = 10**6
-_OWN_FILES = 40  # a server has 20 or so, and an upload and a process that starts some more
-_HANDSHAKES_AT_ONCE = 4  # 3 ms
-_REPORTED_AFTER = 10.0  # s since the first line that was left out
+_OWN_FILES = 40  # a server has about 20 open; an upload or a starting process needs some more
+_HANDSHAKES_AT_ONCE = 4  # TLS handshakes; 3 ms
+_REPORTED_AFTER = 10.0  # s from the first suppressed line until their number is reported
 
 
 class Gate:
@@ -67,18 +67,15 @@ class Gate:
 
     Args:
         limits: All budgets.
-        clock: Clock of the server.
-        simulation_hz: Its ticks per second.
-        proxies: Addresses and networks whose word on where a connection comes from is believed.
+        simulation_hz: Ticks of the server per second.
+        proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
 
     Attributes:
-        limits: The same, with no more connections than the system has files for.
-        clock: The same.
-        sources: Sources of all addresses.
-        proxies: The same.
-        taken: Connections that are open, by the number of their file.
-        came: Set when one is added to them.
-        traffic: What came, went and was turned away.
+        limits: All budgets, with no more connections than the system has file descriptors for.
+        sources: State of the budgets of all addresses.
+        taken: Open connections, by file descriptor.
+        came: Event that is set when a connection is added to `taken`.
+        traffic: Counters of bytes, refusals and spent budgets.
     """
 
     def __init__(
@@ -100,8 +97,8 @@ class Gate:
         self._simulation_hz = simulation_hz
 
     def source_of_peer(self, peername: Any) -> str:
-        """Whom a connection is counted with, from what its transport calls the other end."""
-        # Of a socket of the internet a tuple that begins with the address, and text of any other.
+        """Source that a connection is counted with, from the peer name of its transport."""
+        # An IP socket has a tuple that begins with the address; other sockets have a text.
         if not peername or isinstance(peername, str):
             return UNKNOWN
         return self.proxies.source_of(str(peername[0]))
@@ -111,37 +108,37 @@ class Gate:
         return Meter(self.limits, self._simulation_hz)
 
     def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
-        """Write a line about an address to the log, unless there are too many about it."""
+        """Write a log line about an address, unless its rate limit for lines is reached."""
         self.write(LogLine(text, warning, source, event))
 
     def write(self, line: LogLine) -> None:
-        """The same, of a line that is made."""
+        """Write a log line, unless the rate limit of its source is reached."""
         if self._lines.pass_on(line.source, self.clock.now()):
             level = logging.WARNING if line.warning else logging.INFO
             told = {"event": line.event, "user": line.user, "source": line.source}
             log.log(level, "%s", line.text, extra=told)
 
     def admit(self, source: str) -> Refusal | None:
-        """Count a connection; `Sources.leave` has to follow when it has ended.
+        """Count a new connection; `Sources.leave` has to be called when it has ended.
 
         Args:
-            source: Address of the peer; that of a proxy is settled when it says whom it brings.
+            source: Source of the peer; a proxy's connection gets its final source in `settle`.
 
         Returns:
-            Why it is not taken.
+            The refusal; None if the connection is admitted.
         """
         now, sources = self.clock.now(), self.sources
         by_proxy = source in self.proxies
         return sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
 
     def keep(self, connection: Taken, source: str) -> None:
-        """A connection that was admitted counts until it is closed."""
+        """Keep an admitted connection counted until it is closed."""
         connection.gate, connection.source = self, source
         self.taken[connection.fileno()] = connection
         self.came.set()
 
     def enter(self, connection: Taken, source: str) -> Refusal | None:
-        """Both; arguments as for them. Returns why it is not taken."""
+        """Admit a connection and keep it; returns the refusal, or None if it is admitted."""
         refusal = self.admit(source)
         if refusal is None:
             self.keep(connection, source)
@@ -150,16 +147,16 @@ class Gate:
     def settle(
         self, file: int, proxy: str, said: Sequence[Sequence[str]], now: float
     ) -> str | Refusal:
-        """Count a connection of a proxy with whom the proxy says it comes from.
+        """Count a proxy's connection with the visitor's address, which the proxy reports.
 
         Args:
-            file: Number of the connection's file.
-            proxy: Its source.
+            file: File descriptor of the connection.
+            proxy: Source of the proxy.
             said: Values of X-Forwarded-For and those of Forwarded, in their order.
             now: Time [s].
 
         Returns:
-            Whom it is counted with, or why it is not taken.
+            Source that the connection is counted with, or the refusal.
         """
         source = self.proxies.visitor(proxy, *said)
         if isinstance(source, Refusal):
@@ -176,7 +173,7 @@ class Gate:
         return source
 
     def report(self, after: float = _REPORTED_AFTER) -> None:
-        """Tell how many lines were left out; called at every tick, and does nothing in most."""
+        """Log the number of suppressed lines; called at every tick, does nothing in most."""
         now = self.clock.now()
         if after and now < self._next_report:
             return
@@ -187,13 +184,13 @@ class Gate:
 
 
 class Turns:
-    """So many handshakes may go on before other events have their turn, and ticks among them.
+    """Limits the TLS handshakes in one round of the event loop, so that ticks are not held up.
 
-    A handshake takes 0.75 ms, and all that are ready at once would be served at once: 256 of one
-    address in 0.2 s. What is not read now is ready again in the next round.
+    A handshake takes 0.75 ms, and the loop would serve all that are ready in one round: 256 from
+    one address take 0.2 s. Bytes that are not read now are ready again in the next round.
 
     Args:
-        soon: Calls back once other events have had their turn.
+        soon: Schedules a call for the next round of the event loop.
     """
 
     def __init__(self, soon: Callable[[Callable[[], None]], object]) -> None:
@@ -201,7 +198,7 @@ class Turns:
         self._taken = 0
 
     def take(self) -> bool:
-        """Whether one more may go on."""
+        """Whether one more handshake may proceed in this round."""
         if self._taken == 0:
             self._soon(self._go_on)
         self._taken += 1
@@ -212,14 +209,15 @@ class Turns:
 
 
 class Taken(socket.socket):
-    """A connection that is counted until its file is closed, whatever became of it.
+    """A connection that is counted until its socket is closed.
 
-    One whose TLS handshake fails never has a protocol that could say that it has ended.
+    The socket itself counts, since a connection whose TLS handshake fails never has a protocol
+    that could report its end.
 
     Attributes:
-        gate: That it is counted at; None once it is not any more.
-        source: Whom it is counted with.
-        turns: Turns that handshakes take, during its own; None before and after, and without TLS.
+        gate: Gate that counts the connection; None once it is no longer counted.
+        source: Source that the connection is counted with.
+        turns: Limit of handshakes during the connection's own; None otherwise and without TLS.
     """
 
     gate: Gate | None = None
@@ -227,19 +225,22 @@ class Taken(socket.socket):
     turns: Turns | None = None
 
     def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
-        """As in the library, which reads TLS so; a handshake waits until it is its turn."""
+        """Receive as the standard socket does; during a handshake only if `turns` allows it."""
         if self.turns is not None and not self.turns.take():
             raise BlockingIOError
         return super().recv_into(buffer, nbytes, flags)
 
     def keep_counted(self) -> None:
-        """Its end is no end of the count: it goes on elsewhere, and whoever sent it there knows."""
+        """Stop counting at this socket, without `Sources.leave`: another process takes over.
+
+        The code that hands the connection over calls `Sources.leave` when it has ended there.
+        """
         gate, self.gate = self.gate, None
         if gate is not None:
             gate.taken.pop(self.fileno(), None)
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection and count its end."""
         gate = self.gate
         self.keep_counted()
         if gate is not None:
@@ -248,7 +249,7 @@ class Taken(socket.socket):
 
 
 def _files() -> int:
-    """Connections that the system gives files for, beside those that the server needs itself."""
+    """Number of connections for which file descriptors are left beside the server's own."""
     if sys.platform == "win32":
         return _MOST_FILES
     import resource

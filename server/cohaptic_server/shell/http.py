@@ -1,8 +1,8 @@
 """The shell of the HTTP service: from requests of the websocket library to its responses.
 
 Green's functions for pages are solved one at a time beside the tick, and cached. A solve on a large
-solid takes longer than a tick. A thread of its own solves, or waits for the process that does
-(`column_worker.py`); the request waits for it and the tick does not.
+solid takes longer than a tick. A separate thread solves, or waits for the process that does
+(`column_worker.py`); the request waits for that thread and the tick does not.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ class GreenBlocks:
 
     Args:
         solve: Finds the block of a vertex, in another thread than the tick's; raises `Unsolved`
-            where nobody can any more.
-        kept_bytes: Size of the cache.
+            once the process that solves has ended.
+        kept_bytes: Size of the cache [bytes].
 
     Attributes:
         solved: Number of blocks solved so far.
@@ -97,14 +97,14 @@ class GreenBlocks:
         except (TimeoutError, Unsolved):
             return None
         except asyncio.CancelledError:
-            # By `close`, and not who asked: that one still has to be answered.
+            # `close` has cancelled the solve, not the request: the request still needs an answer.
             asking = asyncio.current_task()
             if solving.cancelled() and (asking is None or not asking.cancelling()):
                 return None
             raise
 
     def close(self) -> None:
-        """Cancel queued solves and accept no more; who waits for one gets None."""
+        """Cancel queued solves and accept no more; a request that waits for one gets None."""
         self._closed = True
         self._thread.shutdown(wait=False, cancel_futures=True)
 
@@ -124,20 +124,16 @@ _ALIVE = 2.0  # s since the last tick, within which the server counts as healthy
 
 
 class HostCheck:
-    """Whether a request comes from a page that may use this server, and under one of its names.
-
-    Args:
-        settings: Settings of the server.
-    """
+    """Checks that a request comes from an allowed page and names this server as its host."""
 
     def __init__(self, settings: ServerSettings) -> None:
         self._origins = settings.allow_origins
-        # Whoever has a page that may connect also has its name in hand.
+        # The owner of a page that may connect controls the name of that page, too.
         names = (urlsplit(origin).hostname for origin in settings.allow_origins)
         self._hosts = (*settings.allow_hosts, *(name for name in names if name))
 
     def __call__(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
-        """The refusal of a request; None lets it pass."""
+        """Return the refusal of a request, or None if the request passes."""
         origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
         own = _own_address(connection)
         if "Upgrade" in request.headers:
@@ -154,7 +150,7 @@ class HostCheck:
                 " --allow-host for another name of this one\n"
             )
             return response(text(plain(request), 403, "Forbidden", message))
-        # A page of a name that was made to point here may read no file of ours either.
+        # A page whose name was made to point here (DNS rebinding) may not read our files either.
         if request.path == "/healthz" or (
             len(hosts) == 1 and is_own_host(hosts[0], own, self._hosts)
         ):
@@ -168,10 +164,9 @@ class Web:
     """HTTP service: files, Green's functions, and the check of a websocket's origin.
 
     Args:
-        body: Whose Green's functions are served.
-        settings: Settings of the server.
+        body: Body whose Green's functions are served.
         gate: Budgets of the server, with its clock.
-        solve: Finds a vertex's block of the functions; the body itself does if not given.
+        solve: Finds a vertex's block of the functions; None lets the body itself solve.
         endpoints: Further kinds of connections, by their subprotocols.
 
     Attributes:
@@ -197,11 +192,10 @@ class Web:
         self.serve(body, solve)
 
     def serve(self, body: Body, solve: Callable[[int], bytes] | None) -> None:
-        """Serve the Green's functions of this body from now on; it takes longer than a tick.
+        """Serve the Green's functions of this body from now on; the call takes longer than a tick.
 
         Args:
-            body: As at the beginning.
-            solve: The same.
+            solve: Finds a vertex's block of the functions; None lets the body itself solve.
         """
         source = green_source(body)
         model = None if source is None else model_name(source)
@@ -212,7 +206,7 @@ class Web:
         self.model, self._blocks, self._site = model, blocks, site
 
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
-        """Answer a request; None lets it become a websocket."""
+        """Return the answer to a request, or None if the request may become a websocket."""
         plain_request, headers = plain(request), request.headers
         assert isinstance(connection, Wire)
         refusal = connection.come_from(headers)
@@ -242,27 +236,27 @@ class Web:
         if plain_request.target == PATH and self._is_of_this_machine(connection, request):
             body = json.dumps({"hosts": self._hosts_for_others()}).encode()
             return response(page(plain_request, "application/json", body))
-        # The library waits this long for the peer to take the whole response.
+        # Time that the library waits for the peer to take the whole response.
         connection.close_timeout = DOWNLOAD_TIMEOUT
         ticking = self._clock.now() - self.ticked < _ALIVE
         answer = self._site.answer(plain_request, ticking=ticking)
         if isinstance(answer, BlockNeeded):
             assert self._blocks is not None
             block = await self._blocks.block(answer.vertex, _PATIENCE)
-            # There may be another body by now, which has no such model.
+            # The body may have been exchanged meanwhile for one that has no such model.
             gone = block is None and self._site.answer(plain_request, ticking=ticking)
             answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
         return self._counted(connection, plain_request, answer)
 
     def _hosts_for_others(self) -> tuple[str, ...]:
         settings = self._settings
-        # Asked for each time: a machine that travels has another address.
+        # Looked up for each request, since a laptop changes its address when it moves.
         return hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())
 
     def _is_of_this_machine(
         self, connection: Wire, request: HttpRequest, allowed: Collection[str] = ()
     ) -> bool:
-        """Whether it is the server's own page, or an allowed one, on the machine of the server."""
+        """Whether a request comes from the server's machine and its own page, or an allowed one."""
         origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
         return len(origins) <= 1 and is_of_this_machine(
             origins[0] if origins else None,
@@ -274,7 +268,7 @@ class Web:
     def _refuse_endpoint(
         self, connection: Wire, request: HttpRequest, endpoint: Endpoint
     ) -> Response | None:
-        """None lets a connection of a further kind come in."""
+        """Return the refusal of a connection to an endpoint, or None to let the connection in."""
         refused = None
         if not endpoint.own_page_only:
             refused = self._check(connection, request)
@@ -293,7 +287,7 @@ class Web:
         return 0 if self._blocks is None else self._blocks.waiting
 
     def _counted(self, connection: Wire, request: Request, answer: Answer) -> Response:
-        """The answer, unless too many bytes wait for the one who asks already."""
+        """The answer, or a refusal if too many unread bytes already wait for this client."""
         size = len(answer.body)
         refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
         if refusal is None:
@@ -321,7 +315,7 @@ def _own_address(connection: ServerConnection) -> str | None:
 
 
 def too_many(request: Request, refusal: Refusal) -> Answer:
-    """The answer to one who is not taken: mostly there is no budget for it."""
+    """The answer to a request that is refused, mostly because a budget is spent."""
     retry = ("Retry-After", str(int(refusal.retry) + 1))
     status = refusal.status
     return text(request, status.value, status.phrase, f"{refusal.why}\n", retry)
@@ -332,8 +326,8 @@ def _solver(source: GreenSource) -> Callable[[int], bytes]:
 
 
 def plain(request: HttpRequest) -> Request:
-    """What of a request determines the response."""
-    # Before version 17 the library accepts GET alone, and its requests have no method.
+    """The parts of a request that determine the response."""
+    # Before version 17 the library accepts only GET, and its requests have no method.
     method = str(getattr(request, "method", "GET"))
     return Request(method, request.path, ", ".join(request.headers.get_all("Accept-Encoding")))
 

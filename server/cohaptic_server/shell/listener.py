@@ -1,4 +1,4 @@
-"""Opening of the port, or an error that says how to get one."""
+"""Opens the port of a server, or raises an error that says how to get one."""
 
 from __future__ import annotations
 
@@ -28,32 +28,32 @@ from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, plain, response, too_ma
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
 TLS_BUFFER = 16 * 1024
-# s, as for the request; and for the last word of one who goes, after which it is cut.
+# s: the handshake has the time-out of the request; a peer that is slow to shut down is cut off.
 TLS_OPTIONS = {"ssl_handshake_timeout": HEAD_TIMEOUT, "ssl_shutdown_timeout": 2.0}
 _ALL_INTERFACES = ("0.0.0.0", "::")
-# An address of a name is none of this machine, or of a kind that it does not have: IPv6 is switched
-# off on many whose hosts file has ::1.
+# Errors for an address of a host name that this machine does not have, or whose family it lacks:
+# many machines have ::1 in their hosts file and IPv6 switched off.
 _NOT_HERE = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT)
 log = logging.getLogger("cohaptic.server")
 
 
 class Listener:
-    """All addresses of one server.
+    """Listens on all addresses of one server.
 
     Args:
-        servers: The library's, one for each address.
+        servers: Servers of the websockets library, one for each address.
     """
 
     def __init__(self, servers: Sequence[Server]) -> None:
         self._servers = servers
 
     def close(self) -> None:
-        """Take nobody any more, and close whoever is there."""
+        """Accept no more connections, and close the open ones."""
         for server in self._servers:
             server.close()
 
     async def wait_closed(self) -> None:
-        """Wait until everybody has gone."""
+        """Wait until all connections are closed."""
         await asyncio.gather(*(server.wait_closed() for server in self._servers))
 
 
@@ -69,16 +69,15 @@ async def listen(
     """Open the port with the options of every websocket; returns the listener and its URL.
 
     Args:
-        handle: Serves a websocket until it returns.
-        process: Answers an HTTP request; None lets it become a websocket.
-        settings: Settings of the server.
-        gate: Who may come in.
+        handle: Serves a websocket, which is closed when this function returns.
+        process: Answers an HTTP request; returns None to let it become a websocket.
+        gate: Gate that admits connections.
         tls: TLS settings of every connection; None without TLS.
-        door: Accepts connections in place of the port.
+        door: Accepts connections in place of the port; None opens the port.
         further: Subprotocols that the server takes besides its own.
 
     Raises:
-        SettingError: The address or port cannot be had.
+        SettingError: The address or port is not available.
     """
     secure = tls is not None
     doors = await open_doors(settings, gate, tls=secure) if door is None else [door]
@@ -95,11 +94,10 @@ async def serve_doors(
     base: str = "",
     further: Collection[str] = (),
 ) -> Listener:
-    """Serve whoever comes through some doors; arguments as for `listen`.
+    """Serve the connections of some doors; arguments not listed are those of `listen`.
 
     Args:
-        handle, process, doors, gate, tls, further: The same.
-        base: Path that all requests may be below; who reads them later sees nothing of it.
+        base: Path prefix that requests may have; `handle` and `process` see the path without it.
     """
 
     async def handle_wire(connection: ServerConnection) -> None:
@@ -116,7 +114,7 @@ async def serve_doors(
             # Relative addresses of the page begin behind the last slash.
             location = f"{base.rpartition('/')[2]}/{query_without_token(inner)}"
             return response(moved(plain(request), location))
-        # In place: the library keeps this very request, for whoever serves the websocket.
+        # Changed in place, since the library gives this same request object to the websocket.
         request.path = inner
         return await process(connection, request)
 
@@ -125,14 +123,14 @@ async def serve_doors(
         options |= TLS_OPTIONS
         # asyncio keeps 256 KiB for each connection; a frame of TLS has 16.
         asyncio.sslproto.SSLProtocol.max_size = TLS_BUFFER
-    wire: Any = partial(Wire, gate=gate)  # the library asks for a class, and calls it
+    wire: Any = partial(Wire, gate=gate)  # the library's type is a class, which it only calls
     servers = [
         await serve(
             handle_wire,
             sock=door,
             process_request=process_below,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
-            # A client without our subprotocol gets an error message from its session, not just 400.
+            # A client without our subprotocol then gets an error message instead of a bare 400.
             select_subprotocol=partial(_select_subprotocol, further),
             server_header=None,
             max_size=MAX_INBOUND_BYTES,
@@ -152,16 +150,15 @@ async def open_doors(
     *,
     tls: bool = False,
 ) -> list[Door]:
-    """Sockets that listen on all addresses of a server that this machine has.
+    """Sockets that listen on those addresses of a server's host name that this machine has.
 
     Args:
-        settings: Settings of the server.
-        gate: Who may come in.
-        tell: Hears of each address of its name that the machine does not have.
-        tls: Whether connections begin with a handshake.
+        gate: Gate that admits connections.
+        tell: Called with a sentence for each address of the name that this machine does not have.
+        tls: Whether connections begin with a TLS handshake.
 
     Raises:
-        SettingError: It has none of them, or the port is in use on one.
+        SettingError: The machine has none of the addresses, or the port is in use on one of them.
     """
     host, port = settings.host, settings.port
     try:
@@ -178,7 +175,7 @@ async def open_doors(
 
 
 def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
-    """Address of a server that listens at a door; without a port if it is handed connections."""
+    """URL of a server that listens at a door; without a port if the door is a unix socket."""
     name = f"[{host}]" if ":" in host else host
     address = door.getsockname()
     scheme = "wss" if tls else "ws"
@@ -191,7 +188,7 @@ async def _doors(
     """Sockets that listen on the addresses of a name, on one port; raises OSError.
 
     Returns:
-        They, and the addresses that are not here, with why.
+        The sockets, and the error of each address that this machine does not have.
     """
     loop = asyncio.get_running_loop()
     found = await loop.getaddrinfo(
@@ -201,13 +198,13 @@ async def _doors(
     missing: dict[str, OSError] = {}
     try:
         for family, _, _, _, address in dict.fromkeys(found):
-            if doors:  # the system chose the port of the first
+            if doors:  # with port 0 the system has chosen the port of the first socket
                 address = (address[0], doors[0].getsockname()[1], *address[2:])
             try:
                 doors.append(Door.opened(address, family, gate, loop, tls=tls))
             except OSError as error:
-                # A port that is in use is another server's, and who comes by the name would meet
-                # now this one and now that.
+                # A port in use belongs to another server; clients that connect by the name would
+                # reach sometimes this server and sometimes that one.
                 if error.errno not in _NOT_HERE:
                     raise
                 missing[str(address[0])] = error
@@ -231,7 +228,7 @@ def page_address(url: str) -> str:
 def _select_subprotocol(
     further: Collection[str], _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    """Our subprotocol or another version of it; a browser that gets none hears no reason."""
+    """Our subprotocol or another version of it, since a browser without any is told no reason."""
     if (special := next((name for name in offered if name in further), None)) is not None:
         return special
     others = (name for name in offered if name.startswith(FAMILY))

@@ -1,4 +1,4 @@
-"""Who a server takes in, how it is secured, and whom it believes about addresses."""
+"""Admission of clients to a server, its encryption, and the proxies that it trusts."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Protection:
     """Protection of one server; without arguments, anybody comes in and nothing is encrypted.
 
     Args:
-        admission: Whom it takes in.
-        certificate: That it speaks TLS with; None for none.
-        proxies: Addresses and networks whose word on where a connection comes from is believed.
+        admission: Decides which clients may come in.
+        certificate: Certificate for TLS; None without TLS.
+        proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
         watched: Files to be read again when they change.
-        state: Folder for what outlives a process: bans, and tokens that were used; None for none.
+        state: Folder of state that outlives a process, bans and used tokens; None keeps none.
     """
 
     admission: Admission = field(default_factory=Admission)

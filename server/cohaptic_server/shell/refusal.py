@@ -1,4 +1,4 @@
-"""The end of a connection that never came to a room: one sentence to it, and a close code."""
+"""Ends a websocket that does not get into a room: one sentence to the client, and a close code."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from cohaptic_server.shell.wire import Wire
 
 
 async def refuse(ws: Wire, code: CloseCode, why: str) -> None:
-    """Tell why, and close."""
+    """Tell the client why, and close the connection."""
     with contextlib.suppress(ConnectionClosed):
         await ws.send(encode_control(Error(code=code.value, message=why)))
         await ws.close(*close_frame(code.value, why))
 
 
 def why_not_here(target: str, room: str | None) -> str:
-    """Why an address does not lead to a room; empty if it does.
+    """Why an address does not lead to the room of this server; empty if it does.
 
-    One that is no room's leads nowhere, and not to the room at the root: it may name another in a
-    way that is not ours, or come through a proxy that keeps a path of its own.
+    An address without a room does not fall back to the room at the root: it may name another room
+    in an unknown form, or come through a proxy that adds a path of its own.
 
     Args:
         target: Path and query of a request.
-        room: Its name.
+        room: Name of the room of this server.
     """
     asked, path = split_path(target)
     if asked not in (None, room):
@@ -40,7 +40,7 @@ def why_not_here(target: str, room: str | None) -> str:
 
 
 async def refuse_other_room(ws: Wire, room: str | None) -> bool:
-    """Tell one who asked for another room that it is not here; returns whether it did."""
+    """Refuse a client that asked for another room; returns whether it was refused."""
     why = why_not_here(ws.request.path, room) if ws.request is not None else ""
     if why:
         await refuse(ws, CloseCode.NO_ROOM, why)

@@ -11,11 +11,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import re
 import socket
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 
 from websockets.exceptions import ConnectionClosed
+from websockets.protocol import State
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode, CohapticError, SettingError, one_line
@@ -34,7 +36,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
-from cohaptic_server.shell.endpoint import LEAVING, Endpoint
+from cohaptic_server.shell.endpoint import SETTLING, Endpoint
 from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import Web
@@ -45,6 +47,7 @@ from cohaptic_server.shell.wire import Wire, last_words
 
 log = logging.getLogger("cohaptic.server")
 
+_TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]{1,60}")
 CLOSE_TIMEOUT = 1.0  # s for everybody to be told that the server stops
 NAP = 1.0  # s of sleep after which it is looked for what came beside connections
 
@@ -150,7 +153,7 @@ class CohapticServer:
                     due = await self._nap(due, before_tick)
         finally:
             self.ending.set()
-            await self._stop()
+            await self.stop()
 
     @property
     def sleeps(self) -> bool:
@@ -186,8 +189,11 @@ class CohapticServer:
                 returns what `solve` is at the beginning.
 
         Raises:
-            CohapticError: It could not be made; the body of before is served again.
+            CohapticError: It could not be made, or another one is being exchanged; the body of
+                before is served again.
         """
+        if self._exchange is not None:
+            raise CohapticError("another object is being opened; try again in a minute")
         self._exchange = Exchange(build, use, asyncio.get_running_loop().create_future())
         self.gate.came.set()
         await self._exchange.done
@@ -281,29 +287,54 @@ class CohapticServer:
             endpoint: Serves them.
 
         Raises:
-            SettingError: The name is one of hands, or another endpoint has it.
+            SettingError: The name is no token, is one of hands, or is another endpoint's.
         """
+        if not _TOKEN.fullmatch(subprotocol):
+            raise SettingError("subprotocol", repr(subprotocol[:60]), "a token of HTTP")
         if subprotocol.startswith(FAMILY) or subprotocol in self._endpoints:
             raise SettingError("subprotocol", repr(subprotocol[:60]), "one that nobody has")
         self._endpoints[subprotocol] = endpoint
 
     async def _serve_endpoint(self, ws: Wire, subprotocol: str) -> None:
         """Serve a connection of a further kind, as long as it is open."""
+        endpoint = self._endpoints[subprotocol]
+
+        async def serve() -> None:
+            await endpoint.serve(ws)
+
+        serving = asyncio.ensure_future(serve())
         closed = asyncio.ensure_future(ws.wait_closed())
-        serving = asyncio.ensure_future(self._endpoints[subprotocol].serve(ws))
+        ending = asyncio.ensure_future(self.ending.wait())
+        first = asyncio.FIRST_COMPLETED
         try:
-            await asyncio.wait((serving, closed), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((serving, closed), return_when=first)
+            if endpoint.leaving is None:
+                await asyncio.wait((serving,))
+            elif not serving.done():
+                await asyncio.wait((serving, ending), timeout=endpoint.leaving, return_when=first)
             if not serving.done():
-                await asyncio.wait((serving,), timeout=LEAVING)
+                await asyncio.wait((serving,), timeout=SETTLING)
         finally:
-            closed.cancel()
-            serving.cancel()
+            for task in (closed, ending, serving):
+                task.cancel()
             (error,) = await asyncio.gather(serving, return_exceptions=True)
-        if isinstance(error, Exception) and not isinstance(error, ConnectionClosed):
-            told = f"{subprotocol} of {ws.source} has failed: {one_line(repr(error), 200)}"
-            self.gate.tell(ws.source, "endpoint_failed", told, warning=True)
-            log.debug("%s", told, exc_info=error)
-            await ws.close(1011)
+            if isinstance(error, Exception):
+                self._tell_fault(ws, subprotocol, error)
+        await ws.close(1011 if isinstance(error, Exception) else 1000)
+
+    def _tell_fault(self, ws: Wire, subprotocol: str, error: Exception) -> None:
+        """Write the error of an endpoint to the log, unless its client has only gone."""
+        left: BaseException | None = error
+        if ws.state is not State.OPEN:
+            if isinstance(error, ExceptionGroup):
+                left = error.split(ConnectionClosed)[1]
+            elif isinstance(error, ConnectionClosed):
+                left = None
+        if left is None:
+            return
+        told = f"{subprotocol} of {ws.source} has failed: {one_line(repr(left), 200)}"
+        self.gate.tell(ws.source, "endpoint_failed", told, warning=True)
+        log.debug("%s", told, exc_info=left)
 
     async def _handle(self, ws: Wire) -> None:
         """Serve one connection, from its first message to its close."""
@@ -347,7 +378,8 @@ class CohapticServer:
         now, clear = self.clock.now(), connection.clear
         self._carry_out(self.lobby.finish_mesh(peer, now, taken=taken, clear=clear))
 
-    async def _stop(self) -> None:
+    async def stop(self) -> None:
+        """Close all connections and the port; `run` does so when it ends."""
         self.web.close()
         self._carry_out(self.lobby.stop())
         self.gate.report(after=0.0)

@@ -1,10 +1,10 @@
-"""A websocket of the library whose samples pass by its parser, its queue and the handler's task.
+"""A websocket whose samples bypass the library's parser and queue, and the handler's task.
 
-At 60 messages a second and user, those cost more than all that the server does with a sample. Here,
-the frame of a sample is handed over as it came; all else goes by the library, and while any of it
-waits for the handler, so do samples: messages stay in order.
+At 60 messages per second and user, those cost more than all that the server does with a sample.
+Here the frame of a sample is delivered unchanged. Every other message goes through the library, and
+while one of them waits for the handler, samples do so too: messages stay in order.
 
-Whoever sends more than its budgets is told, not read any more, and closed.
+A client that exceeds its budgets is told so, is not read any more, and is disconnected.
 """
 
 from __future__ import annotations
@@ -29,24 +29,25 @@ from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.frames import MOST_FRAMES, ClientStream, is_small_binary
 from cohaptic_server.shell.gate import Gate
 
-MAX_INBOUND_BYTES = 4096  # the largest inbound message is a hello; this is several of them
-MAX_UNREAD_BYTES = 256 * 1024  # that a peer who sends does not read; more than any one message
+MAX_INBOUND_BYTES = 4096  # several times the largest inbound message, a hello
+MAX_UNREAD_BYTES = 256 * 1024  # not read by a peer that sends; more than any one message
 HEAD_TIMEOUT = 5.0  # s for the request that opens a connection, as for a hello
-_LAST_WORDS = 0.3  # s for the close to leave this machine, after which the connection is cut
-_CONTROL = 0x08  # of an opcode: ping, pong or close
+_LAST_WORDS = 0.3  # s for the close frame to leave this machine; then the connection is cut
+_CONTROL = 0x08  # bit of the opcode of a ping, pong or close
 
 
 class Wire(ServerConnection):
     """The connection to one client.
 
     Args:
-        gate: Budgets of the server; one of its own if none is given.
+        gate: Budgets of the server; None makes a gate for this connection alone.
 
     Attributes:
-        deliver: Called with the frame of each small binary message that comes while the handler
-            waits for a message; None leaves all messages to `recv`.
-        dismiss: Called with why the peer is not heard any more; it has to close the connection.
-        source: Whom it is counted with.
+        deliver: Called with the frame of each small binary message that comes while no message
+            waits for the handler; None leaves all messages to `recv`.
+        dismiss: Called with the reason why the peer is not read any more; has to close the
+            connection.
+        source: Source that the connection is counted with.
     """
 
     def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
@@ -60,33 +61,36 @@ class Wire(ServerConnection):
         self._meter = self._gate.meter()
         self._traffic = self._gate.traffic
         self._stream = ClientStream(MAX_INBOUND_BYTES)
-        self._waiting = 0  # messages that the library has and the handler has not taken
+        self._waiting = 0  # messages in the library that the handler has not taken
         self._deaf = self._brings_files = False
-        self._unread = 0  # bytes of a response that are counted
+        self._unread = 0  # bytes of responses that `sources` counts as unread
         self._head_due: asyncio.TimerHandle | None = None
 
     def allow(self, longest: int, *, as_fast_as_served: bool) -> None:
-        """Take messages of up to so many bytes.
+        """Accept messages of up to `longest` bytes from now on.
 
         Args:
             longest: Largest message [bytes].
-            as_fast_as_served: Whether the handler alone says how many; no budget is spent.
+            as_fast_as_served: Whether the handler alone limits the rate; no budget is spent.
         """
         self._stream.allow(longest)
         self.protocol.max_message_size = longest
         self._brings_files = as_fast_as_served
 
     def count_response(self, size: int) -> None:
-        """A response of so many bytes goes out, which `Sources.respond` has let pass."""
+        """Count a response that `Sources.respond` has let pass, of `size` bytes."""
         self._unread += size
         self._traffic.sent += size
 
     def come_from(self, headers: Headers) -> Refusal | None:
-        """Count it with whom a proxy says; why it is not taken, if it is not.
+        """Count a proxy's connection with the visitor that its headers name.
 
         Args:
-            headers: Headers of its request. They count only where a proxy that is believed sent
-                them: anybody else may write what it likes.
+            headers: Headers of the request. They count only if a trusted proxy has sent them, since
+                any other client may write into them what it likes.
+
+        Returns:
+            The refusal; None if the connection is admitted.
         """
         if self.source not in self._gate.proxies:
             return None
@@ -99,40 +103,40 @@ class Wire(ServerConnection):
         return settled
 
     def taken(self) -> None:
-        """The handler is done with a message of `recv`."""
+        """Note that the handler has handled a message from `recv`."""
         self._waiting -= 1
 
     def write(self, messages: list[str | bytes]) -> None:
-        """Write messages without waiting, in one system call; nothing once the close has begun."""
+        """Write messages without waiting, in one system call; drop them once the close begins."""
         if messages and self.state is State.OPEN:
             data = b"".join(map(make_frame, messages))
             self._traffic.sent += len(data)
             self.transport.write(data)
 
     async def send(self, message: Any, **options: Any) -> None:
-        """As in the library; waits for the peer."""
+        """Send a message as the library does, and count its bytes; waits for the peer."""
         whole = isinstance(message, str | bytes)
         self._traffic.sent += len(message) if whole else sum(map(len, message))
         await super().send(message, **options)
 
     def unsent(self) -> int:
-        """Bytes that were written and have not left the process."""
+        """Number of written bytes that have not left the process."""
         if self._unsent is None:
             self._unsent = unsent_of(self.transport)
         return self._unsent()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Called by the event loop at the beginning."""
+        """Start the time-out of the request; called by the event loop at the beginning."""
         self.source = self._gate.source_of_peer(transport.get_extra_info("peername"))
         taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
         if taken is not None:
-            taken.turns = None  # hands were shaken
+            taken.turns = None  # the TLS handshake is over
         super().connection_made(transport)
         loop = asyncio.get_running_loop()
         self._head_due = loop.call_later(HEAD_TIMEOUT, self._cut)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Called by the event loop at the end."""
+        """Clear timers and counters of the connection; called by the event loop at the end."""
         if self._head_due is not None:
             self._head_due.cancel()
         self._gate.sources.taken(self.source, self._unread)
@@ -140,7 +144,7 @@ class Wire(ServerConnection):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Called by the event loop with bytes of the client."""
+        """Deliver, or pass to the library, bytes of the client; called by the event loop."""
         if self._deaf:
             self.transport.pause_reading()  # the library may have resumed it
             return
@@ -149,7 +153,8 @@ class Wire(ServerConnection):
         error: ProtocolError | None
         alone = len(pieces) == 1 and is_small_binary(pieces[0])
         if alone and not self._stream.flooded:
-            # Its whole frame, as `is_small_binary` knows it; every call here is one per sample.
+            # `is_small_binary` ensures a whole frame of 6 bytes and the payload. This fast path
+            # avoids function calls, since each would be made once per sample.
             self._traffic.received += 6 + (pieces[0][1] & 0x7F)
             error = self._meter.sample(self._now())
             deliver = self.deliver
@@ -164,7 +169,7 @@ class Wire(ServerConnection):
             self._stop_hearing(error)
             return
         for piece in pieces:
-            # Nothing may be ahead of a message that is delivered at once.
+            # No earlier message may still wait when a sample is delivered at once.
             if self.deliver is not None and not self._waiting and is_small_binary(piece):
                 if self.state is State.OPEN:
                     self.deliver(piece)
@@ -174,7 +179,7 @@ class Wire(ServerConnection):
             super().data_received(piece)
 
     def _excess(self, pieces: Sequence[bytes], *, in_head: bool) -> ProtocolError | None:
-        """Why what has come is too much; None if it is not."""
+        """The error if the pieces that have come exceed a budget; None if they do not."""
         if self._stream.flooded:
             limit = f"at most {MOST_FRAMES}"
             return RemoteProtocolError("frames in one read", "more", limit, CloseCode.TOO_MANY)
@@ -186,7 +191,7 @@ class Wire(ServerConnection):
                 samples += 1
             else:
                 texts += 1
-        # Pieces of a file come as fast as its handler takes them, and no faster.
+        # The handler limits the rate of a file's pieces, so that they spend no budget.
         texts = 0 if self._brings_files else texts
         if beats and self.unsent() > MAX_UNREAD_BYTES:
             limit = f"at most {MAX_UNREAD_BYTES:,}"
@@ -207,7 +212,7 @@ class Wire(ServerConnection):
         if self.state is not State.OPEN:
             self.transport.abort()
             return
-        # What has been said last leaves; its answer is not waited for, since nothing is read.
+        # The last message may still leave; no answer to the close can come, since nothing is read.
         asyncio.get_running_loop().call_later(_LAST_WORDS, self.transport.abort)
         self.dismiss(error)
 
@@ -216,7 +221,7 @@ class Wire(ServerConnection):
         self._closing = asyncio.get_running_loop().create_task(closing)
 
     def _cut(self) -> None:
-        """The request has not come in time."""
+        """Cut the connection if its request has not come in time."""
         if not self._stream.opened:
             self._traffic.refused["no request"] += 1
             told = f"{self.source} sent no request in {HEAD_TIMEOUT:g} s"
@@ -225,15 +230,16 @@ class Wire(ServerConnection):
 
 
 def last_words(closed: ConnectionClosed) -> tuple[bool, str]:
-    """How a connection has ended: whether the peer closed it, and the reason, as one line.
+    """Whether the peer closed a connection, and the reason in one line.
 
-    The reason is the peer's own, or what the library found wrong with what it sent; empty where
-    there is none, and for a peer that has answered no ping, whose connection was lost.
+    The reason is the peer's own, or the error that the library found in the peer's messages. The
+    text is empty if there is none, and for a peer that has answered no ping: its connection was
+    lost.
     """
     rcvd, sent = closed.rcvd, closed.sent
     if rcvd is not None and closed.rcvd_then_sent is not False:
         return True, one_line(rcvd.reason)
-    # The answer to a close of our own tells nothing, whatever is in it.
+    # The peer's answer to a close of our own says nothing about the reason.
     if sent is None or sent.code == StandardCode.INTERNAL_ERROR:
         return False, ""
     return False, one_line(sent.reason)

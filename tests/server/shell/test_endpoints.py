@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
-import logging
 from collections.abc import AsyncGenerator
 
 import pytest
@@ -15,7 +14,6 @@ from websockets.typing import Origin, Subprotocol
 
 from cohaptic.errors import CloseCode, SettingError
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic_server.shell import server as server_module
 from cohaptic_server.shell.endpoint import Endpoint
 from cohaptic_server.shell.wire import Wire
 from tests.patience import PATIENCE
@@ -24,8 +22,9 @@ from tests.server.shell.stage import Stage
 pytestmark = pytest.mark.live
 
 NEAR, FOR_ALL, FAST, IDLE = "near.test", "for-all.test", "fast.test", "idle.test"
+GROUP = "group.test"
 ELSEWHERE, BESIDE = Origin("https://elsewhere.example"), Origin("http://localhost:5173")
-ended = 0
+ended: set[int] = set()
 
 
 async def echo(ws: Wire) -> None:
@@ -38,12 +37,20 @@ async def echo(ws: Wire) -> None:
 
 
 async def idle(ws: Wire) -> None:
-    global ended
+    number = int(str(await ws.recv()))
+    ws.taken()
     await ws.send("here")
     try:
         await asyncio.Event().wait()
     finally:
-        ended += 1
+        ended.add(number)
+
+
+async def in_a_group(ws: Wire) -> None:
+    """The natural form of an endpoint that reads and writes."""
+    async with asyncio.TaskGroup() as group:
+        group.create_task(echo(ws))
+        group.create_task(asyncio.Event().wait())
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +58,8 @@ def offering(stage: Stage) -> Stage:
     stage.server.add_endpoint(NEAR, Endpoint(echo, longest=200))
     stage.server.add_endpoint(FOR_ALL, Endpoint(echo, longest=200, own_page_only=False))
     stage.server.add_endpoint(FAST, Endpoint(echo, longest=200, as_fast_as_served=True))
-    stage.server.add_endpoint(IDLE, Endpoint(idle, longest=200))
+    stage.server.add_endpoint(IDLE, Endpoint(idle, longest=200, leaving=0.05))
+    stage.server.add_endpoint(GROUP, Endpoint(in_a_group, longest=200))
     return stage
 
 
@@ -108,6 +116,7 @@ def test_one_that_is_checked_is_the_one_that_is_chosen(offering: Stage) -> None:
 def test_what_is_too_long_or_too_much_ends_that_connection_alone(offering: Stage) -> None:
     async def chatter(kind: str) -> str:
         async with come(offering.url, IDLE) as other, come(offering.url, kind) as ws:
+            await other.send("1")
             assert await other.recv() == "here"
             try:
                 for _ in range(1000):  # below the budget of samples, above that of words
@@ -128,28 +137,36 @@ def test_what_is_too_long_or_too_much_ends_that_connection_alone(offering: Stage
 def test_a_fault_of_the_route_is_in_the_log_and_ends_its_connection(
     offering: Stage, caplog: pytest.LogCaptureFixture
 ) -> None:
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # as on a server
     assert offering.during(says(offering.url, "raise", NEAR)) == "1011"
     assert "near.test of 127.0.0.1 has failed: RuntimeError('a fault of the route')" in caplog.text
     assert offering.during(says(offering.url, "a", NEAR)) == "a"
 
 
-def test_who_serves_a_connection_that_has_closed_is_ended(
-    offering: Stage, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(server_module, "LEAVING", 0.05)
-
+def test_who_serves_a_connection_that_has_closed_is_ended_after_a_while(offering: Stage) -> None:
     async def leave() -> None:
-        before = ended
         async with come(offering.url, IDLE) as ws:
+            await ws.send("2")
             await ws.recv()
-        while ended == before:
+            assert 2 not in ended
+        while 2 not in ended:
             await asyncio.sleep(0.01)
 
     offering.during(asyncio.wait_for(leave(), PATIENCE))
 
 
+def test_a_client_that_leaves_is_no_fault(
+    offering: Stage, caplog: pytest.LogCaptureFixture
+) -> None:
+    for kind in (NEAR, GROUP):
+        assert offering.during(says(offering.url, "a", kind)) == "a"
+    # The handler of the first has ended by the time that another has been served.
+    assert offering.during(says(offering.url, "a", NEAR)) == "a"
+    assert "has failed" not in caplog.text
+    assert offering.during(says(offering.url, "raise", GROUP)) == "1011"
+    assert "group.test of 127.0.0.1 has failed: ExceptionGroup" in caplog.text
+
+
 def test_a_name_of_hands_or_of_another_endpoint_is_refused(offering: Stage) -> None:
-    for name in (NEAR, SUBPROTOCOL):
+    for name in (NEAR, SUBPROTOCOL, "", "a b", "a,b"):
         with pytest.raises(SettingError, match="subprotocol is"):
             offering.server.add_endpoint(name, Endpoint(echo, longest=1))

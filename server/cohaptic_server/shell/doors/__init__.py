@@ -1,1 +1,1 @@
-"""Listening sockets, and those who have come to them and have not asked for anything yet."""
+"""Listening sockets, and accepted connections that have not sent a request yet."""

@@ -1,8 +1,8 @@
-"""A listening socket, out of which connections come once they have asked for something.
+"""A listening socket that passes a connection on once the client has sent a request.
 
-asyncio makes a transport, a protocol and a task of every connection, which takes 0.3 ms. Here one
-that says nothing is a socket in a set, and one whom the server has no budget for is turned away. It
-is told why in HTTP, which everybody who comes speaks.
+asyncio makes a transport, a protocol and a task of every connection, which takes 0.3 ms. Here a
+silent connection is only a socket in a watched set, and a connection without budget is turned away.
+The reason is sent as an HTTP response, since every client speaks HTTP first.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from cohaptic_server.shell.gate import Gate, Taken, Turns
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 
 _OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
-# Work that is done within `_WINDOW`, in units of about 30 us: 1 ms before a tick has its turn, and
-# a quarter of a core. A process of real-time priority that took all of one would be stopped by the
-# system for 50 ms of each second. One who comes, is looked at or turned away is a unit; one that
-# is given to asyncio costs as eight.
+# Work that is done within `_WINDOW`, in units of about 30 us: 1 ms until a tick has its turn, and
+# a quarter of a core. The system would stop a process of real-time priority that uses a whole core
+# for 50 ms of each second. Accepting, looking at or turning away a connection costs one unit;
+# passing a connection to asyncio costs eight (`_TAKING`).
 _WORK_AT_ONCE = 32
 _WINDOW = 4e-3  # s
 _TAKING = 8
-_LET_IN_AT_ONCE = 8  # before those who have asked are looked for
-_ENDED_AT_ONCE = 64  # of those who said nothing; 0.7 ms
+_LET_IN_AT_ONCE = 8  # connections accepted before those with a request are looked for
+_ENDED_AT_ONCE = 64  # silent connections closed at a time; 0.7 ms
 # Bytes that wait in the kernel for a connection, each way; Linux takes twice as much for its own
 # records. A download over 250 ms of round trip then still has 0.25 to 0.5 MB/s; without a bound
-# the kernel keeps 4 MB and more for one who does not read.
+# the kernel keeps 4 MB and more for a client that does not read.
 KERNEL_BUFFER = 64 * 1024
 _NO_MEMORY = Refusal("this machine has no more memory for connections", 5.0)
 
@@ -40,14 +40,13 @@ _NO_MEMORY = Refusal("this machine has no more memory for connections", 5.0)
 class Door(socket.socket):
     """One address that a server listens on.
 
-    What an event loop watches of it, its `fileno`, is the set of those who are on its porch, of
-    which the listening socket is one; where there are no such sets, everybody comes out at once.
+    The event loop watches `fileno`, the epoll set of the porch: it contains the silent connections
+    and the listening socket. On systems without epoll, `accept` passes every connection on at once.
 
     Args:
-        family: Family of the address.
-        gate: Knows whom there is a budget for.
+        gate: Admits connections by their budgets.
         loop: Gives other events their turn, and keeps deadlines.
-        tls: Whether connections begin with a handshake.
+        tls: Whether connections begin with a TLS handshake.
     """
 
     def __init__(
@@ -63,11 +62,11 @@ class Door(socket.socket):
         self._porch = Porch(self._own, tls=tls) if CAN_HOLD else None
         self._gate, self._loop = gate, loop
         self._turns = Turns(loop.call_soon) if tls else None
-        self._work = 0  # within this window
+        self._work = 0  # units of work done within this window
         self._in_window = False
         self._timer: asyncio.TimerHandle | None = None
-        # A file to give up when there are no more: a connection that cannot be accepted could
-        # not be closed either, and would be asked about again and again.
+        # A spare file descriptor, closed when the process has no more: otherwise a connection could
+        # be neither accepted nor closed, and the listening socket would stay readable.
         self._spare: int | None = None
 
     @classmethod
@@ -80,14 +79,14 @@ class Door(socket.socket):
         *,
         tls: bool = False,
     ) -> Door:
-        """Listen; raises OSError."""
+        """Open a door that listens on an address; raises OSError."""
         door = cls(family, gate, loop, tls=tls)
         try:
             if os.name == "posix":
                 door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             if family == socket.AF_INET6:
                 door.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            # Connections inherit them.
+            # Accepted connections inherit both sizes.
             door.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
             door.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_BUFFER)
             door.setblocking(False)
@@ -100,18 +99,18 @@ class Door(socket.socket):
 
     @property
     def silent(self) -> int:
-        """Connections that have not asked for anything yet."""
+        """Number of connections that have not sent a request yet."""
         return 0 if self._porch is None else len(self._porch)
 
     def fileno(self) -> int:
-        """Descriptor that an event loop has to watch."""
+        """File descriptor that the event loop has to watch."""
         return super().fileno() if self._porch is None else self._porch.fileno()
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection that has asked for something; BlockingIOError if there is none."""
+        """The next connection that has sent a request; BlockingIOError if there is none."""
         if not self._in_window:
             self._in_window = True
-            if self._porch is None:  # what is readable stays so: the loop would do nothing else
+            if self._porch is None:  # a pause would spin: the socket stays readable meanwhile
                 self._loop.call_soon(self._go_on)
             else:
                 self._loop.call_later(_WINDOW, self._go_on)
@@ -143,7 +142,7 @@ class Door(socket.socket):
         raise BlockingIOError
 
     def close(self) -> None:
-        """Listen no more, and close whoever has asked for nothing."""
+        """Stop listening, and close the connections that have not sent a request."""
         spare, self._spare = getattr(self, "_spare", None), None
         if spare is not None:
             os.close(spare)
@@ -162,7 +161,11 @@ class Door(socket.socket):
         self._in_window, self._work = False, 0
 
     def _let_in(self) -> tuple[socket.socket, str, Any]:
-        """The next who may come in, counted; BlockingIOError if there is none, or work enough."""
+        """Accept and count the next admitted connection.
+
+        Raises:
+            BlockingIOError: There is none, or the work of this window is used up.
+        """
         while self._work < _WORK_AT_ONCE:
             self._work += 1
             self._keep_spare()
@@ -200,7 +203,7 @@ class Door(socket.socket):
             self._timer = self._loop.call_later(HEAD_TIMEOUT, self._end_overdue)
 
     def _taken(self, connection: socket.socket, source: str, peer: Any) -> tuple[Taken, Any]:
-        """A connection that is to be served."""
+        """Make an admitted connection one that asyncio can serve and the gate keeps."""
         self._work += _TAKING
         taken = Taken(self.family, self.type, self.proto, fileno=connection.detach())
         taken.turns = self._turns
@@ -208,7 +211,7 @@ class Door(socket.socket):
         return taken, peer
 
     def _end_overdue(self) -> None:
-        """Close those who have asked for nothing in time, a few at once."""
+        """Close connections that have sent no request in time, a limited number at once."""
         self._timer = None
         if self._porch is None:
             return

@@ -1,11 +1,11 @@
-"""Addresses of this machine, as others reach it."""
+"""Addresses at which other machines reach this one."""
 
 from __future__ import annotations
 
 import socket
 
-# Nothing is sent there: the system says from which address it would. The first stands for the rest
-# of the world, the others for networks that are not its way there (RFC 5737, 1918, 3849).
+# Nothing is sent to these targets: the system only says from which address it would send. The first
+# stands for the internet, the others for private networks and IPv6 (RFC 5737, 1918, 3849).
 _TARGETS = (
     (socket.AF_INET, "192.0.2.1"),
     (socket.AF_INET, "192.168.255.254"),
@@ -17,7 +17,7 @@ _PORT = 9
 
 
 def machine_addresses() -> tuple[str, ...]:
-    """Each once, the one on the way to the world first; none without a network."""
+    """Addresses of this machine, each once, that of the internet route first; () if offline."""
     found: list[str] = []
     for family, target in _TARGETS:
         try:

@@ -1,12 +1,12 @@
-"""Connections that have not asked for anything yet: each a socket, in one set that is watched.
+"""Connections that have not sent a request yet, kept as plain sockets in one epoll set.
 
-asyncio makes a transport, a protocol, a task and timers of a connection, for 0.3 ms and 14 kB. One
-that is silent needs none of them. The set is the system's (epoll): it tells who has spoken, and
-takes no time for those who have not. Bytes are looked at, not taken: whoever serves the connection
-reads all of them. As they stay, it is their arrival that is told, and not their presence.
+asyncio makes a transport, a protocol, a task and timers of a connection, for 0.3 ms and 14 kB. A
+silent connection needs none of them. Epoll reports which connections have sent bytes, and takes no
+time for the others. The porch looks at the bytes without taking them: the handler that serves the
+connection reads all of them. Since the bytes stay, epoll is edge-triggered and reports new bytes.
 
-A connection is worth a transport once it has said the head of a request, or a hello. Bytes that are
-neither are passed on too, and are judged where they are read.
+A connection gets a transport once it has sent the head of a request, or a TLS hello. Connections
+that send anything else are passed on too, and are judged where the bytes are read.
 """
 
 from __future__ import annotations
@@ -19,19 +19,17 @@ from dataclasses import dataclass
 
 from cohaptic.protocol.websocket_frames import END_OF_HEAD
 
-MOST = (
-    4096  # bytes that are looked at; of a longer head, or hello of TLS, the rest is not waited for
-)
-_HANDSHAKE = b"\x16"  # of TLS: the type of a record, two bytes of version, two of its length follow
+MOST = 4096  # bytes that are looked at; a longer head, or TLS hello, is passed on before its end
+_HANDSHAKE = b"\x16"  # type of a TLS record; two bytes of version and two of length follow
 _RECORD_HEAD = 5
 
 
 def has_asked(seen: bytes, *, tls: bool) -> bool:
-    """Whether it has asked for something.
+    """Whether a connection has sent its request, or anything that need not be waited for.
 
     Args:
-        seen: All that has come so far, or the first `MOST` bytes of it; not empty.
-        tls: Whether it has to begin with a handshake.
+        seen: All bytes so far, or the first `MOST` of them; not empty.
+        tls: Whether the connection has to begin with a TLS handshake.
     """
     if len(seen) >= MOST:
         return True
@@ -44,20 +42,19 @@ def has_asked(seen: bytes, *, tls: bool) -> bool:
 
 
 CAN_HOLD = sys.platform == "linux"
-# Times that a connection is looked at. A head comes in one piece or two; who sends it byte by byte
-# is passed on, and has the budgets of one who is served.
+# Times that a connection is looked at. A head comes in one piece or two; a client that sends it
+# byte by byte is passed on, and spends the budgets of a served connection.
 _MOST_LOOKS = 64
 
 
 @dataclass(eq=False, slots=True)
 class Silent:
-    """One that is held.
+    """One silent connection.
 
     Args:
-        connection: Its socket.
-        source: Whom it is counted with.
-        deadline: Until it has to ask [s].
-        looks: How often it has said something.
+        source: Source that the connection is counted with.
+        deadline: Time by which the connection has to send its request [s].
+        looks: Number of times that new bytes were looked at.
     """
 
     connection: socket.socket
@@ -67,17 +64,17 @@ class Silent:
 
 
 class Porch:
-    """Those of one door, for a system with epoll.
+    """The silent connections of one door, on a system with epoll.
 
     Args:
-        door: File of the listening socket, which is watched too.
-        tls: Whether connections begin with a handshake.
+        door: File descriptor of the listening socket, which is watched too.
+        tls: Whether connections begin with a TLS handshake.
     """
 
     def __init__(self, door: int, *, tls: bool) -> None:
         assert sys.platform == "linux"
         self._door, self._tls = door, tls
-        # The first is the next that is due: all have the same time, and a clock does not go back.
+        # The first connection is due next: all have the same time-out, and the clock is monotonic.
         self._held: OrderedDict[int, Silent] = OrderedDict()
         self._events = select.EPOLLIN | select.EPOLLRDHUP | select.EPOLLET
         self._ends = select.EPOLLRDHUP | select.EPOLLHUP | select.EPOLLERR
@@ -89,46 +86,46 @@ class Porch:
         return len(self._held)
 
     def fileno(self) -> int:
-        """Descriptor that is readable when `ready` would tell of one, and it is shown."""
+        """File descriptor that is readable when `ready` would return a file, unless hidden."""
         return self._shown.fileno()
 
     def show(self, *, readable: bool) -> None:
-        """Whether it is to be seen that somebody is ready; an event loop would ask at once."""
+        """Show the event loop that a file is ready, or hide it so that the loop is not woken."""
         self._shown.modify(self._set.fileno(), select.EPOLLIN if readable else 0)
 
     def hold(self, connection: socket.socket, source: str, deadline: float) -> None:
         """Watch a connection.
 
         Args:
-            connection: That does not block.
-            source: Whom it is counted with.
-            deadline: Until it has to ask, which is not before that of any other [s].
+            connection: Non-blocking socket.
+            source: Source that the connection is counted with.
+            deadline: Time by which the request has to come, no earlier than any deadline held [s].
 
         Raises:
-            OSError: The system has no memory for it.
+            OSError: The system has no memory for another watched connection.
         """
         file = connection.fileno()
         self._set.register(file, self._events)
         self._held[file] = Silent(connection, source, deadline)
 
     def ready(self) -> tuple[int, bool] | None:
-        """The file of the door, or of one who has said something or will say no more.
+        """The file of the door, or of a connection that has sent bytes or has ended.
 
         Returns:
-            The file, and whether nothing comes any more; None if there is nobody.
+            File descriptor, and whether nothing more comes from it; None if no file is ready.
         """
         found = self._set.poll(0, 1)
         return (found[0][0], bool(found[0][1] & self._ends)) if found else None
 
     def look(self, file: int, *, ends: bool) -> tuple[Silent | None, bool]:
-        """Whether one who has said something has asked; that one is held no longer.
+        """Look at the bytes of a connection, and release it if it is to be served or has gone.
 
         Args:
-            file: As `ready` has told it.
-            ends: The same.
+            file: File descriptor from `ready`.
+            ends: Whether nothing more comes, also from `ready`.
 
         Returns:
-            Who has asked or gone, and whether it has asked; None while it may go on.
+            The released connection, and whether it is to be served; None while it is still held.
         """
         one = self._held.get(file)
         if one is None:
@@ -147,11 +144,11 @@ class Porch:
         return one, asked or (bool(seen) and not ends)
 
     def next_deadline(self) -> float | None:
-        """When the next is due [s]; None if nobody is held."""
+        """The earliest deadline [s]; None if no connection is held."""
         return next(iter(self._held.values())).deadline if self._held else None
 
     def overdue(self, now: float, most: int) -> list[Silent]:
-        """So many at the most whose time is over; they are held no longer."""
+        """Release and return at most `most` connections whose deadline is past."""
         found: list[Silent] = []
         for one in self._held.values():
             if one.deadline > now or len(found) == most:
@@ -162,7 +159,7 @@ class Porch:
         return found
 
     def close(self) -> list[Silent]:
-        """Watch nobody any more; returns who was held."""
+        """Stop watching; returns the connections that were held."""
         held = list(self._held.values())
         self._held.clear()
         self._shown.close()

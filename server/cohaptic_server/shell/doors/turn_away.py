@@ -1,4 +1,4 @@
-"""The end of a connection that is not taken: one sentence in HTTP, and nothing is waited for."""
+"""Ends a connection that is refused: one sentence as an HTTP response, without waiting."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.guard.sources import Refusal
 
 
 def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
-    """Tell why, as far as that goes without waiting, and close."""
+    """Send the reason, if that is possible without waiting, and close the connection."""
     phrase = "Too Many Requests" if status == 429 else "Service Unavailable"
     text = f"{refusal.why}\n".encode()
     head = (
