@@ -1,4 +1,4 @@
-"""What an administrator does in a room, over a connection that watches. No I/O."""
+"""Actions of an administrator in a room, over a watching connection. No I/O."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FROZEN_ALONE = 600.0  # s for which the object stays frozen without an administr
 _RESTRAINTS = ("mute", "unmute", "freeze", "unfreeze")
 
 
-# Above 60 lines: each wish has its branch, and what all of them end with.
+# Above 60 lines: each action has its branch, and all of them share one ending.
 def moderate(
     room: Room,
     peers: Sequence[Peer],
@@ -26,17 +26,16 @@ def moderate(
     to_wall: float,
     outcome: Outcome,
 ) -> None:
-    """Carry out the wish of an administrator, or end the session of one who is none.
+    """Carry out an administrator's action, or end the session of a peer without that right.
 
     Args:
-        room: Room of which it is.
-        peers: All of the room.
-        removed: To which those who are put out are added.
-        admin: Whose wish it is.
-        wish: What is to be done.
+        peers: All peers of the room.
+        removed: Receives the users who are put out.
+        admin: Peer that asks for the action.
+        wish: Message with the action.
         now: Time [s].
-        to_wall: Offset of that time to the machine's wall clock [s].
-        outcome: To which the tasks of the shell are added.
+        to_wall: Offset of `now` to the machine's wall clock [s].
+        outcome: Receives the tasks of the shell.
     """
     if not admin.guest.grants.room_admin:
         admin.session.fail(forbidden("the token does not let you administer the room (roomAdmin)"))
@@ -44,6 +43,7 @@ def moderate(
     action = wish.action
     if action in ("freeze", "unfreeze"):
         room.frozen = action == "freeze"
+        room.left_alone = None  # a freeze is counted from its own beginning
     elif action == "reset":
         room.reset(now)
     elif action == "force_budget":
@@ -83,7 +83,7 @@ def moderate(
 
 
 def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None:
-    """Tell peers what the body takes of nobody, or not of all."""
+    """Tell peers whether the body is frozen, and which users are muted."""
     restraints = room.restraints
     for peer in peers:
         if peer.session.hears_news:
@@ -92,12 +92,12 @@ def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None
 
 
 def administers(peer: Peer) -> bool:
-    """Whether somebody watches who may administer the room."""
+    """Whether a peer watches and may administer the room."""
     return peer.watches and peer.session.hears_news and peer.guest.grants.room_admin
 
 
 def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: Outcome) -> None:
-    """Tell administrators who may not come back."""
+    """Tell administrators the names of the users who may not come back."""
     names = removed.names(now)[-MOST_PUT_OUT:]
     for admin in admins:
         admin.session.send(PutOut(names=names))
@@ -105,22 +105,20 @@ def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: 
 
 
 def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) -> None:
-    """Let a frozen object go once nobody has been there for long who could; at every tick.
+    """Unfreeze the object after `FROZEN_ALONE` without an administrator; every tick while frozen.
 
-    Whoever administers the room has the freeze of one who has left. It outlasts the last of them
-    for a while, for a connection that was lost and for an order from the command line, which does
-    not stay; without an end an object would be nobody's to thaw.
+    A freeze lasts while any administrator is in the room, even if another one ordered it. The
+    freeze outlasts the last administrator for a while, because a connection may be lost, and an
+    order from the command line does not keep its connection. Without the time limit, nobody might
+    be left to unfreeze the object.
 
     Args:
-        room: Room of which it is.
-        peers: All of the room.
+        peers: All peers of the room.
         now: Time [s].
-        outcome: To which the tasks of the shell are added.
+        outcome: Receives the tasks of the shell.
     """
     peers = list(peers)
-    if not room.frozen:
-        room.left_alone = None
-    elif any(administers(peer) for peer in peers):
+    if any(administers(peer) for peer in peers):
         room.left_alone = now
     elif room.left_alone is None:
         room.left_alone = now
@@ -141,7 +139,7 @@ def _put_out(
     *,
     ban: bool,
 ) -> None:
-    """End every connection of a user's session, and keep it out."""
+    """End every connection of a user's session, and keep the user out."""
     (offender,) = [peer for peer in peers if peer.user == user]
     guest = offender.guest
     removed.add(guest, name, offender.source, now, now + to_wall, ban=ban)

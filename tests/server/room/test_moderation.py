@@ -272,3 +272,18 @@ def test_a_freeze_is_handed_to_who_administers_and_ends_when_nobody_does_for_lon
     there.serve(20.0 * FROZEN_ALONE)
     there.serve(20.5 * FROZEN_ALONE)
     assert there.room.frozen
+
+
+def test_an_earlier_freeze_does_not_shorten_a_later_one(small_balloon: Balloon) -> None:
+    there, admin, _ = room(small_balloon)
+    ordered(there, admin, action="freeze")
+    there.serve(1.0)
+    ordered(there, admin, action="unfreeze", now=2.0)
+    there.disconnect(admin, "")
+    there.serve(3.0)
+    # As the command line does: it orders, and its connection ends before the next tick.
+    second = say(there, watch(token=token(ADMIN, jti="second")))
+    ordered(there, second, action="freeze", now=20.0 * FROZEN_ALONE)
+    there.disconnect(second, "")
+    there.serve(20.0 * FROZEN_ALONE + 1.0)
+    assert there.room.frozen
