@@ -1,6 +1,6 @@
-"""One user's side: a 1 kHz loop on its own, a link to the server, a device.
+"""One user's side: a 1 kHz loop in its own process, a link to the server, a device.
 
-Its top level stays light, because the process that runs the loop imports it: a public name is
+This module stays light, because the process that runs the loop imports it: a public name is
 imported from its module when it is first used.
 """
 

@@ -1,4 +1,4 @@
-"""Where a server is, from what a person has: an address, or the link of an invitation."""
+"""Address of a server, from the text that a person has: an address or an invitation's link."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Address:
     """Address of a server.
 
     Args:
-        url: ws: or wss:.
-        token: That the link brought; empty for none.
+        url: URL, with ws: or wss: unless the text was no address.
+        token: Token from the link; empty for none.
     """
 
     url: str
@@ -26,7 +26,7 @@ class Address:
 
 
 def read_address(said: str) -> Address:
-    """The address in what a person gives; what is no address is left as it is.
+    """The address in a person's text; a text that is no address is kept unchanged as the URL.
 
     Args:
         said: `ws://HOST:PORT`, or a link such as `https://lab.example/#token=...`.
@@ -39,15 +39,15 @@ def read_address(said: str) -> Address:
     if scheme is None:
         return Address(said)
     token = parse_qs(parts.fragment).get("token", [""])[0]
-    # Without a query and a fragment: both could end in a log.
+    # Without query and fragment, because both could be written to a log.
     return Address(urlunsplit((scheme, parts.netloc, parts.path, "", "")), token)
 
 
 def with_slash(url: str) -> str:
-    """The same address with a slash at the end of its path: what a websocket asks for.
+    """The same address with a slash at the end of its path, for opening a websocket.
 
-    A proxy that serves a path below /haptics/ sends who asks for /haptics to its page by https:,
-    where a websocket cannot follow. A server takes both.
+    A proxy that serves paths below /haptics/ redirects a request for /haptics to its https: page,
+    where a websocket cannot follow. A server accepts both forms.
     """
     try:
         parts = urlsplit(url)
@@ -59,7 +59,7 @@ def with_slash(url: str) -> str:
 
 
 def check_secrecy(url: str, *, insecure: bool) -> None:
-    """Raise SettingError if a token would go to another machine for all on the way to read."""
+    """Raise SettingError if a token would go to another machine without encryption."""
     parts = urlsplit(url)
     if parts.scheme == "wss" or insecure or _is_here(parts.hostname or ""):
         return
@@ -75,14 +75,13 @@ def _is_here(host: str) -> bool:
 
 
 def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
-    """Who may vouch for the server at an address; None where nobody does.
+    """TLS context with the trusted certificates for a server; None for an address without TLS.
 
     Args:
-        url: URL of the server.
-        ca_file: Certificates; empty for those of the system.
+        ca_file: File of certificates; empty for those of the system.
 
     Raises:
-        SettingError: There are no certificates in the file.
+        SettingError: The file cannot be read, or has no certificates.
     """
     if not url.startswith("wss:"):
         return None
@@ -95,7 +94,7 @@ def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
 
 
 def why_not_trusted(error: ssl.SSLError, host: str) -> str:
-    """What is wrong with a server's certificate, or its TLS, and what to do."""
+    """Sentence on the problem of a server's certificate or TLS, with advice."""
     if isinstance(error, ssl.SSLCertVerificationError):
         why = error.verify_message or "it cannot be verified"
         if error.verify_code == 10:

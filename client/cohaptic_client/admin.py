@@ -1,4 +1,4 @@
-"""`cohaptic admin`: who is in a room, and what its administrator does."""
+"""`cohaptic admin`: lists the users of a room, and performs the actions of an administrator."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def admin(
 ) -> None:
     """See who is in a room; kick, mute, ban, freeze, reset.
 
-    `unban` lets back in whoever was kicked or banned under a name. The token is one of
+    `unban` lets a user who was kicked or banned under a name come back. The token is one of
     `cohaptic token --admin`.
     """
     if bool(who) != (action in TO_SOMEBODY):

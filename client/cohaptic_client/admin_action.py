@@ -1,4 +1,4 @@
-"""What an administrator may do in a room, in the words of the command line."""
+"""Actions of an administrator in a room, in the words of the command line."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Action(Enum):
-    """What is done, as the command line names it."""
+    """Action of an administrator, as the command line names it."""
 
     LIST = "list"
     MUTE = "mute"

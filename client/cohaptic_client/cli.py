@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from cohaptic.protocol.messages import FixedGains, GeometryName
 
 
-# s; a server of the balloon listens a second after it was started, on a busy machine after three.
+# s; a server of the balloon listens 1 s after its start, and 3 s after it on a busy machine.
 _WAIT = 5.0
 
-# Chapters of the help, behind the options that most people need.
+# Panels of the help, after the options that most people need.
 _HAND = "Simulated hand (--device simulated)"
 _DEVICE, _NETWORK, _LAW = "Device", "Connection", "Local model, for experiments"
 
@@ -244,7 +244,7 @@ def touch(
         return LinkSettings(1e-3 * one_way, 1e-3 * extra, 2 * seed + salt)
 
     up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
-    # Imported here, so that the help and what is no value at all come without them.
+    # Imported here, so that the help and errors in option values need not wait for these imports.
     from cohaptic.runtime.interrupt import run
     from cohaptic_client.address import read_address
     from cohaptic_client.settings import ClientSettings
@@ -278,7 +278,7 @@ def touch(
             depth=1e-3 * depth_mm,
             rhythm=Rhythm(rhythm_s) if rhythm_s else None,
             drag=1e-3 * drag_mm,
-            approach_at=0.0,  # once the safety layer has engaged the hand
+            approach_at=0.0,  # time after the safety layer has engaged the hand
         ),
         patience=_WAIT if wait is None else wait,
         patience_lost=math.inf if wait is None else None,
@@ -312,7 +312,7 @@ def _fixed_gains(k_h: float | None, integral_gain: float) -> FixedGains | None:
 
 
 def _thresholds(millimetres: float | None) -> Thresholds:
-    """Eq. (18) with the usual values, or eq. (17) with one."""
+    """Thresholds of eq. (18) with the default values, or of eq. (17) with one value [mm]."""
     if millimetres is None:
         return Thresholds()
     if not 0.0 <= millimetres <= 50.0:

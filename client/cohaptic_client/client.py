@@ -1,6 +1,6 @@
-"""One client, put together: haptic loop, connection, state. The shell that decides nothing.
+"""One client, put together: haptic loop, connection and state.
 
-The state of a client, which people and programs read, is a function of its parts.
+The state of a client, which people and programs read, is a function of these parts.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ def touch_status(
     """State of a client whose loop has begun.
 
     Args:
-        settings: Settings of the client.
-        row: Newest row of its loop.
-        loop: Newest report of its loop.
-        timing: Timing of its connection.
+        row: Newest row of the client's loop.
+        loop: Newest report of the client's loop.
+        timing: Timing of the client's connection.
         server_to_wall: Unix time less the server's clock [s].
         to_wall: Unix time less this client's clock [s].
-        silent_after: Without a patch for this long the server counts as silent [s]; None unknown.
+        silent_after: Time without a patch after which the server counts as silent [s]; None if
+            unknown.
         stopping: Whether the loop was told to end.
     """
     offset = 0.0
@@ -100,8 +100,8 @@ def status_before_touch(name: str, place: tuple[int, int] | None) -> TouchStatus
     """State of a client whose loop has not begun.
 
     Args:
-        name: Its name.
-        place: In the queue before a full room, and their number; None for who is in none.
+        name: Name of the client.
+        place: Place in the queue before a full room, and the queue's length; None outside a queue.
     """
     if place is None:
         return TouchStatus(name=name, state="connecting")
@@ -116,14 +116,11 @@ def state_in_words(
     held: bool = False,
     device_silent: bool = False,
 ) -> str:
-    """State of a client in a word or two; the arguments are those of `touch_status`.
+    """State of a client in a word or two; `row` to `stopping` are as in `touch_status`.
 
     Args:
-        row: Newest of the loop.
-        silent_after: As there.
-        stopping: As there.
         held: Whether a fault keeps the force off until the user acknowledges it.
-        device_silent: Whether the device sends nothing though it should.
+        device_silent: Whether the device should send reports but sends none.
     """
     if stopping:
         return "stopped"
@@ -133,7 +130,7 @@ def state_in_words(
         return "device silent"
     if row.tick == 0:
         return "connecting"
-    # On a link that jitters the loop waits for longer (`arrival.is_silent`).
+    # On a link with jitter the loop waits longer (`arrival.is_silent`), and keeps the full force.
     silent = silent_after is not None and row.patch_age > silent_after
     if silent and row.scale < 1.0:
         return "server silent"
@@ -142,9 +139,9 @@ def state_in_words(
     return "touching" if row.wanted > 0.0 else "free"
 
 
-HEARTBEAT = 0.1  # s, with a sample that is sent anyway
-SLOW_HEARTBEAT = 0.5  # s, where none is sent; the loop ends after 2 s without any
-_LONGEST_NEWS = 2000  # characters; the names of a full room
+HEARTBEAT = 0.1  # s between heartbeats while samples are sent
+SLOW_HEARTBEAT = 0.5  # s while no samples are sent; the loop ends after 2 s without a heartbeat
+_LONGEST_NEWS = 2000  # characters; enough for the names of a full room
 RETRY = 0.5  # s between attempts to reach a server
 
 
@@ -152,13 +149,12 @@ class Client:
     """One user at one server.
 
     Args:
-        settings: Settings of the client.
         tell: Called with each piece of news for people.
         keep: Called with the rows of the loop, some at a time, as blocks for
             `cohaptic.status.row.rows_in`; None when nobody needs every period.
 
     Attributes:
-        hears: Whether the user can acknowledge a fault; to be set where nobody may be there.
+        hears: Returns whether the user can acknowledge a fault; to be set if there may be no user.
     """
 
     def __init__(
@@ -170,27 +166,28 @@ class Client:
     ) -> None:
         self.settings = settings
         self.clock = SystemClock()
-        # Names and reasons of strangers are in it, and it goes to a terminal.
+        # News contains names and reasons from strangers, and goes to a terminal.
         self._tell: Callable[[str], None] = lambda news: tell(one_line(news, _LONGEST_NEWS))
         self._haptics = Haptics(settings, self.clock, keep)
-        self._conversation: Conversation | None = None  # the newest; it may be over
-        # With it this client comes back to its name, and nobody else does.
+        self._conversation: Conversation | None = None  # the newest one, which may be over
+        # Secret with which only this client comes back to its name.
         self._key = secrets.token_hex(16)
-        self._session = ""  # token that the server has given, which outlives the invitation
+        self._session = ""  # token from the server, which outlives the invitation
         self._next_beat = 0.0
         self._faults = FaultNews()
         self._silences = FaultNews()
-        self._scheduling_told = settings.device.name == "simulated"  # nobody feels it late
-        self._leaving = False  # the end of the conversation is wanted, and no news
+        # A simulated hand does not mind late forces: nothing to tell.
+        self._scheduling_told = settings.device.name == "simulated"
+        self._leaving = False  # whether the user wants the end, which is then no news
         self.hears: Callable[[], bool] = lambda: True
 
     async def run(self) -> None:
         """Touch until cancelled, the duration is over, or the server is lost for good.
 
         Raises:
-            ServerLost: No server within the settings' patience.
+            ServerLost: No server answered within the settings' patience.
             Refused: The server refused this client.
-            DeviceError: The device cannot be had, or went away.
+            DeviceError: The device cannot be opened, or is gone.
         """
         if word := law_in_words(self.settings.law, self.settings.device.name):
             self._tell(word)
@@ -202,7 +199,7 @@ class Client:
             for task in done:
                 task.result()
         finally:
-            # The force fades while the link still carries it to the server.
+            # The connection stays open while the force fades, so that the server hears of it.
             self._leaving = True
             await self._let_go()
             for task in work:
@@ -228,7 +225,7 @@ class Client:
         )
 
     def _beat(self) -> None:
-        """Keep the loop's process informed, and tell its faults; nothing before it is time."""
+        """Send a heartbeat to the loop and tell its faults; does nothing until the next is due."""
         now = self.clock.now()
         if now < self._next_beat:
             return
@@ -245,27 +242,27 @@ class Client:
                 self._tell(refused)
 
     def acknowledge(self) -> None:
-        """The user has seen the fault: force may come again once the hand is out of the object."""
+        """Acknowledge the fault: force may return once the hand is out of the object."""
         if self._haptics.holds_fault:
             self._haptics.acknowledge()
             self._tell("acknowledged; lift off the object to go on")
 
     async def _keep_beating(self) -> None:
-        """Beat also where no conversation does."""
+        """Send heartbeats at a slow rate, for times without a conversation."""
         while True:
             self._beat()
             await asyncio.sleep(SLOW_HEARTBEAT)
 
     async def _connect(self) -> None:
-        """Connect, and connect again, while patience lasts."""
+        """Connect again and again, within the patience of the settings."""
         patience = self.settings.patience
         until = self.clock.now() + patience
         if self.settings.patience_lost is not None:
             patience = self.settings.patience_lost
         error: CohapticError
-        # What ended the last session tells more than that nobody has answered since.
+        # The error that ended the last session says more than a later one, that no server answers.
         lost: CohapticError | None = None
-        told = ""  # of what keeps it away, said once and not with every attempt
+        told = ""  # last error told, so that it is not repeated at every attempt
         while True:
             try:
                 reason = await self._converse()
@@ -287,10 +284,11 @@ class Client:
                 continue
             except Refused as refused:
                 if refused.code == CloseCode.UNAUTHENTICATED.value and self._session:
-                    self._session = ""  # of another server, or too old: the invitation once more
+                    # The token is of another server, or too old: use the invitation again.
+                    self._session = ""
                     continue
-                # After a broken connection the server may not know yet that it is broken, and one
-                # that stops may come back.
+                # The server may not know yet that the connection is broken, so the name still looks
+                # taken; a server that stops may come back.
                 ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics.running
                 if not ours and refused.code != CloseCode.SERVER_STOPS.value:
                     if refused.code == CloseCode.ROOM_FULL.value and not self.settings.wait_seat:
@@ -308,12 +306,12 @@ class Client:
             await asyncio.sleep(RETRY)
 
     async def _converse(self) -> str:
-        """One connection, to its end; returns why it ended."""
+        """Run one connection to its end; returns why it ended."""
         settings = self.settings
         link = Link(settings.url, self.clock, settings.up, settings.down, settings.ca_file)
         await link.open()
         try:
-            # A new one each time: another server may have another clock.
+            # A new conversation for each connection: another server may have another clock.
             self._conversation = Conversation(
                 link, settings, self.clock, self._haptics, self._tell, self._beat, self._key,
                 self._session or settings.token,

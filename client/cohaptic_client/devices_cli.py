@@ -1,4 +1,4 @@
-"""`cohaptic devices`: what is here, how it is chosen, and which of two is which."""
+"""`cohaptic devices`: lists the devices, how each is chosen, and tells two devices apart."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def calibrate(device: _Device) -> None:
     run = device_kind(choice.name).calibrate
     if run is None:
         raise SettingError("device", choice.name, "one that is calibrated so: oneaxis")
-    # What is asked goes beside what is printed, so that the file can be written by `> FILE`.
+    # Questions go to stderr, so that stdout has only the file and `> FILE` writes it.
     lines = run(choice, SystemClock(), _ask)
     typer.echo("\n".join(lines))
 
@@ -76,7 +76,7 @@ def options(
 
 
 def _ask(what: str) -> None:
-    # Not typer.prompt, which takes Ctrl-C for an answer that is missing: status 1 in place of 130.
+    # typer.prompt would treat Ctrl-C as a missing answer and exit with status 1 instead of 130.
     typer.echo(f"{what}, then press Enter: ", err=True, nl=False)
     if not sys.stdin.readline():
         raise typer.Abort

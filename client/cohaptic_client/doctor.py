@@ -1,4 +1,4 @@
-"""`cohaptic doctor`: what keeps this machine or a device at it from good touch, and what to do."""
+"""`cohaptic doctor`: finds problems of this machine and its devices, and says what to do."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from cohaptic_client.devices.serial_ports import unknown_ports
 from cohaptic_client.news import is_real_time
 
 MOST_LATE: Final = 0.001  # share of periods that may be late by more than one: 0.1 %
-MEMORY: Final = 64 << 20  # bytes; a loop's process has about half of that
+MEMORY: Final = 64 << 20  # bytes; a loop's process uses about half of that
 _CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
 _NODES: Final = ("hidraw*", "ttyACM*", "ttyUSB*")
-# Of Python, that drivers use; what it is for.
+# Python packages that drivers use, and what each is for.
 _LIBRARIES: Final = (
     ("hidapi", "HID devices"),
     ("pyserial", "serial boards"),
@@ -43,11 +43,11 @@ class Finding:
     """One line of the report.
 
     Args:
-        subject: What was looked at.
-        found: What there is.
-        advice: What to do; empty where nothing need be done.
-        absent: Whether it is missing and nobody may want it, such as a driver without its device.
-        wrong: Whether something is, though nobody can say what to do.
+        subject: Part of the machine that was examined.
+        found: State of that part.
+        advice: Action to take; empty for none.
+        absent: Whether the part is missing but perhaps not wanted, such as a driver's device.
+        wrong: Whether there is a problem, even one without advice.
     """
 
     subject: str
@@ -58,7 +58,7 @@ class Finding:
 
     @property
     def mark(self) -> str:
-        """The first word of its line."""
+        """First word of the line."""
         if self.absent:
             return "absent"
         return "warning" if self.advice or self.wrong else "ok"
@@ -72,7 +72,7 @@ def of_measurement(measured: dict[str, Any]) -> list[Finding]:
     """Findings on scheduling, memory, compiled modules and lateness.
 
     Args:
-        measured: As `loop.running.measure` printed it.
+        measured: Result that `loop.running.measure` printed.
     """
     real_time = is_real_time(measured["scheduling"])
     locked = measured["memory"] == "memory locked" or sys.platform != "linux"
@@ -111,14 +111,14 @@ def of_measurement(measured: dict[str, Any]) -> list[Finding]:
 
 
 def of_clock(source: str, resolution: float) -> Finding:
-    """Finding on the clock; `source` is the kernel's, empty where it is unknown."""
+    """Finding on the clock; `source` is the kernel's, empty if unknown; `resolution` in [s]."""
     found = f"{source or 'of the system'}, resolution {1e9 * resolution:.0f} ns"
     slow = bool(source) and source not in _CLOCKS
     return Finding("clock", found, "choose tsc if the kernel trusts it: others are slow" * slow)
 
 
 def of_lock_limit(limit: float) -> Finding:
-    """Finding on how much memory may be locked [bytes]."""
+    """Finding on the limit of memory that may be locked [bytes]."""
     words = "no limit" if limit == float("inf") else f"{limit / 2**20:.0f} MiB"
     few = limit < MEMORY and sys.platform == "linux"
     return Finding("memory lock limit", words, f"{MEMORY >> 20} MiB are needed" * few)
@@ -145,7 +145,7 @@ def nodes(folder: Path) -> list[tuple[str, bool]]:
 
 
 def of_machine(seconds: float) -> list[Finding]:
-    """Everything that is to be said of this machine, measuring for some seconds."""
+    """All findings on this machine; it measures lateness for `seconds` [s]."""
     found = [
         Finding("versions", f"cohaptic {__version__}, Python {platform.python_version()}, "
                 f"{platform.platform()}, {os.cpu_count()} processors")
@@ -170,7 +170,7 @@ def _measured(seconds: float) -> dict[str, Any]:
 
 
 def of_devices() -> Iterator[Finding]:
-    """Everything that is to be said of devices and what drives them."""
+    """All findings on devices and their drivers."""
     for package, purpose in _LIBRARIES:
         try:
             yield Finding(package, f"{version(package)}, for {purpose}")
@@ -188,7 +188,7 @@ def of_devices() -> Iterator[Finding]:
         yield Finding(", ".join(unseen), "not plugged in, or not seen by the system", absent=True)
     places = [each.where for each in found]
     for unknown in (unknown_hid, unknown_ports):
-        with contextlib.suppress(DeviceError):  # without its library, which was told above
+        with contextlib.suppress(DeviceError):  # a missing library was reported above
             for other in unknown(places):
                 yield Finding(other, "known to no driver here", absent=True)
 

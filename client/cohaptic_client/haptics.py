@@ -1,6 +1,6 @@
 """The haptic side of a client: the loop's process, from the first welcome to the end.
 
-It outlives a lost connection: the force fades by itself when patches stop, and returns with them.
+The process outlives a lost connection: the force fades when patches stop, and returns with them.
 """
 
 from __future__ import annotations
@@ -31,19 +31,18 @@ class Haptics:
     """The loop's process and the memory that is shared with it.
 
     Args:
-        settings: Settings of the client.
         clock: Clock of this process; the loop reads the same time.
-        keep: Called with the rows of all periods since the last call, a block for
+        keep: Called with the rows of all periods since the last call, as a block for
             `cohaptic.status.row.rows_in`; None when nobody needs every period.
-        fault: With which the loop begins, as the user has not acknowledged it; empty for none.
+        fault: Earlier fault that the user has not acknowledged; empty for none.
 
     Raises:
         DeviceError: There is no room for the memory.
 
     Attributes:
         row: Newest row of the loop; None before the first.
-        silent_after: Without a patch for this long the loop counts the server as silent [s]; None
-            before the start.
+        silent_after: Time without a patch after which the loop counts the server as silent [s];
+            None before the start.
     """
 
     def __init__(
@@ -88,9 +87,9 @@ class Haptics:
         return self.status.get("mode") == Mode.FAULT.value
 
     async def anew(self) -> Haptics:
-        """End the loop, whose force fades; returns one that begins as free of the object.
+        """Fade the force and end the loop; returns a new haptic side, not yet bound to an object.
 
-        What the user has not acknowledged keeps the force off there, too.
+        A fault that the user has not acknowledged keeps the force off in the new loop, too.
         """
         await self.stop()
         self.close()
@@ -101,8 +100,8 @@ class Haptics:
         """Keep the resting mesh for the loop, which starts with it.
 
         Raises:
-            AnotherObject: The loop has the mesh of another one.
-            DeviceError: There is no room for it.
+            AnotherObject: The loop has the mesh of another object.
+            DeviceError: There is no room for the mesh.
         """
         if self._mesh not in (None, mesh):
             raise AnotherObject
@@ -115,7 +114,7 @@ class Haptics:
         """Start the loop at the body of a welcome, unless it runs already.
 
         Raises:
-            AnotherObject: It runs at another one, or for another rate.
+            AnotherObject: The loop runs at another body, or for another simulation period.
         """
         if self._welcome is None:
             rest_mesh = str(self._mesh_file) if self._mesh is not None else None
@@ -157,7 +156,7 @@ class Haptics:
         """Tell the loop that this process lives, and take its rows.
 
         Returns:
-            Its fault; empty for none.
+            Fault of the loop; empty for none.
 
         Raises:
             DeviceError: The loop has ended because of its device, or died.
@@ -196,7 +195,7 @@ class Haptics:
 
 @contextlib.contextmanager
 def _room(device: str) -> Generator[None, None, None]:
-    """A full disk or memory, before there is a loop and a force, is one sentence."""
+    """Turn the error of a full disk or memory into a DeviceError of one sentence."""
     try:
         yield
     except OSError as error:
@@ -215,16 +214,14 @@ def loop_config(
     mesh: RestMesh | None,
     every_row: bool,
 ) -> LoopConfig:
-    """Configuration of the loop of a client whom a server has welcomed.
+    """Configuration of the loop of a client that a server has welcomed.
 
     Args:
-        settings: Settings of the client.
-        welcome: Welcome message of the server.
         memory: Path of the shared memory.
         clock_origin: Origin of this process's clock [s].
         rest_mesh: Path of the file with the resting mesh; None without mesh patches.
-        mesh: The same mesh, on which a simulated hand is put.
-        every_row: Whether somebody keeps the record of each period.
+        mesh: The same mesh, on which a simulated hand is put; None without mesh patches.
+        every_row: Whether the row of each period is kept.
     """
     device = device_info(settings.device)
     body, simulation_period = welcome.body, welcome.simulation_period

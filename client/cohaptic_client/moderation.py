@@ -1,4 +1,4 @@
-"""Does what an administrator asks for in a room, over one connection that watches."""
+"""Performs an administrator's action in a room, over one connection that watches the room."""
 
 from __future__ import annotations
 
@@ -28,18 +28,19 @@ from cohaptic_client.address import trust, why_not_trusted, with_slash
 from cohaptic_client.admin_action import Action
 from cohaptic_client.network.conversation import Refused
 
-_PATIENCE = 15.0  # s for an answer, which comes within one
+_PATIENCE = 15.0  # s for connection and answers; a server answers within 1 s
 M = TypeVar("M", Watching, Moderated, PutOut)
 
 
 async def act(
     url: str, token: str, ca_file: str, action: Action, who: str, force: float | None
 ) -> list[str]:
-    """Connect and act; what there is to tell.
+    """Connect and perform an action; returns lines to show.
 
     Raises:
-        ServerLost: There is no such server.
-        Refused: It does not allow it.
+        ServerLost: No such server answers.
+        Refused: The server refuses the connection or the action.
+        SettingError: The user is not in the room, or was not put out (for unban).
     """
     try:
         async with (
@@ -90,7 +91,7 @@ async def _talk(
 
 
 async def _unban(ws: ClientConnection, who: str) -> str:
-    """Let somebody come back who was put out; what there is to tell."""
+    """Let a user come back who was put out; returns a line to show."""
     names = (await _answer(ws, PutOut)).names
     if who not in names:
         limit = f"one who was put out: {', '.join(names) or 'nobody was'}"
@@ -101,7 +102,7 @@ async def _unban(ws: ClientConnection, who: str) -> str:
 
 
 def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:
-    # The number first: it is the server's, and somebody may have made it a name.
+    # Numbers first, because the server gives them, and a user may have chosen a number as a name.
     for user in users:
         if who == str(user.user):
             return user

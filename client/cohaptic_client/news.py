@@ -1,4 +1,4 @@
-"""What a client tells a person of its haptic loop: its faults, and how it is scheduled."""
+"""News for a person on the client's haptic loop: its faults, its law and its scheduling."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from cohaptic.control.law import Law
 from cohaptic_client.loop.safety import NOT_HELD
 
 # s between two faults that are told: a hand that is too fast in every other period would fill the
-# terminal. The state in the status line has each.
+# terminal. The status line shows every fault.
 FAULT_NEWS: Final = 2.0
 
 
 def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
-    """Why the force is off, and what brings it back.
+    """Why the force is off, and how to bring it back.
 
     Args:
-        fault: As the safety layer tells it.
-        held: Whether it stays until the user acknowledges it.
-        heard: Whether the user can: there is a terminal, or a program that writes lines.
+        fault: Fault in the words of the safety layer.
+        held: Whether the fault stays until the user acknowledges it.
+        heard: Whether the user can acknowledge it, by a terminal or a program that writes lines.
     """
     if held and not heard:
         how = "nobody can press Enter here, so end this and start again"
@@ -34,11 +34,11 @@ def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
 
 
 def law_in_words(law: Law, device: str) -> str:
-    """What to tell of a law that is asked for; empty for one that holds what `docs/safety.md` says.
+    """Warning on the chosen law; empty for a law that keeps the limits of `docs/safety.md`.
 
     Args:
-        law: That is asked for.
-        device: Its name; nobody holds a simulated one.
+        law: Law that the client asks for.
+        device: Name of the device; empty result for a simulated one, which no person holds.
     """
     if not law.integrates or device == "simulated":
         return ""
@@ -50,7 +50,7 @@ def law_in_words(law: Law, device: str) -> str:
 
 
 def silence_in_words(status: Mapping[str, Any]) -> str:
-    """Words on a device that sends nothing though it should; empty while it does.
+    """News of a device that should send reports but sends none; empty while the device sends.
 
     Args:
         status: Newest report of the loop.
@@ -61,7 +61,7 @@ def silence_in_words(status: Mapping[str, Any]) -> str:
 
 
 class FaultNews:
-    """Which faults are told: each new one, and no more than one in `FAULT_NEWS`."""
+    """Selects the faults to tell: each new fault, but no more than one per `FAULT_NEWS`."""
 
     def __init__(self) -> None:
         self._told = ""
@@ -83,19 +83,19 @@ class FaultNews:
 
 
 def is_real_time(scheduling: str) -> bool:
-    """Whether what the system granted keeps a loop punctual beside other work.
+    """Whether the granted scheduling keeps a loop punctual beside other work.
 
     Args:
-        scheduling: In the words of `cohaptic.runtime.scheduling.prefer_this_process`.
+        scheduling: Scheduling in the words of `cohaptic.runtime.scheduling.prefer_this_process`.
     """
     return "real-time" in scheduling or "high priority" in scheduling
 
 
 def scheduling_in_words(scheduling: str) -> str:
-    """What to tell of a loop's scheduling; empty while it is as it should be, or unknown.
+    """Warning on a loop's scheduling; empty if the scheduling is good or unknown.
 
     Args:
-        scheduling: As `is_real_time` takes it; empty before the loop has told it.
+        scheduling: Scheduling in words, as for `is_real_time`; empty before the loop's report.
     """
     if not scheduling or is_real_time(scheduling):
         return ""

@@ -1,4 +1,4 @@
-"""Keeps the rows of the loop, for a file at the end."""
+"""Keeps the rows of the loop, to be written to a file at the end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from cohaptic.errors import SettingError
 from cohaptic.status.row import COLUMNS, ROW
 
-MAX_SECONDS = 300.0  # older rows are given up: a recording of any length has bounded memory
+MAX_SECONDS = 300.0  # older rows are dropped, so that a long recording needs bounded memory
 
 
 class Recorder:
@@ -37,13 +37,13 @@ class Recorder:
         `t + to_wall` is Unix time, so that recordings made on one machine can be laid side by side.
 
         Raises:
-            SettingError: It cannot be written, such as on a full disk; nothing stays there.
+            SettingError: The file cannot be written, as on a full disk; no part of it remains.
         """
-        import numpy as np  # only here: a client that records nothing starts without it
+        import numpy as np  # only here, so that a client without a recording starts faster
 
         rows = np.frombuffer(b"".join(self._blocks)[-self._most :]).reshape(-1, len(COLUMNS))
         columns = np.array(COLUMNS)
-        if path.suffix != ".npz":  # as numpy does by itself: what is removed below is this file
+        if path.suffix != ".npz":  # as numpy does; an error below must remove that file
             path = path.with_name(f"{path.name}.npz")
         try:
             np.savez_compressed(path, columns=columns, rows=rows, name=name, to_wall=to_wall)

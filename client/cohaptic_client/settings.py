@@ -25,32 +25,32 @@ class ClientSettings:
     """Settings of one client.
 
     Args:
-        url: URL of the server.
-        name: Name of the user.
+        url: URL of the server, ws: or wss:.
+        name: Name of the user that the others see.
         law: Local model.
         geometry: Geometry of the local surface.
-        fixed_gains: Instead of the server's choice, where the server allows it.
+        fixed_gains: Gains in place of the server's choice, if the server allows it.
         thresholds: Thresholds of the law's integral, eqs. (17), (18).
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
-            it as the paper does.
+            each patch as the paper does.
         friction: mu of the contact; 0 for none.
         passivity: Whether the passivity layer is on.
-        device: With its options, as `catalogue.read_device` reads them.
-        loop_hz: Rate of the haptic loop, 1 / T.
-        max_force: Never more than this on the hand [N].
+        device: Device with its options, as `catalogue.read_device` reads them.
+        loop_hz: Rate of the haptic loop, 1 / T [Hz].
+        max_force: Largest force on the hand [N].
         up: Injected latency from client to server.
         down: Injected latency from server to client.
         script: Script of a simulated hand.
-        patience: How long to try to reach a server at first [s].
-        patience_lost: The same after it was lost; None for as long as at first [s].
-        duration: When to let go and leave; None for Ctrl-C [s].
+        patience: Time for which the client tries to reach a server at first [s].
+        patience_lost: The same after the server was lost; None for the same time [s].
+        duration: Time after which the client lets go and leaves; None to wait for Ctrl-C [s].
         token: Token of an invitation; empty for none.
-        ca_file: Certificates of who may vouch for the server; empty for those of the system.
-        wait_seat: Whether to wait for a place where the room is full.
+        ca_file: File of trusted certificates for the server; empty for those of the system.
+        wait_seat: Whether to wait for a place if the room is full.
         insecure: Whether a token may go to another machine without TLS.
-        dead_man: Whether there is force only while the device's switch is held, where it has one.
-        hold_faults: Whether a fault stays until the user acknowledges it; None for a device with
-            motors, and not for a simulated hand.
+        dead_man: Whether there is force only while the device's switch is held, if it has one.
+        hold_faults: Whether a fault stays until the user acknowledges it; None means yes for real
+            devices with motors, and no for others.
     """
 
     url: str
@@ -95,7 +95,7 @@ class ClientSettings:
                 limit = f"at most {MAX_TOKEN} printable characters, as `cohaptic token` prints it"
                 raise SettingError("token", "not whole", limit)
             check_secrecy(self.url, insecure=self.insecure)
-        # Both are needed only once a server answers; a mistake in them is told before.
+        # Period and device are needed only once a server answers, but mistakes are reported now.
         haptic_period(self.loop_hz)
         device = device_info(self.device)
         if self.dead_man and clutch_is_switch(self.device, device):
@@ -104,15 +104,15 @@ class ClientSettings:
 
     @property
     def force_limit(self) -> float:
-        """Limit of the force on the hand, or on the body under a device that only senses [N]."""
+        """Limit of the force on the hand, or on the body if the device only senses [N]."""
         return min(self.max_force, device_info(self.device).max_force or self.max_force)
 
     @property
     def holds_faults(self) -> bool:
         """Whether a fault stays until the user acknowledges it.
 
-        Nobody is hurt by a simulated hand or by a device without motors, and a demo has nobody who
-        would press a key: there, to lift off the object is enough.
+        Simulated hands and devices without motors hurt nobody, and a demo has no user to press a
+        key: for these, lifting off the object is enough by default.
         """
         if self.hold_faults is not None:
             return self.hold_faults

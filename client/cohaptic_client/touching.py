@@ -1,9 +1,9 @@
-"""Touches until the end, and shows the state meanwhile: what `cohaptic touch` does.
+"""Runs `cohaptic touch`: touches until the end, and shows the state meanwhile.
 
-The user acknowledges a fault by the Enter key of the terminal. It is a key, and not a movement of
-the hand: the hand that a fault has startled would acknowledge it by drawing back. Enter, and not
-any key: a line comes whole from every terminal, without its modes being changed for a process that
-may be killed. A program that runs a client writes a line.
+The user acknowledges a fault with the Enter key of the terminal. A movement of the hand will not
+do, because a hand that a fault has startled would acknowledge it by drawing back. Only Enter
+counts, because every terminal delivers whole lines without a change of its modes, which a killed
+process could not undo. A program that runs a client writes a line.
 """
 
 from __future__ import annotations
@@ -26,37 +26,33 @@ from cohaptic_client.client import Client
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
-AGAIN = 0.5  # s between two looks whether this process is in front again
-_MOST = 4096  # bytes of one read; what they say does not matter, only that there is a line
+AGAIN = 0.5  # s between checks whether this process is in the foreground again
+_MOST = 4096  # bytes of one read; only the end of a line matters, not the text
 
 
 class EnterKey:
-    """Calls a function in the running event loop for each line of standard input.
-
-    Args:
-        call: To be called.
-    """
+    """Calls the function `call` in the running event loop for lines of standard input."""
 
     def __init__(self, call: Callable[[], object]) -> None:
         self._call, self._loop = call, get_running_loop()
         self._stopped, self._listening = threading.Event(), False
         try:
             self._source = sys.stdin.fileno()
-        except (AttributeError, OSError, ValueError):  # closed, or none of a process
+        except (AttributeError, OSError, ValueError):  # closed, or the process has none
             return
         if hasattr(signal, "SIGTTIN"):
-            # A terminal stops a process of the background that reads; this one need not be told.
+            # By default a terminal stops a background process that reads; `_read` retries instead.
             signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         self._listening = True
-        # A thread: not every event loop waits for a terminal, and none for a file.
+        # A thread, because not every event loop can wait for a terminal, and none for a file.
         threading.Thread(target=self._listen, name="enter key", daemon=True).start()
 
     def listening(self) -> bool:
-        """Whether anybody can be heard: not without a standard input, nor after its end."""
+        """Whether lines can come: False without a standard input and after its end."""
         return self._listening
 
     def stop(self) -> None:
-        """End the listening; a thread that waits for a key ends with the process."""
+        """Stop listening; a thread that waits for a key ends with the process."""
         self._stopped.set()
 
     def _told(self) -> None:
@@ -66,7 +62,7 @@ class EnterKey:
     def _listen(self) -> None:
         while not self._stopped.is_set():
             text = self._read()
-            if text is None:  # its end: nobody can say anything any more
+            if text is None:  # the end of the input: no line can come any more
                 break
             if b"\n" in text:
                 try:
@@ -76,11 +72,11 @@ class EnterKey:
         self._listening = False
 
     def _read(self) -> bytes | None:
-        """What was said; None once nothing can be any more."""
+        """Bytes of the input; None at its end."""
         try:
             return os.read(self._source, _MOST) or None
         except OSError:
-            # In the background a terminal lets nobody read; the process may be in front again.
+            # A terminal refuses reads in the background; the process may come to the foreground.
             if not os.isatty(self._source):
                 return None
             self._stopped.wait(AGAIN)
@@ -88,7 +84,7 @@ class EnterKey:
 
 
 _REFRESH = 0.1  # s
-# Bytes of the state that may wait for who reads it: some seconds.
+# Bytes of the state that may wait for a reader: some seconds.
 _UNREAD = 32 * 1024
 
 
@@ -96,15 +92,14 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
     """Touch until cancelled, the duration is over, or the server is lost for good.
 
     Args:
-        settings: Settings of the client.
-        record: File for the recording of every haptic period, if one is wanted.
+        record: File for the recording of every haptic period; None for no recording.
         json_lines: Whether the state is printed as lines of JSON.
 
     Raises:
-        CohapticError: As `Client.run` does.
+        CohapticError: One of the errors of `Client.run`.
     """
     recorder = Recorder(settings.loop_hz)
-    # Neither a terminal that is stopped nor a pipe that nobody reads may hold up the network.
+    # A stopped terminal or a pipe without a reader must not hold up the network.
     terminal, lines = aside(sys.stderr, _UNREAD), aside(sys.stdout, _UNREAD, lambda count: "")
     console = Console(file=cast(IO[str], terminal))
     client = Client(
@@ -140,7 +135,7 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
 async def _show(
     client: Client, console: Console, lines: Aside | TextIO | None, summary: Summary
 ) -> None:
-    """The client's state, for a person or for a program, until cancelled."""
+    """Show the client's state, to a person or to a program, until cancelled."""
     if lines is not None:
         while True:
             lines.write(client.status().model_dump_json() + "\n")
@@ -156,7 +151,7 @@ async def _show(
             if clock.now() - told >= EVERY and status.state != "connecting":
                 told = clock.now()
                 console.print(status_line(status), highlight=False, markup=False, soft_wrap=True)
-    # A third of what `cohaptic touch` imports, which a program that starts it does not need.
+    # Imported here: it is a third of all imports, and not needed for output to a program.
     from rich.live import Live
 
     from cohaptic.status.table import status_view

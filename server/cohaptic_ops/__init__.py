@@ -1,1 +1,1 @@
-"""A server with many rooms, each in a process of its own, and the monitoring of a server."""
+"""A server with many rooms, each in a separate process, and the monitoring of a server."""

@@ -43,23 +43,23 @@ from cohaptic_server.shell.protection import Protection
 from cohaptic_server.touchable import is_file, names
 
 _WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
-# Of `cohaptic serve` with one room, where it asks everybody for a token. Passed over silently, it
-# would leave rooms open to everybody whose owner believes that they are not.
+# Environment variable that makes `cohaptic serve` with one room ask everybody for a token. If it
+# were ignored here, rooms would be open although their owner believes that they are not.
 _KEYS = "COHAPTIC_KEYS"
-_ENDED_AT_ONCE = 130  # exit status, as a shell gives it for Ctrl-C
+_ENDED_AT_ONCE = 130  # exit status of a command that Ctrl-C has ended
 
 
 def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline: bool) -> None:
     """Serve the rooms of a configuration until interrupted.
 
     Args:
-        context: Context of the command, which says what was given.
+        context: Context of the command, with the options that were given.
         path: Path of the configuration.
         style: Style of the log.
-        lifeline: Whether to end as well when standard input closes.
+        lifeline: Whether the server also ends when standard input closes.
 
     Raises:
-        CohapticError: The configuration is wrong, the port cannot be had, or no room can be opened.
+        CohapticError: The configuration is wrong, the port is not available, or no room opens.
     """
     _refuse_other_options(context)
     config = load_config(path)
@@ -72,11 +72,11 @@ def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline
 
 @contextlib.contextmanager
 def _state_folder(access: AccessTable) -> Generator[AccessTable]:
-    """The same, with a folder for what outlives the process of a room."""
+    """Yield the table with a folder for state that outlives the process of a room."""
     if access.state is not None:
         yield access
         return
-    # Left behind by one who ends the server at once, with a few bytes for each room.
+    # The folder, a few bytes for each room, stays if the server is ended at once (second Ctrl-C).
     with tempfile.TemporaryDirectory(prefix="cohaptic-state-", ignore_cleanup_errors=True) as name:
         yield access.model_copy(update={"state": Path(name)})
 
@@ -94,11 +94,11 @@ def build_room(table: RoomTable, settings: ServerSettings) -> Body:
     """Make the body of a room; called in its process.
 
     Args:
-        table: Table of the room.
-        settings: The same, as the server has them.
+        table: Table of the room in the configuration.
+        settings: Settings of the room's server, made from the table.
 
     Raises:
-        CohapticError: It cannot be made.
+        CohapticError: The body cannot be made.
     """
     prebuilt = sys.modules.get("cohaptic_ops.rooms.process.prebuilt")
     if is_plain_balloon(table) and prebuilt is not None:
@@ -116,12 +116,12 @@ def build_room(table: RoomTable, settings: ServerSettings) -> Body:
         damping=table.relaxation * settings.simulation_hz,
         hz=settings.simulation_hz,
         demand=demand,
-        late=True,  # a process of its own solves with the factor
+        late=True,  # a separate process solves with the factor
     )
 
 
 def object_options(table: ObjectTable) -> ObjectOptions:
-    """The options that a table stands for."""
+    """The options of an object that a table describes."""
     given = {field.name: getattr(table, field.name) for field in fields(ObjectOptions)}
     for name in ("young", "poisson", "density"):
         if isinstance(given[name], float):
@@ -130,14 +130,14 @@ def object_options(table: ObjectTable) -> ObjectOptions:
 
 
 def protect(table: AccessTable, host: str) -> Protection:
-    """Who comes into a room; called in its process.
+    """Make the protection of a room; called in its process.
 
     Args:
-        table: Table of the server.
-        host: That it listens on.
+        table: Access table of the configuration.
+        host: Host that the server listens on.
 
     Raises:
-        SettingError: Strangers could come in and nobody has decided that, or a file of keys cannot
+        SettingError: Strangers could come in without the owner's decision, or a file of keys cannot
             be used.
     """
     options = AccessOptions(
@@ -154,10 +154,10 @@ def protect(table: AccessTable, host: str) -> Protection:
 
 
 def _check_access(path: Path, config: RoomsConfig) -> None:
-    """Find what is wrong with who may come in, before anything is started.
+    """Check the access table before any process is started.
 
     Raises:
-        ConfigError: With what to write.
+        ConfigError: The table is invalid; the error says what to write.
     """
     if os.environ.get(_KEYS) and config.access.keys is None and not config.access.open:
         missing = f"access.keys is missing while the environment variable {_KEYS} is set, which is"
@@ -171,10 +171,10 @@ def _check_access(path: Path, config: RoomsConfig) -> None:
 
 
 def _check_objects(path: Path, config: RoomsConfig) -> None:
-    """Find what is wrong with a room's object before anything is started.
+    """Check the objects of all rooms before any process is started.
 
     Raises:
-        ConfigError: With the keys at fault.
+        ConfigError: Objects are invalid; the error names the keys at fault.
     """
     problems: list[str] = []
     for name, table in config.rooms.items():
@@ -217,7 +217,7 @@ async def _serve(config: RoomsConfig, style: LogStyle, *, lifeline: bool) -> Non
 
 
 async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
-    """Open the rooms, and say where they are."""
+    """Open the rooms, and print their addresses."""
     url = await supervisor.start()
     broken = {name: k.problem for name, k in supervisor.keepers.items() if k.state == "broken"}
     for name, problem in broken.items():
@@ -238,11 +238,11 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
 
 
 def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
-    """The first Ctrl-C or SIGTERM lets the rooms end in order, the second ends them at once.
+    """Handle signals: the first Ctrl-C or SIGTERM lets the rooms end, the second kills them.
 
-    SIGHUP lets them read their keys again, as it does with one room, unless it comes since the
-    terminal has closed: then it is as SIGTERM. By itself it would end this process without a word
-    to anybody.
+    SIGHUP lets the rooms read their keys again, as with one room; if it comes because the terminal
+    has closed, it acts as SIGTERM. Without a handler SIGHUP would end this process at once, and the
+    clients would not be told.
     """
     loop = asyncio.get_running_loop()
     asked = False
@@ -263,7 +263,7 @@ def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) 
     def watch() -> None:
         while os.read(sys.stdin.fileno(), 4096):
             pass
-        with contextlib.suppress(RuntimeError):  # the loop has ended by itself
+        with contextlib.suppress(RuntimeError):  # the event loop has ended already
             loop.call_soon_threadsafe(stop.set)
 
     if lifeline:

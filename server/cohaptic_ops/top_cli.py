@@ -14,7 +14,7 @@ from cohaptic.errors import ServerLost, SettingError, one_line
 if TYPE_CHECKING:
     from cohaptic_ops.monitoring.overview import Status
 
-TIMEOUT = 5.0  # s for an answer, which comes within a tenth
+TIMEOUT = 5.0  # s for an answer, which normally comes within 0.1 s
 MOST = 16 * 2**20  # bytes of an answer; 200 rooms of 64 users have 3 MB
 WINDOW = 10  # readings over which ticks are counted
 
@@ -42,7 +42,7 @@ def top(
     if once:
         console.print(overview(read_status(address), None, console.width))
         return
-    read_status(address)  # where nothing answers from the beginning, that is an error
+    read_status(address)  # a server that does not answer at the beginning is an error
     stop = threading.Event()
     past: deque[Status] = deque(maxlen=WINDOW)
     with (
@@ -63,13 +63,13 @@ def top(
 
 
 def status_address(url: str) -> str:
-    """Where the state of a server is, from the address of its admin port.
+    """URL of a server's status, from the address of its admin port.
 
     Args:
-        url: `http://HOST:PORT`, `HOST:PORT`, or the port alone, of this machine.
+        url: `http://HOST:PORT`, `HOST:PORT`, or only a port of this machine.
 
     Raises:
-        SettingError: It is none.
+        SettingError: The text is not such an address.
     """
     whole = f"127.0.0.1:{url}" if url.isdigit() else url
     whole = whole if "://" in whole else f"http://{whole}"
@@ -85,10 +85,10 @@ def status_address(url: str) -> str:
 
 
 def read_status(address: str) -> Status:
-    """Ask once.
+    """Read the status of a server once.
 
     Raises:
-        ServerLost: Nothing answers, or something else than a server's admin port.
+        ServerLost: Nothing answers, or the answer is not from a server's admin port.
     """
     import http.client
     import urllib.error
@@ -100,7 +100,7 @@ def read_status(address: str) -> Status:
 
     place = address.removesuffix("/status")
     try:
-        # Not through a proxy of the environment: it is a port of this machine, or of a tunnel.
+        # Bypasses proxies of the environment, since the port is on this machine or a tunnel's end.
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         with opener.open(address, timeout=TIMEOUT) as answer:
             return Status.model_validate_json(answer.read(MOST))

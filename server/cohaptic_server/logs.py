@@ -1,6 +1,6 @@
-"""The log of a server: lines for people, or one JSON object a line for machines.
+"""The log of a server: lines for people, or one JSON object per line for machines.
 
-It is written beside the tick, which waits for no terminal and no pipe.
+The log is written beside the tick, which never waits for a terminal or a pipe.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from cohaptic.runtime.aside import Aside, aside
 
 
 class LogFormat(Enum):
-    """As the command line names them."""
+    """Formats of the log, with their names on the command line."""
 
     TEXT = "text"
     JSON = "json"
@@ -25,11 +25,10 @@ class LogFormat(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LogStyle:
-    """How a server writes its log; passes from its process to those of its rooms.
+    """Style of a server's log, which its process passes to those of its rooms.
 
     Args:
-        level: Least level, of `logging`.
-        format: Format of a line.
+        level: Lowest level that is written, as in `logging`.
     """
 
     level: int = logging.INFO
@@ -40,10 +39,10 @@ PLAIN = LogStyle()
 
 
 class JsonLines(logging.Formatter):
-    """A record as one line of JSON in ASCII: what a stranger wrote is escaped, whatever it is.
+    """Formats a record as one line of JSON in ASCII, so that any text from strangers is escaped.
 
     Args:
-        room: Room of the process; None for that of a whole server.
+        room: Room of the process; None for the process of a whole server.
     """
 
     def __init__(self, room: str | None = None) -> None:
@@ -51,7 +50,7 @@ class JsonLines(logging.Formatter):
         self._room = room
 
     def format(self, record: logging.LogRecord) -> str:
-        """The line, without its end."""
+        """The line, without the newline."""
         when = datetime.fromtimestamp(record.created, UTC)
         line: dict[str, Any] = {
             "time": when.isoformat(timespec="milliseconds").replace("+00:00", "Z"),
@@ -69,18 +68,14 @@ class JsonLines(logging.Formatter):
 
 
 class Beside(logging.StreamHandler[Any]):
-    """Writes to standard error without waiting, but at the end, for a moment.
-
-    Args:
-        formatter: Formatter of the lines.
-    """
+    """Writes to standard error without waiting, except for a moment when it is closed."""
 
     def __init__(self, formatter: logging.Formatter) -> None:
         super().__init__(aside(sys.stderr, tell=self._left_out))
         self.setFormatter(formatter)
 
     def close(self) -> None:
-        """Let the last lines leave."""
+        """Wait a moment for the last lines to be written, and close."""
         if isinstance(self.stream, Aside):
             self.stream.drain()
         super().close()
@@ -101,12 +96,11 @@ def set_up_log(style: LogStyle, room: str | None = None) -> None:
     """Write the log of this process to standard error.
 
     Args:
-        style: Style of the lines.
-        room: Room of the process; None for that of a whole server.
+        room: Room of the process; None for the process of a whole server.
     """
     whose = "" if room is None else f" [{room}]"
     formatter = logging.Formatter(f"%(asctime)s{whose} %(message)s", "%H:%M:%S")
     handler = Beside(JsonLines(room) if style.format is LogFormat.JSON else formatter)
     logging.basicConfig(level=style.level, handlers=[handler], force=True)
-    # Our own lines report connections.
+    # The library's lines are switched off, since our own report connections.
     logging.getLogger("websockets").setLevel(logging.CRITICAL)

@@ -26,7 +26,7 @@ def vec3(a: Floats) -> Vec3:
 
 
 def union(*parts: Ints) -> Ints:
-    """The different numbers of several arrays, rising, in a third of the time of `np.union1d`."""
+    """Sorted distinct numbers of several arrays, in a third of the time of `np.union1d`."""
     numbers = np.concatenate(parts)
     numbers.sort()
     different = np.ones(len(numbers), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""What kernels use of Cython, where it is not installed and they run as plain Python.
+"""Stand-in for the parts of Cython that kernels use, for kernels that run as plain Python.
 
 Compiled kernels do not import this: to Cython, `cython.nogil` is a statement that gives up the
 global interpreter lock.

@@ -1,4 +1,4 @@
-"""What memory this process takes: its peak as the system counts it, and what it can give back."""
+"""Memory of this process: its peak as the system counts it, and the return of free memory."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _STATUS = Path("/proc/self/status")
 
 
 def peak_memory() -> int:
-    """Largest memory of this process so far, or of one that it waited for [bytes].
+    """Largest memory so far of this process, or of a child that it waited for [bytes].
 
-    On Windows those that it waited for are left out.
+    On Windows the children are left out.
     """
     if sys.platform == "win32":
         return own_peak()
@@ -25,7 +25,7 @@ def peak_memory() -> int:
 
 
 def own_peak() -> int:
-    """Largest memory of this process so far [bytes]: resident, on Windows committed."""
+    """Largest memory of this process so far [bytes]: resident memory, on Windows committed."""
     if sys.platform == "win32":
         return _windows_peak()
     import resource
@@ -39,13 +39,13 @@ def own_peak() -> int:
 
 
 def keep_what_there_is(*, anew: bool = False) -> None:
-    """Objects that exist now stay; a garbage collection that scans them would cost ticks.
+    """Exempt all objects that exist now from garbage collection, whose scans would cost ticks.
 
-    In a process that was forked, it would also make a copy of its own of every page that it shares
-    with others.
+    In a forked process, a scan would also copy every memory page that it shares with others.
 
     Args:
-        anew: Whether those count that were kept before as well, some of which may be gone.
+        anew: Whether objects that were exempted before are collected first, since some may have
+            become garbage.
     """
     if anew:
         gc.unfreeze()
@@ -54,10 +54,10 @@ def keep_what_there_is(*, anew: bool = False) -> None:
 
 
 def give_back() -> None:
-    """Return to the system what was let go, where the C library keeps it: glibc.
+    """Return freed memory to the system if the C library (glibc) keeps it.
 
-    It keeps what lies below a piece that is still in use, up to 0.7 GB of what examining a file and
-    assembling a stiffness leave behind: memory that a factorisation then takes a second time.
+    Glibc keeps freed memory below a block that is still in use: up to 0.7 GB after examining a file
+    and assembling a stiffness matrix. A factorisation would then take that memory a second time.
     """
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
@@ -66,12 +66,12 @@ def give_back() -> None:
 
 
 def _unit() -> int:
-    """Bytes in the unit of `ru_maxrss`: kilobytes but on macOS."""
+    """Bytes per unit of `ru_maxrss`, which counts kilobytes, on macOS bytes."""
     return 1 if sys.platform == "darwin" else 1024
 
 
 def _windows_peak() -> int:
-    """PeakPagefileUsage: committed memory, whether or not it was touched [bytes]."""
+    """PeakPagefileUsage: peak of committed memory, touched or not [bytes]."""
     if sys.platform == "win32":
 
         class Counters(ctypes.Structure):

@@ -1,4 +1,4 @@
-"""Progress of a long preparation, as it is reported to whoever waits."""
+"""Progress of a long preparation, and its time left."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from collections.abc import Callable
 
 Progress = Callable[[str, float], None]  # name of the phase, and the share of it that is done
 
-_SOON = 2.0  # s from the start of a phase until its rate is known well enough to say what is left
+_SOON = 2.0  # s from the start of a phase until its rate is known well enough for a forecast
 
 
 class TimeLeft:
-    """The time that is left of a phase, by the rate at which its share has grown so far.
+    """Time left of a phase, from the mean rate at which its share has grown.
 
     Args:
-        begin: When the phase began [s].
+        begin: Time at which the phase began [s].
     """
 
     def __init__(self, begin: float) -> None:
         self._begin = begin
 
     def seconds(self, share: float, now: float) -> float:
-        """Time left [s]; infinite while nothing is known.
+        """Time left [s]; infinite until the rate is known.
 
         Args:
             share: Share of the phase that is done, from 0 to 1.
@@ -33,7 +33,7 @@ class TimeLeft:
         return spent * max(0.0, 1.0 - share) / share
 
     def words(self, share: float, now: float) -> str:
-        """`1:20 left`; empty while nothing is known."""
+        """Time left in words, `1:20 left`; empty until the rate is known."""
         seconds = self.seconds(share, now)
         if not math.isfinite(seconds):
             return ""

@@ -21,7 +21,7 @@ class ServerSettings:
         host: Address to listen on.
         port: TCP port; 0 lets the system choose.
         simulation_hz: Ticks per second, 1 / (N T).
-        body: Name in the catalogue.
+        body: Name in the catalogue, or path of a mesh file.
         max_users: Most users at a time.
         allow_fixed_gains: Whether clients may choose their gains, including unstable ones.
         allow_latency: Whether watchers may inject latency between users and the server.
@@ -30,14 +30,14 @@ class ServerSettings:
             `https://lab.example`.
         allow_upload: Whether a page of this machine may bring an object of its own.
         allow_hosts: Further names under which browsers may reach this server, such as
-            `lab.example`; loopback names and the addresses it listens on need not be said.
-        limits: How much a connection and an address may ask for.
+            `lab.example`; loopback names and listening addresses need not be listed.
+        limits: Budgets (rate limits) of a connection and of an address.
         laws: Control laws that users may have.
-        room: Name in its address; None for what several rooms have in common.
-        max_waiting: Most who wait for a place in a full room; 0 lets nobody wait.
+        room: Name of the room in its URL; None for settings that several rooms share.
+        max_waiting: Most people who wait for a place in a full room; 0 lets nobody wait.
         allow_frames: Origins whose pages may show the page in a frame, as `allow_origins`.
-        watchers_point: Whether who only watches may point at the surface, too.
-        base_path: Path that it is below at a proxy, such as `/haptics`; empty for the root.
+        watchers_point: Whether watchers may point at the surface, too.
+        base_path: Path prefix of the server at a proxy, such as `/haptics`; empty for the root.
 
     Raises:
         SettingError: A value is out of its range.
@@ -80,7 +80,7 @@ class ServerSettings:
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
                 raise SettingError("origin", repr(origin), limit)
         for origin in self.allow_frames:
-            # It becomes part of a header: no blank, semicolon, comma, quote or star.
+            # The origin becomes part of a header: no blank, semicolon, comma, quote or star.
             if not _FRAMING.fullmatch(origin):
                 limit = "a scheme, a host and a port if it has one: https://lab.example:8443"
                 raise SettingError("frame", repr(origin[:100]), limit)
@@ -93,5 +93,5 @@ class ServerSettings:
 
     @property
     def simulation_period(self) -> float:
-        """N T [s]."""
+        """Period N T of the simulation [s]."""
         return 1.0 / self.simulation_hz

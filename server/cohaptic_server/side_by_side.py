@@ -1,9 +1,9 @@
 """Two independent parts of a computation on two processor cores.
 
 Each part has to spend its time without the global interpreter lock: in compiled kernels, in BLAS.
-Both are always waited for and neither reads what the other writes, so that results are those of
-one after the other to the last bit, whichever comes first and whichever core works on them. Where
-the second core is busy with something else, the first one does both parts.
+`both` waits for both parts, and neither part reads what the other writes, so that the results are
+bitwise those of a sequential run, in any order and on any core. If the second thread is busy with
+something else, the first one does both parts.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def cores() -> int:
 
 
 def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
-    """What both return; an error of either is raised after both have ended."""
+    """Results of both functions; an error of either is raised after both have ended."""
     helper = _helper()
     if helper is None:
         return first(), second()
@@ -42,7 +42,7 @@ def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
 
 @cache
 def _helper() -> ThreadPoolExecutor | None:
-    """The second thread of this process, started when first needed; None on a single core."""
+    """The second thread of this process, started at its first use; None on a single core."""
     return ThreadPoolExecutor(1, "beside") if cores() > 1 else None
 
 

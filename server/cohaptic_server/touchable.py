@@ -1,6 +1,6 @@
-"""What can be touched, and what an object from a file has where nothing is said of it.
+"""Names and kinds of touchable bodies, and default properties of an object from a file.
 
-The command line shows these in its help, so this module imports nothing of what they belong to.
+The command line shows these values in its help, so this module imports no module that uses them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from pathlib import Path
 from cohaptic.extensions import added
 
 BALLOON, SPRING = "balloon", "spring"
-GROUP = "cohaptic.bodies"  # of entry points, each of which is called and returns a `Body`
+GROUP = "cohaptic.bodies"  # group of entry points: functions without arguments that return a `Body`
 
 # Kinds of files, by their suffixes.
 SURFACES = (".stl", ".obj", ".ply", ".glb", ".gltf", ".3mf", ".off")
@@ -21,26 +21,26 @@ KINDS = SURFACES + VOLUMES + SCANS
 YOUNG = 2e4  # Pa; soft tissue has 1e3 to 1e5, rubber 1e6
 NU = 0.45  # Poisson's ratio
 ORDER = 2  # of the elements; see docs/decisions/0013
-# Share of critical damping, half of the loss factor at a resonance. For gels and soft tissue it is
-# an order of magnitude and no measurement: with it a swing falls by the half in one period.
+# Share of critical damping, half of the loss factor at a resonance. For gels and soft tissue this
+# is an order of magnitude, not a measurement: an oscillation halves in one period.
 DAMPING_RATIO = 0.1
 MAX_MEMORY = 6e9  # bytes that preparing an object may take
-MAX_TIME = 1800.0  # s that filling it may take
+MAX_TIME = 1800.0  # s that filling an object with tetrahedra may take
 
 
 def names() -> list[str]:
-    """Names of all bodies that are no files: ours first, then those that packages add."""
+    """Names of all bodies that are not files: ours first, then those that packages add."""
     return list(dict.fromkeys((BALLOON, SPRING, *added(GROUP))))
 
 
 def kind_of(name: str) -> str:
-    """Kind of a file by its name, in small letters and with the point; empty without a point.
+    """Kind of a file by its name, in lower case and with the dot; empty without a dot.
 
     Args:
         name: Name of the file, with or without folders.
 
     Returns:
-        The longest of `KINDS` that the name ends with, and else what follows its last point.
+        The longest of `KINDS` that the name ends with, otherwise its suffix from the last dot on.
     """
     low = name.lower()
     last = f".{low.rpartition('.')[2]}" if "." in low else ""

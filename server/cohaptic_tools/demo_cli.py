@@ -20,7 +20,7 @@ Friction = Annotated[
     float,
     typer.Option(help="Coefficient of friction; above 0 one finger drags another."),
 ]
-_RUN = "Run and results"  # chapter of the help, behind the options that most people need
+_RUN = "Run and results"  # chapter of the help, after the options that most people need
 Seed = Annotated[int, typer.Option(help="Seed of the jitter.", rich_help_panel=_RUN)]
 Json = Annotated[
     Path | None, typer.Option(help="Write the result to this file.", rich_help_panel=_RUN)

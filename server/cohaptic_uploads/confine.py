@@ -1,8 +1,8 @@
 """Limits that a process sets itself before it reads a stranger's file.
 
-Linux keeps the memory by itself: an allocation beyond the limit fails. Elsewhere a thread looks at
-the peak ten times a second and ends the process. No limit of these can be lifted again: they are
-hard ones, and the process has no rights to raise them unless it runs as root.
+Linux enforces the memory limit: an allocation beyond it fails. Elsewhere a thread reads the peak
+ten times a second and ends the process. The limits of the system are hard limits: the process
+cannot raise them again unless it runs as root.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ def confine(memory: int, cpu: float, file: int) -> None:
     Args:
         memory: Largest use of memory; on Linux of address space [bytes].
         cpu: Processor time [s].
-        file: Largest file that it may write [bytes].
+        file: Largest file that the process may write [bytes].
     """
     stand_back()
     if sys.platform != "win32":
         import resource
 
         seconds = max(1, round(cpu))
-        # Beyond the first it is told, beyond the second ended.
+        # The system sends a signal at the soft limit and kills the process at the hard limit.
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 2))
         resource.setrlimit(resource.RLIMIT_FSIZE, (file, file))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -45,7 +45,7 @@ def confine(memory: int, cpu: float, file: int) -> None:
 
 
 def watch(memory: int) -> None:
-    """End this process once its peak is above a limit; returns never."""
+    """End this process once its peak memory exceeds a limit [bytes]; never returns."""
     pause = threading.Event()
     while True:
         if own_peak() > memory:
@@ -54,7 +54,7 @@ def watch(memory: int) -> None:
 
 
 def _die_with_the_server() -> None:
-    """On Linux: be killed when the thread that started this process ends."""
+    """Have Linux kill this process when the thread that started it ends."""
     prctl_set_pdeathsig, sigkill = 1, 9
     before = os.getppid()
     libc: Any = ctypes.CDLL(None)

@@ -1,4 +1,4 @@
-"""An object as the worker names it to the server: options, no arrays."""
+"""Description of an object that the worker sends to the server: options, no arrays."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def to_fields(source: ObjectFile) -> dict[str, Any]:
 
 
 def from_fields(fields: Mapping[str, Any]) -> ObjectFile:
-    """The object; the file is one of the kept ones, whatever the name says.
+    """The described object; folders in the file name are ignored, so that the file is a kept one.
 
     Raises:
-        PipeEnded: These are no options of an object.
+        PipeEnded: The fields do not describe an object.
     """
     try:
         return ObjectFile(

@@ -1,4 +1,4 @@
-"""What is in a file that came: findings, a proposed hold, and a surface to show before."""
+"""Examines an uploaded file: findings, a proposed held region, and a surface to preview."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_uploads.limits import SIZE
 
 _LONGEST = 600  # characters of a phrase
-_MOST_TRIANGLES = 1_000_000  # in a file; five million took 2.5 GB to look at, and half a minute
+_MOST_TRIANGLES = 1_000_000  # in a file; examining five million took 2.5 GB and half a minute
 
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """What a visitor sees before the object is prepared.
+    """Findings and surface that a visitor sees before the object is prepared.
 
     Args:
-        examined: The findings.
-        surface: In metres, as it would be with the proposed unit.
-        extent: Longest side of its bounding box, in units of the file.
-        farthest: Largest coordinate, in units of the file.
+        examined: Findings, proposed held region and proposed unit.
+        surface: Surface with the proposed unit of length [m].
+        extent: Longest side of the bounding box [units of the file].
+        farthest: Largest absolute coordinate [units of the file].
     """
 
     examined: Examined
@@ -41,13 +41,13 @@ class Preview:
     farthest: float
 
     def check_scale(self, scale: float) -> None:
-        """Check how large the object would be.
+        """Check the size and position of the object for a unit of length.
 
         Args:
-            scale: Metres in one unit of the file.
+            scale: Length of one unit of the file [m].
 
         Raises:
-            SettingError: It would be too small, too large, or too far away to be touched.
+            SettingError: The object would be too small, too large, or too far away to be touched.
         """
         size, away = scale * self.extent, scale * self.farthest
         # A file of single precision may round a size at the limit.
@@ -60,14 +60,14 @@ class Preview:
 
 
 def examine(path: Path, triangles: int) -> Preview:
-    """Look at a file with no options at all.
+    """Examine a file without any options.
 
     Args:
-        path: Path of one of the kinds that are read.
-        triangles: Triangles of the surface that is shown.
+        path: Path of a file of one of the kinds that are read.
+        triangles: Approximate largest number of triangles of the surface that is shown.
 
     Raises:
-        BodyError: It cannot be read, or there is no way to touch what is in it.
+        BodyError: The file cannot be read, or its object cannot be touched with any options.
     """
     declared = count_triangles(path)
     if declared > _MOST_TRIANGLES:
@@ -101,7 +101,7 @@ def examine(path: Path, triangles: int) -> Preview:
 
 
 def _shown(x: Floats, faces: Ints, triangles: int) -> RestMesh:
-    """The surface with at most about so many triangles."""
+    """The surface with at most about `triangles` triangles."""
     faces = facing_outwards(x, faces)
     if len(faces) > triangles:
         x, faces = simplify(x, faces, triangles)

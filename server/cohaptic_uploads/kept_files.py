@@ -1,4 +1,4 @@
-"""The files that came and became objects, beside what was prepared of them."""
+"""Uploaded files that became objects, kept in the cache beside the prepared objects."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ _KEPT = 8  # files; the oldest go first
 
 
 def uploads_folder() -> Path:
-    """Where they are."""
+    """Folder of the kept files."""
     return cache_folder() / "uploads"
 
 
 def keep(content: bytes, name: str, kind: str, mark: Path) -> Path:
-    """Write a file where it stays; returns its path.
+    """Write a file into the folder of kept files; returns its path.
 
-    Until its object is there, a file that has not been kept before has a mark: `give_up` removes
-    it, also where whoever began with it was ended.
+    A file that was not kept before has a mark until its object is prepared. By the mark, `give_up`
+    can remove the file even if the worker that wrote it was killed.
 
     Args:
         content: Content of the file.
-        name: As the visitor has it; what of it is no letter or digit is left out.
-        kind: One of `KINDS`.
-        mark: Path of the mark, which the caller removes once the object is there.
+        name: Name of the visitor's file; only its letters and digits are used.
+        kind: Kind of the file, one of `KINDS`.
+        mark: Path of the mark, which the caller removes once the object is prepared.
 
     Raises:
-        OSError: It cannot be written; nothing of it is left.
+        OSError: The file cannot be written; no part of it is left.
     """
     folder = uploads_folder()
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -56,32 +56,32 @@ def keep(content: bytes, name: str, kind: str, mark: Path) -> Path:
 
 
 def give_up(mark: Path) -> None:
-    """Remove the file that a mark names, and the mark; nothing where there is none.
+    """Remove the file that a mark names, and the mark; do nothing without a mark.
 
     Args:
-        mark: As of `keep`. A worker may have written into it whatever it likes: a name in it leads
-            to no other folder.
+        mark: Path of the mark, as for `keep`. The worker may have written anything into the mark,
+            so that folders in the name are ignored.
     """
     with contextlib.suppress(OSError, ValueError):
         name, _, number = mark.read_text().partition("\n")
         path = uploads_folder() / Path(name).name
         _part(path).unlink(missing_ok=True)
-        # Another server may have kept the same file meanwhile, by this name.
+        # Another server may have kept the same file under this name meanwhile.
         if path.exists() and str(path.stat().st_ino) == number:
             path.unlink()
         mark.unlink()
 
 
 def _part(path: Path) -> Path:
-    """Where it is as long as it is being written."""
+    """Temporary path of a file while it is being written."""
     return Path(f"{path}.part")
 
 
 def plain_name(name: str) -> str:
-    """A name of letters and digits alone, which leads to no other folder.
+    """A file name reduced to letters, digits and hyphens, which cannot lead to another folder.
 
     Args:
-        name: Whatever the visitor's file is called.
+        name: Name of the visitor's file, as the visitor gives it.
     """
     last = re.split(r"[\\/]", name)[-1]
     stem = last[: len(last) - len(kind_of(last))]

@@ -1,4 +1,4 @@
-"""How much an upload may take: bytes, memory, time."""
+"""Limits of an upload: bytes, memory, time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cohaptic.errors import SettingError
 
-SIZE = "the size"  # of an object, as an error names it
+SIZE = "the size"  # name of an object's size in errors
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,16 +15,16 @@ class UploadLimits:
 
     Args:
         file: Size of the file [bytes].
-        memory: Memory of the process that reads and prepares it [bytes]. On Linux all address space
-            counts, of which its libraries have 0.3 GB.
-        receive: For the file to come [s].
-        examine: For it to be read and looked at [s].
-        decide: For the visitor to choose, in all tries together [s].
-        prepare: For the preparation [s].
-        disk: Below which all uploads of this user on this machine have to be, as far as each may
-            still come, for another to begin [bytes].
-        preview: Triangles of the surface that is shown before.
-        tries: How often the visitor may choose.
+        memory: Memory of the process that reads and prepares the file [bytes]. On Linux the whole
+            address space counts, of which its libraries take 0.3 GB.
+        receive: Time for the file to arrive [s].
+        examine: Time to read and examine the file [s].
+        decide: Time for the visitor to choose, in all tries together [s].
+        prepare: Time for one preparation [s].
+        disk: Disk space of all uploads of this user on this machine, each counted with at least
+            `file`; a new upload that could exceed it is refused [bytes].
+        preview: Triangles of the surface that is shown before the preparation.
+        tries: Number of times that the visitor may choose.
 
     Raises:
         SettingError: A value is out of its range.
@@ -54,12 +54,12 @@ class UploadLimits:
 
     @property
     def budget(self) -> float:
-        """Memory that a preparation is planned for [bytes]; the rest is for errors of the plan."""
+        """Memory that a preparation is planned for [bytes]; the rest covers errors of estimates."""
         return 0.65 * self.memory
 
 
 def in_words(limits: UploadLimits) -> str:
-    """What an owner is told who allows uploads."""
+    """Sentence for the owner of a server that allows uploads."""
     return (
         "a page of this machine may bring a mesh: one at a time, up to"
         f" {limits.file / 2**20:g} MiB, {limits.memory / 1e9:g} GB and {limits.prepare:g} s, in a"

@@ -1,7 +1,7 @@
 """Messages between the server and the worker of an upload, through two pipes.
 
-A message is a letter that says what it is, its length, and its bytes. Both sides bound the length:
-what comes from the worker was made of a stranger's file.
+A message is a letter for its kind, its length, and its bytes. Both sides bound the length, since
+the worker makes its messages from a stranger's file.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ MAX_MESSAGE = 2 * 2**20  # bytes; a preview of 12,000 triangles takes a tenth of
 
 
 class PipeEnded(Exception):
-    """The other side has gone, or sent what is no message."""
+    """The other side has ended, or has sent bytes that are not a message."""
 
 
 def send(stream: IO[bytes], kind: bytes, data: bytes) -> None:
     """Write one message.
 
     Raises:
-        PipeEnded: The other side has gone.
+        PipeEnded: The other side has ended.
     """
     try:
         stream.write(_HEAD.pack(kind, len(data)))
         stream.write(data)
         stream.flush()
-    except (OSError, ValueError) as error:  # ValueError: it is closed on this side
+    except (OSError, ValueError) as error:  # ValueError: the stream is closed on this side
         raise PipeEnded(str(error)) from error
 
 
@@ -42,7 +42,7 @@ def receive(stream: IO[bytes]) -> tuple[bytes, bytes]:
     """Read one message: its kind and its bytes.
 
     Raises:
-        PipeEnded: The other side has gone, or what came is no message.
+        PipeEnded: The other side has ended, or the bytes are not a message.
     """
     try:
         head = stream.read(_HEAD.size)
@@ -63,7 +63,7 @@ def fields_of(data: bytes) -> dict[str, Any]:
     """The named values of a text message.
 
     Raises:
-        PipeEnded: It has none.
+        PipeEnded: The message has no named values.
     """
     try:
         fields = json.loads(data)

@@ -1,6 +1,6 @@
-"""The server's end of a worker: start it, speak with it, and end it.
+"""The server's handle of a worker process: start, messages, and end.
 
-Every call but `kill` may wait, so a thread of its own makes them, one at a time.
+Every call except `kill` may block, so a separate thread makes these calls, one at a time.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from cohaptic_uploads.limits import UploadLimits
 from cohaptic_uploads.pipe import DATA, PipeEnded, receive, send, send_text
 from cohaptic_uploads.work_folder import WorkFolder, bytes_in_work, remove_abandoned
 
-_PATIENCE = 5.0  # s for a process that was killed to be gone
+_PATIENCE = 5.0  # s within which a killed process has ended
 _SIGXCPU, _SIGXFSZ, _SIGABRT, _SIGSEGV, _SIGKILL = 24, 25, 6, 11, 9  # as Linux numbers them
-# In its own thread pools a library would reserve memory for each core.
+# With more threads the thread pools of libraries would reserve memory for each core.
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
@@ -31,10 +31,10 @@ _ONE_THREAD = dict.fromkeys(
 
 @dataclass(frozen=True, slots=True)
 class Rubber:
-    """What `build_affordable` makes a nonlinear solid with.
+    """Parameters with which `build_affordable` makes a nonlinear solid.
 
     Args:
-        period: Period of the simulation, in which it must be solved for two users [s].
+        period: Simulation period, within which the solid must be solved for two users [s].
         damping: B_o over K_o.
     """
 
@@ -43,19 +43,19 @@ class Rubber:
 
 
 class UploadFailed(CohapticError):
-    """An upload came to nothing, and why."""
+    """An upload failed; the text says why."""
 
 
 class WorkerProcess:
-    """A worker that runs.
+    """A running worker.
 
     Args:
-        limits: Limits of the upload.
         name: Name of the visitor's file.
-        rubber: What makes a nonlinear solid of it; None makes a linear one.
+        rubber: Parameters for making a nonlinear solid of the file; None makes a linear one.
 
     Raises:
-        UploadFailed: All uploads together hold too much of the disk, or it has no more room.
+        UploadFailed: All uploads together take too much disk space, or the disk is full.
+        OSError: The process cannot be started.
     """
 
     def __init__(self, limits: UploadLimits, name: str, rubber: Rubber | None = None) -> None:
@@ -80,18 +80,18 @@ class WorkerProcess:
         except OSError:
             self._folder.close()
             raise
-        # Only now, and not this thread before: until the child runs its own program this thread
-        # holds Python's lock, and a tick would wait for whatever the two of them wait for.
+        # The child's priority is lowered only now, not this thread's before: until the child runs
+        # its own program this thread holds Python's lock, and a tick would wait for both.
         stand_back(self._process.pid)
         send_text(self._in, name=name)
 
     @property
     def pid(self) -> int:
-        """Number of the process."""
+        """Process id."""
         return self._process.pid
 
     def send_piece(self, piece: bytes) -> None:
-        """Pass on a piece of the file; an empty one ends it.
+        """Pass on a piece of the file; an empty piece ends the file.
 
         Raises:
             UploadFailed: The process has ended.
@@ -102,7 +102,7 @@ class WorkerProcess:
             raise UploadFailed(self._ended()) from error
 
     def send_wish(self, **wish: Any) -> None:
-        """Ask it to prepare the object.
+        """Ask the worker to prepare the object with the visitor's choices.
 
         Raises:
             UploadFailed: The process has ended.
@@ -113,10 +113,10 @@ class WorkerProcess:
             raise UploadFailed(self._ended()) from error
 
     def receive(self) -> tuple[bytes, bytes]:
-        """Its next message.
+        """The worker's next message.
 
         Raises:
-            UploadFailed: The process has ended, or says what it may not.
+            UploadFailed: The process has ended, or has sent bytes that are not a message.
         """
         try:
             return receive(self._out)
@@ -124,12 +124,12 @@ class WorkerProcess:
             raise UploadFailed(self._ended()) from error
 
     def kill(self) -> None:
-        """End it now, whatever it does; does not wait."""
+        """Kill the process without waiting for its end."""
         with contextlib.suppress(OSError):
             self._process.kill()
 
     def close(self) -> None:
-        """End it, wait for its end, close the pipes, and remove what it has left behind."""
+        """Kill the process, wait for its end, close the pipes, and remove its files."""
         self.kill()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
@@ -150,7 +150,7 @@ class WorkerProcess:
         return self._process.stdout
 
     def _ended(self) -> str:
-        """Why it has ended, as far as that can be known."""
+        """Why the process has ended, as far as its exit status tells."""
         try:
             status = self._process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
@@ -161,7 +161,7 @@ class WorkerProcess:
         if status == -_SIGXCPU:
             seconds = limits.examine + limits.prepare
             return f"it takes more than {seconds:g} s of the processor, the limit of an upload"
-        # Where memory cannot be had, compiled libraries abort, or use what they did not get.
+        # Without memory, compiled libraries abort, or crash on the memory that they did not get.
         if status in (TOO_MUCH_MEMORY, -_SIGABRT, -_SIGSEGV):
             return f"{memory}, or breaks what reads it"
         if status in (-_SIGKILL, -_SIGXFSZ):
@@ -170,7 +170,7 @@ class WorkerProcess:
 
 
 def _new_folder(limits: UploadLimits) -> WorkFolder:
-    """A folder for one more upload."""
+    """A folder for one more upload; raises UploadFailed if there is no disk space for it."""
     remove_abandoned()
     held, mib = bytes_in_work(limits.file), 2**20
     if held + limits.file > limits.disk:

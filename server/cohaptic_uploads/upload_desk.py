@@ -238,6 +238,10 @@ class UploadDesk:
             await refuse(ws, error.code, str(error))
         except TimeoutError:
             await refuse(ws, CloseCode.UPLOAD_FAILED, "the time of this upload is over")
+        except OSError as error:
+            log.warning("no upload can be read: %s", one_line(str(error), 200))
+            why = "this server cannot start what reads files; try again in a minute"
+            await refuse(ws, CloseCode.UPLOAD_FAILED, why)
         except CohapticError as error:
             log.info("an upload came to nothing: %s", one_line(str(error), 200))
             await refuse(ws, CloseCode.UPLOAD_FAILED, str(error))
@@ -354,7 +358,7 @@ def take_uploads(serving: Serving) -> UploadDesk:
     """Let visitors bring objects to a server; nonlinear ones get meshes that fit into a tick.
 
     Raises:
-        SettingError: The server's settings do not allow uploads, and its pages are told so.
+        SettingError: The server's settings do not allow uploads; its pages would be told that.
     """
     if not serving.server.settings.allow_upload:
         raise SettingError("allow_upload", False, "true for a server that takes files")

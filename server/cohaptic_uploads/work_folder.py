@@ -1,8 +1,8 @@
-"""The folder in which an upload is worked on.
+"""The temporary folder of an upload.
 
-The worker is ended whatever it does, and removes nothing then: the folder is the server's, which
-removes it once the worker is gone. That of a server which was ended itself has no owner any more,
-and the next server removes it.
+A worker that is killed removes nothing, so the server owns the folder and removes it once the
+worker is gone. If the server itself was killed, the folder has no owner any more, and the next
+server removes it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,10 @@ _PREFIX, _SUFFIX, _BESIDE = "cohaptic-upload-", ".lock", ".files"
 
 
 class WorkFolder:
-    """A new folder, in the system's for such, of this process.
-
-    Attributes:
-        path: Path of the folder.
+    """A new folder owned by this process, in the system's folder for temporary files.
 
     Raises:
-        OSError: It cannot be made.
+        OSError: The folder cannot be made.
     """
 
     def __init__(self) -> None:
@@ -41,25 +38,25 @@ class WorkFolder:
             raise
 
     def close(self) -> None:
-        """Remove it, with all that is in it; no process may work in it any more."""
+        """Remove the folder and its content; no process may use it any more."""
         shutil.rmtree(self.path, ignore_errors=True)
         os.close(self._owner)
-        if not self.path.exists():  # what could not be removed is found by its lock, later
+        if not self.path.exists():  # otherwise the lock stays, so that a later server finds both
             self._lock.unlink(missing_ok=True)
 
 
 def remove_abandoned() -> int:
-    """Remove the folders of servers that were killed, once they are a minute old; says how many."""
+    """Remove folders of killed servers that are a minute old; returns the number removed."""
     clock = SystemClock()
     now = clock.now() + clock.to_wall()
     return remove_leftovers(_parent(), _PREFIX, _SUFFIX, now, beside=_BESIDE)
 
 
 def bytes_in_work(least: int) -> int:
-    """Room on the disk that the uploads of all servers of this user take [bytes].
+    """Disk space that the uploads of all servers of this user take [bytes].
 
     Args:
-        least: That counts for each of them, which is still to write its file [bytes].
+        least: Least space counted for each upload, since it may still write its file [bytes].
     """
     return sum(
         max(least, _held(folder))
@@ -69,7 +66,7 @@ def bytes_in_work(least: int) -> int:
 
 
 def _is_own_folder(path: Path) -> bool:
-    """Others may put links and folders of such names into a place that all write to."""
+    """Whether a path is a folder of this user; others may put links there, in a shared folder."""
     try:
         found = os.lstat(path)
     except OSError:  # gone meanwhile

@@ -1,10 +1,10 @@
-"""The process that reads and prepares one file that came.
+"""The worker process, which reads and prepares one uploaded file.
 
-It is started as `python -m cohaptic_uploads.worker LIMITS` by `process.py`. It limits itself
-first, then takes the file from its standard input, answers with what is in it, and on request
-prepares it into the store; where what was chosen does not fit, it says so and waits for another
-choice. It ends when its input does. Standard output belongs to the messages:
-whatever a library prints goes nowhere.
+`process.py` starts the worker as `python -m cohaptic_uploads.worker LIMITS`. The worker first
+limits itself, then takes the file from standard input, answers with its findings, and on request
+prepares the object into the store. If the visitor's choice does not fit, the worker says so and
+waits for another choice. It ends when its input ends. Standard output is reserved for messages, so
+that the output of libraries is discarded.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ if TYPE_CHECKING:
     from cohaptic_uploads.examine import Preview
 
 T = TypeVar("T")
-_TELL_EVERY = 0.2  # s between two words on the same phase
-_READABLE = 100  # characters of a rule
+_TELL_EVERY = 0.2  # s between two progress messages on the same phase
+_READABLE = 100  # characters; a longer rule is not quoted in an error
 _LONGEST = 1500  # characters of an error
 _FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows has no quota
 
 
 def main() -> None:
-    """Serve one upload, with the limits that the command line says as JSON."""
+    """Serve one upload, with the limits given as JSON on the command line."""
     limits: dict[str, Any] = json.loads(sys.argv[1])
-    tempfile.tempdir = limits["folder"]  # of this upload, which the server removes
+    tempfile.tempdir = limits["folder"]  # the folder of this upload, which the server removes
     confine(limits["memory"], limits["cpu"], limits["memory"])
     insist()
     incoming, outgoing = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
@@ -53,16 +53,16 @@ def main() -> None:
     try:
         _serve(incoming, outgoing, limits)
     except PipeEnded:
-        pass  # the server has no more use for this process
+        pass  # the server no longer needs this process
     except (OSError, UnkeptError) as error:
         with contextlib.suppress(PipeEnded):
             send_text(outgoing, event="failed", about="file", why=_unkept(error))
-    # Without the end of the interpreter, in which a thread of a library may wait for another.
+    # Exit without finalising the interpreter, in which threads of libraries may block each other.
     os._exit(0)
 
 
 def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> None:
-    """Take the file, examine it, and prepare it once that is asked."""
+    """Take the file, examine it, and prepare it on request."""
     name = str(fields_of(receive(incoming)[1])["name"])
     content = _file(incoming)
     folder = Path(limits["folder"])
@@ -72,10 +72,10 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
         lambda: _examine(path, outgoing, limits["preview"])
     )
     path.unlink()
-    # The server counts the choices, and ends this process.
+    # The server counts the tries, and ends this process after the last.
     while preview is not None:
         wish = fields_of(receive(incoming)[1])
-        # A painted region is a long rule, which nobody would read in an error.
+        # A painted region is a rule too long to be readable in an error.
         rule = str(wish["fix"])
         long_rule = repr(rule) if len(rule) > _READABLE else ""
         kept = keep(content, name, kind_of(name), mark)
@@ -91,7 +91,7 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
 
 
 def _file(incoming: IO[bytes]) -> bytes:
-    """The pieces of the file, up to the empty one."""
+    """Content of the file, from all its pieces up to the empty one."""
     pieces: list[bytes] = []
     while True:
         kind, piece = receive(incoming)
@@ -103,7 +103,7 @@ def _file(incoming: IO[bytes]) -> bytes:
 
 
 def _examine(path: Path, outgoing: IO[bytes], triangles: int) -> Preview:
-    # Only now, within the limits, are the readers imported.
+    # The readers are imported only now, so that the limits hold for them, too.
     from cohaptic_uploads.examine import examine
 
     preview = examine(path, triangles)
@@ -119,7 +119,7 @@ def _prepare(
     limits: dict[str, Any],
     preview: Preview,
 ) -> dict[str, Any]:
-    """Prepare it into the store; returns what it is, as options."""
+    """Prepare the object into the store; returns the options that describe it."""
     from cohaptic_server.bodies.solid.shape import SolidSettings
     from cohaptic_server.objects.auto.resolve import resolve
     from cohaptic_server.objects.build import build
@@ -146,17 +146,17 @@ def _prepare(
 
 
 class _Step:
-    """Runs a part of the work, and makes one sentence of whatever ends it.
+    """Runs a part of the work, and sends one sentence about the error that ends it.
 
     Args:
-        outgoing: Where the sentence goes.
-        name: Name of the file, in the sentence.
-        path: That the error says in its place.
-        painted: Rule that is too long to be said; empty without one.
-        event: What an error is that the visitor can do something about.
+        outgoing: Stream that the sentence is written to.
+        name: Name of the visitor's file, for the sentence.
+        path: Path that errors contain and that the name replaces.
+        painted: Rule that is too long to be quoted; empty without one.
+        event: Event that is sent for an error that another choice may avoid.
 
     Attributes:
-        hopeless: Whether it ended in one that nobody can.
+        hopeless: Whether the step ended with an error that no other choice can avoid.
     """
 
     def __init__(
@@ -175,7 +175,7 @@ class _Step:
         self._painted = painted
 
     def result(self, work: Callable[[], T]) -> T | None:
-        """Do it; returns its result, or None where it came to nothing."""
+        """Do the work; returns its result, or None if it failed."""
         event, about = "failed", "file"
         try:
             return work()
@@ -188,7 +188,7 @@ class _Step:
         except CohapticError as error:
             event, self.hopeless = self._event, self._event == "failed"
             about, why = _choice_of(error)
-        except Exception as error:  # of a disk, or of a library, which did not foresee this file
+        except Exception as error:  # of the disk, or of a library that did not expect this file
             if isinstance(error, OSError) and error.errno in _FULL:
                 raise
             why = f"it cannot be read: {damaged(error)}"
@@ -202,17 +202,17 @@ class _Step:
 
 
 def _unkept(error: OSError | UnkeptError) -> str:
-    """Why a file that came, or what was made of it, is nowhere; no path of this machine is told."""
+    """Why an uploaded file or its object cannot be stored, without any path of this machine."""
     if isinstance(error, UnkeptError):
         return str(error)
-    # Where nothing can be written into a folder, the library says that there is none.
+    # If no folder for temporary files is writable, `tempfile` raises FileNotFoundError.
     is_full = error.errno in _FULL or isinstance(error, FileNotFoundError)
     why = os.strerror(errno.ENOSPC) if is_full else error.strerror or type(error).__name__
     return f"this server cannot keep the file: {why}"
 
 
 def _choice_of(error: CohapticError) -> tuple[str, str]:
-    """Which of a visitor's choices an error is about, and the error in words for one."""
+    """The visitor's choice that an error is about, and the error in words for a visitor."""
     if isinstance(error, SettingError) and error.name == "--fix":
         return "held", f"what is held does not fit: it must be {error.limit}"
     if isinstance(error, SettingError) and error.name == SIZE:
@@ -221,7 +221,7 @@ def _choice_of(error: CohapticError) -> tuple[str, str]:
 
 
 def _teller(outgoing: IO[bytes]) -> Callable[[str, float], None]:
-    """A progress that goes out when the phase changes, and now and then within one."""
+    """A progress callback that sends each change of phase, and a share every `_TELL_EVERY`."""
     clock = SystemClock()
     last = ("", 0.0)
 

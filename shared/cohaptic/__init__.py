@@ -1,8 +1,8 @@
-"""Shared by server and client: messages, control laws, clocks, errors.
+"""Code shared by server and client: messages, control laws, clocks, errors.
 
 This package imports neither the server nor the client. Its top level stays light, because the
-process that runs the 1 kHz loop imports it: a public name is imported from its module when it is
-first used.
+process that runs the 1 kHz loop imports the package: a public name is imported from its module when
+it is first used.
 """
 
 from typing import TYPE_CHECKING

@@ -11,7 +11,7 @@ _sleep: Final = time.sleep
 
 
 class Clock(Protocol):
-    """A monotonic clock and a way to wait on it; `now` is in seconds from an origin of its own."""
+    """A monotonic clock to read and to wait on; its seconds count from an origin of its own."""
 
     def now(self) -> float:
         """Seconds since this clock's origin."""
@@ -23,15 +23,15 @@ class Clock(Protocol):
 
 
 def resolution() -> float:
-    """Smallest step that the machine's monotonic clock can tell, by its own word [s]."""
+    """Resolution that the machine reports for its monotonic clock [s]."""
     return time.get_clock_info("perf_counter").resolution
 
 
 class SystemClock:
-    """The machine's monotonic clock behind a random origin.
+    """The machine's monotonic clock with a random origin.
 
-    The origin differs in every process, so that a stamp read against the wrong clock is off by
-    hours and shows at once. A process may hand its origin to a child of its own to share stamps.
+    The origin differs in every process, so that a time stamp compared with the wrong clock is off
+    by hours, which shows at once. A process may pass its origin to a child process to share stamps.
 
     Args:
         origin: Origin of another `SystemClock` of this machine [s]; random when None.
@@ -53,6 +53,6 @@ class SystemClock:
     def to_wall(self) -> float:
         """Offset to the machine's wall clock [s]: `now() + to_wall()` is Unix time.
 
-        Only for laying recordings of several processes of one machine side by side.
+        Use the offset only to align recordings of several processes on one machine.
         """
         return time.time() - self.now()

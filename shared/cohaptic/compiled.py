@@ -1,13 +1,14 @@
-"""Compiled modules in place of the plain ones they were made from (docs/decisions/0024).
+"""Use compiled modules in place of the plain Python modules (docs/decisions/0024).
 
-A build compiles some modules of the packages, from their own Python source, and leaves the
-extensions in the folder `_compiled` with a manifest. `use` puts those of one group in place of the
-plain modules. A module whose source has changed since stays plain, and so does everything where
-nothing was compiled: slower, with the same results.
+A build compiles some modules of the packages from their Python source and leaves the extensions in
+the folder `_compiled` with a manifest. `use` puts the compiled modules of one group in place of the
+plain ones. A module stays plain if its source has changed since the build; every module stays
+plain if nothing was compiled. Plain modules are slower and give the same results.
 
 Groups:
-    kernels: Loops over arrays of the server, each module by itself (Cython).
-    loop: A period of the haptic loop, all modules in one library (mypyc): all of them or none.
+    kernels: Loops over arrays of the server; each module is compiled by itself (Cython).
+    loop: One period of the haptic loop; all modules are in one library (mypyc) and are used
+        together or not at all.
 
 COHAPTIC_PLAIN=1 in the environment keeps everything plain.
 """
@@ -43,8 +44,8 @@ class Place(NamedTuple):
 
     Args:
         extension: The compiled file.
-        source: What it was made from, used if the system cannot load the extension. None where a
-            plain module must not stand beside compiled ones, which call each other directly.
+        source: Python source of the module, used if the system cannot load the extension. None if
+            the module must not be plain beside compiled ones, which call each other directly.
     """
 
     extension: Path
@@ -52,11 +53,11 @@ class Place(NamedTuple):
 
 
 class Group(NamedTuple):
-    """What is in use of a group.
+    """The modules of a group that are in use.
 
     Args:
         modules: Names of the compiled modules in use.
-        reasons: Why others are plain, one phrase each.
+        reasons: Why the other modules are plain, one phrase each.
     """
 
     modules: tuple[str, ...]
@@ -68,10 +69,10 @@ def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
 
     Args:
         group: "kernels" or "loop".
-        folder: Where the build left them.
+        folder: Folder in which the build left the compiled modules.
 
     Returns:
-        Names of the modules that will be compiled; empty where everything stays plain.
+        Names of the modules that will be compiled; empty if every module stays plain.
     """
     if group not in _FINDER.groups:
         if _FINDER not in sys.meta_path:
@@ -81,7 +82,7 @@ def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
 
 
 def describe(group: str) -> str:
-    """Whether a group is compiled and, if not, why; one line for people."""
+    """One line for people: whether a group is compiled and, if not, why."""
     if group not in _FINDER.groups:
         return "plain Python: not asked for"
     modules, reasons = _FINDER.groups[group]
@@ -91,13 +92,13 @@ def describe(group: str) -> str:
 
 
 def is_complete(group: str) -> bool:
-    """Whether every module of the group is in use as it was compiled."""
+    """Whether every module of the group is in use in its compiled form."""
     found = _FINDER.groups.get(group)
     return found is not None and not found.reasons
 
 
 class _Finder:
-    """First on `sys.meta_path`: knows the places of compiled modules and nothing else."""
+    """First finder on `sys.meta_path`; finds compiled modules only."""
 
     def __init__(self) -> None:
         self.places: dict[str, Place] = {}
@@ -106,7 +107,7 @@ class _Finder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Specification of a compiled module; None for every other."""
+        """Specification of a compiled module; None for every other module."""
         place = self.places.get(name)
         if place is None:
             return None
@@ -114,7 +115,7 @@ class _Finder:
         return spec_from_file_location(name, place.extension, loader=loader)
 
     def gave_up(self, name: str, error: Exception) -> None:
-        """Take note that the system could not load an extension."""
+        """Record that the system could not load an extension."""
         self.places.pop(name, None)
         for group, (modules, reasons) in self.groups.items():
             if name in modules:
@@ -123,7 +124,7 @@ class _Finder:
 
 
 class _Loader(ExtensionFileLoader):
-    """Loads the extension or, where the system cannot, the source."""
+    """Loads the extension or, if the system cannot load it, the source."""
 
     def __init__(self, name: str, place: Place) -> None:
         super().__init__(name, str(place.extension))
@@ -143,7 +144,7 @@ class _Loader(ExtensionFileLoader):
     def exec_module(self, module: ModuleType) -> None:
         try:
             super().exec_module(module)
-        except Exception as error:  # linked to a module that is not as it was then
+        except Exception as error:  # linked to a module that has changed since the build
             if self._source is None:
                 raise
             _FINDER.gave_up(module.__name__, error)
@@ -158,9 +159,9 @@ _FINDER = _Finder()
 
 
 def _choose(group: str, folder: Path) -> Group:
-    """Find out what of a group can be used, and tell the finder.
+    """Find out which modules of a group can be used, and tell the finder.
 
-    A unit is what was compiled together: a kernel, or the whole group of the loop.
+    A unit is a set of modules compiled together: one kernel, or the whole group of the loop.
     """
     if os.environ.get(PLAIN, "0") not in ("", "0"):
         return Group((), (f"{PLAIN} is set",))
@@ -178,13 +179,13 @@ def _choose(group: str, folder: Path) -> Group:
         if problem:
             reasons.append(problem)
         else:
-            # What several of them share has no source, and is no module of ours.
+            # A library that several modules share has no source and is not a module of ours.
             modules += [name for name, (_, source) in unit["modules"].items() if source]
     return Group(tuple(modules), tuple(dict.fromkeys(reasons)) if units else (NONE_BUILT,))
 
 
 def _problem(unit: dict[str, Any], folder: Path) -> str:
-    """Why a unit cannot be used; empty if it can."""
+    """Reason why a unit cannot be used; empty if it can."""
     if unit.get("failed"):
         return (
             f"{next(iter(unit['modules']))} could not be compiled; in a checkout, `make compiled`"
@@ -206,7 +207,7 @@ def _problem(unit: dict[str, Any], folder: Path) -> str:
 
 
 def _enter(unit: dict[str, Any], folder: Path) -> str:
-    """Tell the finder where a unit's modules are; why not, if its library cannot be loaded."""
+    """Tell the finder where a unit's modules are; returns why its library fails to load, if so."""
     library = unit.get("library")
     places: dict[str, Place] = {}
     for name, (file, source) in unit["modules"].items():
@@ -226,7 +227,7 @@ def _enter(unit: dict[str, Any], folder: Path) -> str:
 
 
 def source_path(source: str) -> Path | None:
-    """Path of a source that is named from its package on, such as `cohaptic/vec.py`."""
+    """Path of a source file given relative to its package's parent, such as `cohaptic/vec.py`."""
     package, _, inside = source.partition("/")
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:

@@ -1,18 +1,20 @@
 """The tree of exceptions.
 
-    CohapticError                  everything that cohaptic raises on purpose
+    CohapticError                  base of every exception that cohaptic raises on purpose
         SettingError               a value given by the user is outside its limits
         ProtocolError              a message broke the rules
-            LocalProtocolError     ours: a bug on this side
-            RemoteProtocolError    the peer's: ends that peer's session and no other
+            LocalProtocolError     our message broke the rules: a bug on this side
+            RemoteProtocolError    the peer's message broke them: only the peer's session ends
         DeviceError                a haptic device cannot be opened, read or written
         ServerLost                 the server cannot be reached, or went away
-            ServerUnreachable      and no further attempt will change that
+            ServerUnreachable      the server cannot be reached, and no further attempt will help
+        AnotherObject              the server has another object than the one that was touched
         BodyError                  an elastic body cannot be built or solved
-        LinkOverflow               more is in flight on a simulated link than it may hold
+            HeldError              the held part of a body holds too little or too much of it
+        LinkOverflow               a simulated link holds more messages than it may
 
-Each exception stores fields and makes its sentence from them, so that a log can count them and a
-person can read them.
+Each exception stores fields and makes its sentence from them, so that a log can count the
+exceptions and a person can read them.
 """
 
 from __future__ import annotations
@@ -61,9 +63,9 @@ class ProtocolError(CohapticError):
 
     Args:
         subject: The message or field at fault.
-        value: As received.
-        limit: The values that would have been valid.
-        code: How the connection is closed because of it.
+        value: Value as received.
+        limit: Values that would have been valid.
+        code: Code with which the connection is closed.
     """
 
     def __init__(
@@ -91,9 +93,8 @@ class DeviceError(CohapticError):
     """A haptic device cannot be opened, read or written.
 
     Args:
-        device: Name of the device.
-        problem: What happened.
-        advice: What the user can do.
+        problem: Phrase that says what happened.
+        advice: Phrase that says what the user can do; empty for none.
     """
 
     def __init__(self, device: str, problem: str, advice: str = "") -> None:
@@ -119,7 +120,7 @@ class ServerLost(CohapticError):
 
 
 class ServerUnreachable(ServerLost):
-    """No attempt will reach the server: the address is none, or its certificate is not trusted."""
+    """No attempt will reach the server: its address is invalid, or its certificate untrusted."""
 
 
 class AnotherObject(CohapticError):
@@ -134,7 +135,7 @@ class BodyError(CohapticError):
 
 
 class HeldError(BodyError):
-    """What is held of a body does not hold it, or leaves nothing free."""
+    """The held part of a body does not hold it, or leaves no part free."""
 
 
 class LinkOverflow(CohapticError):
@@ -148,7 +149,7 @@ class LinkOverflow(CohapticError):
         return f"the simulated link is full: {self.capacity} messages are in flight, the limit"
 
 
-# Every token begins so, with the base64url of `{"`. Nothing that quotes a peer may tell one.
+# Every token begins with the base64url of `{"`. No text that quotes a peer may reveal a token.
 _LONGEST_TOKEN = 2048  # characters
 _TOKEN = re.compile(r"eyJ[A-Za-z0-9_=-]{8,}(\.[A-Za-z0-9_=-]*)*")
 
@@ -161,5 +162,5 @@ def one_line(text: str, limit: int = 120) -> str:
 
 
 def _short(value: object) -> str:
-    """One line of a value from a peer."""
+    """A value from a peer, shortened to one line."""
     return one_line(repr(value), 60)

@@ -1,6 +1,6 @@
 """Public names of a package that are imported when they are first used (PEP 562).
 
-The haptic loop's process imports the packages, and must stay free of numpy and the network.
+The haptic loop's process imports the packages and must not load numpy or the network code.
 """
 
 from __future__ import annotations

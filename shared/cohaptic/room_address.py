@@ -7,13 +7,14 @@ from urllib.parse import urlsplit, urlunsplit
 
 from cohaptic.errors import SettingError
 
-MAIN = "main"  # the room at `/`, where there is one of this name
-# Lower case, since names are typed and are part of names of environment variables, whose parts two
-# underscores divide.
+MAIN = "main"  # the room at `/`, if the server has a room of this name
+# Lower case, since people type names. No double underscore, since names are parts of names of
+# environment variables, whose parts two underscores divide.
 _NAME = re.compile(r"(?!.*__)[a-z0-9](?:[a-z0-9_-]{0,62}[a-z0-9])?")
 _PATH = re.compile(r"/r/([^/?#]*)([^?#]*)")
-# Of letters that every proxy leaves as they are. `r` divides it from the room for whoever reads an
-# address from its end, and dots are folders that a browser resolves.
+# Only characters that every proxy leaves as they are. A part `r` is excluded because it divides the
+# base path from the room when an address is read from its end. A leading dot is excluded because a
+# browser resolves `.` and `..` as folders.
 _BASE = re.compile(r"(?:/(?!r(?:/|$)|\.)[A-Za-z0-9._~-]+)+")
 _LONGEST_BASE = 200
 BASES = (
@@ -27,7 +28,7 @@ NAMES = (
 
 
 def is_room_name(name: str) -> bool:
-    """Whether a room may be called so."""
+    """Whether a room may have this name."""
     return _NAME.fullmatch(name) is not None
 
 
@@ -37,10 +38,10 @@ def room_path(name: str) -> str:
 
 
 def base_path(said: str) -> str:
-    """Path that a server is below, without a slash at its end; empty for the root.
+    """Base path under which a server runs, without a slash at its end; empty for the root.
 
     Raises:
-        SettingError: It can be none.
+        SettingError: The path is not a valid base path.
     """
     path = said.rstrip("/")
     if path and (len(path) > _LONGEST_BASE or not _BASE.fullmatch(path)):
@@ -49,28 +50,29 @@ def base_path(said: str) -> str:
 
 
 def below(target: str, base: str) -> str:
-    """Path and query of a request, without the path that the server is below.
+    """Path and query of a request, without the server's base path.
 
-    What is not below it is left as it is: a proxy may take it off itself, and who comes without a
-    proxy has none. Of the path itself, without a slash at its end, nothing is left but a query.
+    A target outside the base path is returned unchanged: a proxy may remove the base path itself,
+    and a client that connects without a proxy does not use it. If the target is the base path
+    without a slash at its end, only the query is left.
 
     Args:
         target: Path and query.
-        base: As `base_path` gives it.
+        base: Base path as `base_path` returns it.
     """
     rest = target.removeprefix(base)
     return rest if rest[:1] in ("", "/", "?") else target
 
 
 def split_path(target: str) -> tuple[str | None, str]:
-    """The room that a path of a request names, and the path within it.
+    """Room that the path of a request names, and the path within that room.
 
     Args:
         target: Path, with or without a query.
 
     Returns:
-        Name as it was given, None for a path outside of `/r/`; and the rest: empty for `/r/NAME`,
-        else from its slash on.
+        Name as given, or None for a path outside `/r/`; and the rest of the path, which is empty
+        for `/r/NAME` and otherwise begins with its slash.
     """
     path = target.partition("?")[0].partition("#")[0]
     match = _PATH.fullmatch(path)
@@ -78,10 +80,10 @@ def split_path(target: str) -> tuple[str | None, str]:
 
 
 def room_in(url: str) -> str | None:
-    """The room that an address names, as it is given; None for one that names none.
+    """Name of the room in an address, as given there; None if the address names no room.
 
     Args:
-        url: URL of a server or of a page, also behind a path of a proxy.
+        url: URL of a server or of a page, also below a proxy's path.
     """
     _, given, name = urlsplit(url).path.rpartition("/r/")
     return name.strip("/") if given else None
@@ -92,10 +94,10 @@ def room_url(url: str, room: str) -> str:
 
     Args:
         url: URL of the server, or already of this room.
-        room: Its name; empty leaves the address as it is.
+        room: Name of the room; empty leaves the address as it is.
 
     Raises:
-        SettingError: No room can be called so, or the address is that of another room.
+        SettingError: The name is invalid, or the address is that of another room.
     """
     if not room:
         return url

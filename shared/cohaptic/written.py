@@ -1,4 +1,4 @@
-"""Files and paths as people and their editors write them."""
+"""Read text and paths as people and their editors write them."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _MARKS = (
 
 
 def text_of(data: bytes) -> str:
-    """A text in UTF-8, or with the byte order mark of what it is in; lines end with a line feed.
+    """Text in UTF-8, or in the encoding of its byte order mark; lines end with a line feed.
 
     Raises:
-        UnicodeDecodeError: It is none.
+        UnicodeDecodeError: The data are not text in that encoding.
     """
     for mark, encoding in _MARKS:
         if data.startswith(mark):
@@ -27,10 +27,10 @@ def text_of(data: bytes) -> str:
 
 
 def at_home(path: Path) -> Path:
-    """A path whose `~` is the home folder.
+    """The path with `~` replaced by the home folder.
 
     Raises:
-        SettingError: There is no such home.
+        SettingError: The home folder is not known.
     """
     try:
         return path.expanduser()

@@ -1,6 +1,6 @@
-"""Devices by name. A driver is imported when it is chosen, and no other is.
+"""Devices by name. Only the driver of the chosen device is imported.
 
-Two are here; all others are added by packages, `cohaptic_drivers` among them.
+Two drivers are here; packages add all others, `cohaptic_drivers` among them.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.kind import DeviceKind, Found
 
-GROUP = "cohaptic.devices"  # of entry points, each a `DeviceKind`
-# The module that has the `KIND` of each that is here.
+GROUP = "cohaptic.devices"  # group of entry points, each of which is a `DeviceKind`
+# Module with the `KIND` of each device of this package.
 _HERE = {
     "simulated": "cohaptic_client.devices.simulated_kind",
     "spacemouse": "cohaptic_client.devices.spacemouse",
@@ -33,7 +33,7 @@ def device_kind(name: str) -> DeviceKind:
     """The driver called `name`.
 
     Raises:
-        SettingError: There is none; the error has the names that exist.
+        SettingError: There is no such driver; the error has the names that exist.
         ExtensionError: The package that adds it is broken.
     """
     if name in _HERE:
@@ -44,33 +44,33 @@ def device_kind(name: str) -> DeviceKind:
 
 
 def read_device(text: str) -> DeviceChoice:
-    """The choice in a text such as `NAME:KEY=VALUE`; raises SettingError with what exists."""
+    """The choice in a text such as `NAME:KEY=VALUE`; raises SettingError with the valid values."""
     name, options = split_choice(text)
     return device_kind(name).choice(options)
 
 
-# A status asks for it ten times a second, and an option may name a file.
+# Cached, because a status asks for it ten times a second, and an option may name a file.
 @lru_cache(16)
 def device_info(choice: DeviceChoice) -> DeviceInfo:
-    """Abilities of a device without having it; raises SettingError as `read_device` does."""
+    """Abilities of a device without opening it; raises SettingError as `read_device` does."""
     return device_kind(choice.name).info(choice)
 
 
 def open_device(config: DeviceConfig) -> Device:
-    """Open the device of a configuration; raises DeviceError when it cannot be had."""
+    """Open the device of a configuration; raises DeviceError when it cannot be opened."""
     name = config.choice.name
     try:
         return device_kind(name).open(config)
     except CohapticError:
         raise
-    except Exception as error:  # the user is told in a sentence, whatever a driver of others raises
+    except Exception as error:  # a foreign driver may raise anything; the user gets one sentence
         if name in _HERE or adder(GROUP, name) == OURS:
             raise
         raise DeviceError(name, f"its driver failed ({error})") from error
 
 
 def search() -> tuple[list[Found], list[DeviceError]]:
-    """Devices of this machine, and what was missing to look for others."""
+    """Devices of this machine, and the errors of drivers that could not look for theirs."""
     found: list[Found] = []
     missing: list[DeviceError] = []
     for name in names():
@@ -80,7 +80,7 @@ def search() -> tuple[list[Found], list[DeviceError]]:
             missing.append(error)
         except ExtensionError as error:
             missing.append(DeviceError(name, error.problem, f"install {error.package} anew"))
-        except Exception as error:  # code of others: the devices of everybody else are looked for
+        except Exception as error:  # a failing foreign driver must not stop the search of others
             if name in _HERE or adder(GROUP, name) == OURS:
                 raise
             missing.append(DeviceError(name, f"its driver failed ({error})"))

@@ -1,4 +1,4 @@
-"""Which device a user asks for, and how: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`."""
+"""A user's choice of a device as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class DeviceChoice:
     """A device by name, with the options that were given.
 
     Args:
-        name: In the catalogue.
-        options: Key and value of each option, as text, in the order given; no key is there twice.
+        name: Name in the catalogue.
+        options: Key and value of each option, as text, in the order given; no key occurs twice.
     """
 
     name: str
@@ -52,18 +52,18 @@ class DeviceChoice:
 
     @classmethod
     def from_dict(cls, raw: dict[str, Any]) -> DeviceChoice:
-        """The choice of which `dataclasses.asdict` and JSON made these plain values."""
+        """The choice that `dataclasses.asdict` and JSON have turned into these plain values."""
         return cls(raw["name"], tuple((key, value) for key, value in raw["options"]))
 
 
-SIMULATED = DeviceChoice("simulated")  # where nobody asked for another
+SIMULATED = DeviceChoice("simulated")  # the default
 
 
 def split_choice(text: str) -> tuple[str, list[tuple[str, str]]]:
     """Name and options of a text; the key of a bare first value is empty.
 
     Raises:
-        SettingError: The text is too long, or an option other than the first has no key.
+        SettingError: The text is too long, an option has no value, or a later option has no key.
     """
     if len(text) > LONGEST:
         raise SettingError("device", f"{len(text)} characters long", f"at most {LONGEST}")

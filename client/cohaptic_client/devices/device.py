@@ -1,4 +1,4 @@
-"""Interface of all devices. The next device is one file that fulfils this Protocol."""
+"""Interface of all devices. A new device is one file that fulfils this Protocol."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ class DeviceInfo:
     """Abilities of a device, at its tip.
 
     Args:
-        name: For people.
-        max_force: It can give for a short time; 0 for one that only senses [N].
-        max_stiffness: It renders stably, from its maker or from measurements [N/m].
+        name: Name for people.
+        max_force: Largest force that it can give for a short time; 0 if it only senses [N].
+        max_stiffness: Largest that it renders stably, by its maker or by measurements [N/m].
         damping: Physical damping of its tip, for Colgate's bound b > K T / 2 + |B| [N s/m].
-        stall: A loop that stood still for longer lets the hand go; the tip of a real device may
-            be deep inside an object by then [s].
-        max_damping: It renders stably; 0 where nobody has measured it [N s/m].
-        inertia: Apparent mass of its tip; 0 where nobody has measured it [kg].
-        friction: Coulomb friction that the hand feels from its mechanics [N].
+        stall: Largest pause of the loop; after a longer one the hand is let go, because the tip of
+            a real device may be deep inside an object by then [s].
+        max_damping: Largest that it renders stably; 0 if not measured [N s/m].
+        inertia: Apparent mass of its tip; 0 if not measured [kg].
+        friction: Coulomb friction of its mechanics that the hand feels [N].
         resolution: Least step of position that its sensors tell apart [m].
-        latency: From the tip's motion to the force that answers it, its own share of the loop [s].
-        rate: At which it reports and takes forces at best [Hz].
+        latency: The device's share of the time from a motion of the tip to the answering force [s].
+        rate: Highest rate at which it reports and takes forces [Hz].
         sensed_axes: Degrees of freedom of translation that it senses, 1 to 3.
-        force_axes: Along which it gives force, 0 to 3.
+        force_axes: Degrees of freedom of translation along which it gives force, 0 to 3.
         switch: Whether it has a switch that the hand can hold while it holds the device.
-        lets_go: Without a force for so long its driver or its board takes the last one away by
-            itself; inf where that stays on the hand [s].
+        lets_go: Time without a new force after which its driver or board takes the last force away
+            by itself; inf if the last force stays on the hand [s].
     """
 
     name: str
@@ -55,12 +55,12 @@ class DeviceSample:
     """The tip of a device in the world frame.
 
     Args:
-        position: [m].
-        velocity: [m/s].
+        position: Position of the tip [m].
+        velocity: Velocity of the tip [m/s].
         level: Intention of a simulated hand, 0 to 1; 0 for a real one.
-        buttons: A bit for each that is held; bit 0 is the switch of `DeviceInfo.switch`.
-        fresh: False while the hardware is silent: position and velocity are old, and what is
-            written does not reach the hand.
+        buttons: One bit for each button that is held; bit 0 is the switch of `DeviceInfo.switch`.
+        fresh: False while the hardware is silent: position and velocity are then old, and written
+            forces do not reach the hand.
     """
 
     position: Final[Vec3]
@@ -87,7 +87,7 @@ class DeviceSample:
 class Device(Protocol):
     """A device as the loop uses it: read, then write, once per period, from one thread.
 
-    `read` and `write` return within a fraction of a period; neither waits for the hardware longer.
+    `read` and `write` return within a fraction of a period and never wait longer for the hardware.
     Both raise DeviceError when the device is gone, and the loop then ends with zero force.
     """
 
@@ -97,7 +97,7 @@ class Device(Protocol):
         ...
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state of the tip; stale reports are skipped."""
+        """The newest state of the tip; older reports are skipped."""
         ...
 
     def write(self, force: Vec3) -> None:
@@ -105,5 +105,5 @@ class Device(Protocol):
         ...
 
     def close(self) -> None:
-        """Zero force, then release the hardware; may be called twice."""
+        """Write zero force, then release the hardware; may be called twice."""
         ...

@@ -1,4 +1,4 @@
-"""Which device a loop opens, and where in the world its workspace is."""
+"""Configuration of the device that a loop opens, and of its place in the world."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class DeviceConfig:
 
     Args:
         choice: Choice of the device, by name and options.
-        center: Centre of the body, where a device's workspace is put [m].
-        radius: Radius of the sphere round it that holds the body [m].
+        center: Centre of the body, by which a device's workspace is placed [m].
+        radius: Radius of the sphere round `center` that holds the body [m].
         hand: Mechanics of a simulated device.
         intention: Intention of a simulated device; None for a real one.
     """
@@ -30,7 +30,7 @@ class DeviceConfig:
 
     @classmethod
     def from_dict(cls, raw: dict[str, Any]) -> DeviceConfig:
-        """The configuration of which `dataclasses.asdict` made these plain values."""
+        """The configuration that `dataclasses.asdict` has turned into these plain values."""
         intention = raw["intention"]
         if intention is not None:
             rhythm = intention["rhythm"]

@@ -1,4 +1,4 @@
-"""hidapi, imported only when a device is to be opened, and what is said when it cannot be."""
+"""Access to HID devices: hidapi, imported only when it is needed, and advice on its errors."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import NotRequired, Protocol, TypedDict, cast
 from cohaptic.errors import DeviceError
 from cohaptic_client.devices.kind import Found
 
-# Usage pages and usages of HID: what moves (joystick, gamepad, multi-axis controller, force
-# feedback), and what desks have: mouse, keyboard, keypad, and keys for media.
+# Usage pages and usages of HID: devices that move something (joystick, gamepad, multi-axis
+# controller, force feedback), and devices of a desk: mouse, keyboard, keypad and media keys.
 _MOVES = ((0x01, 0x04), (0x01, 0x05), (0x01, 0x08))
 _FORCE_FEEDBACK, _OF_A_VENDOR, _NOT_TOLD = 0x0F, 0xFF00, 0x00
 _OF_A_DESK = ((0x01, 0x02), (0x01, 0x06), (0x01, 0x07), (0x0C, 0x01))
@@ -34,11 +34,11 @@ class HidDevice(Protocol):
     """An open HID device."""
 
     def open_path(self, path: bytes, /) -> object:
-        """Open it; raises OSError."""
+        """Open the device at a path; raises OSError."""
         ...
 
     def set_nonblocking(self, on: int, /) -> object:
-        """Whether `read` without a time returns at once."""
+        """Set whether `read` without a time-out returns at once."""
         ...
 
     def read(self, max_length: int, timeout_ms: int = 0, /) -> list[int]:
@@ -46,11 +46,11 @@ class HidDevice(Protocol):
         ...
 
     def write(self, report: bytes, /) -> int:
-        """Send a report, its id first; returns -1 when it failed."""
+        """Send a report that begins with its id; returns -1 on failure."""
         ...
 
     def get_report_descriptor(self) -> list[int]:
-        """Layout of its reports."""
+        """Layout of the device's reports."""
         ...
 
     def close(self) -> object:
@@ -59,26 +59,29 @@ class HidDevice(Protocol):
 
 
 class Hidapi(Protocol):
-    """The module."""
+    """The module of hidapi."""
 
     def enumerate(self, vendor_id: int = 0, product_id: int = 0, /) -> list[Entry]:
-        """HID interfaces; 0 for any."""
+        """HID interfaces of a vendor and a product; 0 for any."""
         ...
 
     def device(self) -> HidDevice:
-        """A device to be opened."""
+        """A device object that is not yet open."""
         ...
 
 
 def hidapi(name: str) -> Hidapi:
     """The module of hidapi.
 
-    On Linux its wheel has two: `hidraw` shares the device with the kernel's drivers and sees
-    Bluetooth; `hid` does neither. Other systems have `hid` only. A different package from PyPI is
-    called `hid`, too, and wins that name when both are installed.
+    On Linux the wheel of hidapi has two modules: `hidraw` shares the device with the kernel's
+    drivers and sees Bluetooth; `hid` does neither. Other systems have `hid` only. A different
+    package from PyPI is also called `hid`, and wins that name when both are installed.
 
     Args:
-        name: Name of the device, for what is said without one.
+        name: Name of the device, for the error.
+
+    Raises:
+        DeviceError: The module is missing or hidden.
     """
     for module_name in ("hidraw", "hid"):
         try:
@@ -93,7 +96,7 @@ def hidapi(name: str) -> Hidapi:
 
 
 def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
-    """What is found of an interface when it is opened, and closed again."""
+    """Open an interface and close it again; returns it as found, with a problem if that failed."""
     try:
         device, _ = open_first(name, "it", [entry])
     except DeviceError as error:
@@ -103,13 +106,13 @@ def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
 
 
 def unknown_hid(known: Iterable[str]) -> list[str]:
-    """Devices that might be haptic or move something, and that no driver has found.
+    """HID devices that might be haptic or move something, and that no driver has found.
 
     Args:
-        known: Where the drivers have found theirs; each ends with its path.
+        known: Places of the devices that drivers have found; each text ends with the path.
 
     Raises:
-        DeviceError: There is no hidapi.
+        DeviceError: hidapi is missing.
     """
     places = tuple(known)
     entries = hidapi("HID devices").enumerate()
@@ -135,17 +138,17 @@ def _product(entry: Entry) -> tuple[int, int]:
 
 
 def udev_rule(vendor: int) -> str:
-    """The line that lets a person at the machine use HID devices of a vendor, on Linux."""
+    """The udev rule that lets a person at the machine use a vendor's HID devices, on Linux."""
     return f'KERNEL=="hidraw*", ATTRS{{idVendor}}=="{vendor:04x}", TAG+="uaccess"'
 
 
 def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevice, Entry]:
-    """The first interface that can be opened, in non-blocking mode.
+    """The first device that can be opened, in non-blocking mode, and its interface.
 
     Args:
         name: Name of the device, for errors.
-        what: It is, for errors, such as "a SpaceMouse".
-        entries: To be tried; at least one.
+        what: Description of the device for errors, such as "a SpaceMouse".
+        entries: Interfaces to try; at least one.
 
     Raises:
         DeviceError: None of them can be opened.
@@ -153,11 +156,11 @@ def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevic
     vendor = 0
     for entry in entries:
         vendor = entry["vendor_id"]
-        # A new one each time: hidapi closes none that failed.
+        # A new object for each attempt, because hidapi does not close a device that failed to open.
         device = hidapi(name).device()
         try:
             device.open_path(entry["path"])
-        except OSError:  # hidapi says no more than "open failed"
+        except OSError:  # the message says only "open failed"
             continue
         device.set_nonblocking(1)
         return device, entry

@@ -1,4 +1,4 @@
-"""What a driver tells the catalogue of itself: its options, its abilities, how it is opened."""
+"""Description of a driver for the catalogue: its options, its abilities, how it is opened."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Found:
     """A device of this machine.
 
     Args:
-        choice: After `--device`, to choose it.
-        where: It was found.
-        problem: What keeps it from use; empty for nothing.
-        advice: What the user can do about it.
+        choice: Text after `--device` that chooses it.
+        where: Place where it was found, such as its product and path.
+        problem: Reason why it cannot be used; empty for none.
+        advice: Advice to the user on that problem; empty for none.
     """
 
     choice: str
@@ -31,12 +31,12 @@ class Found:
 
 
 def nothing_found() -> list[Found]:
-    """For drivers that have nothing to look for."""
+    """No devices, for drivers that have nothing to look for."""
     return []
 
 
 def upward(choice: DeviceChoice) -> Vec3:
-    """Direction of a knock for drivers whose devices push every way."""
+    """Direction of a knock, up, for drivers whose devices push in every direction."""
     return (0.0, 0.0, 1.0)
 
 
@@ -45,17 +45,17 @@ class DeviceKind:
     """A driver, as the catalogue knows it.
 
     Args:
-        name: After `--device`.
-        summary: What it is, in a few words.
-        options: Key and meaning of each; the first is the one that a bare value sets.
-        info: Abilities of a device with these options, without having it; raises SettingError for
-            a value that is outside its limits.
-        open: Opens a device; raises DeviceError when it cannot be had.
-        find: Looks for devices and tries each, without a force; raises DeviceError when what it
-            takes to look is missing.
-        knock: Direction in which a device with these options is felt to push; a unit vector.
-        calibrate: Finds out what the file of the unit at hand has to say, by what it asks the user
-            to do, and returns its lines; None where there is nothing of the kind.
+        name: Name after `--device`.
+        summary: Description in a few words.
+        options: Key and meaning of each option; a bare value sets the first option.
+        info: Returns the abilities of a device with these options, without opening it; raises
+            SettingError for a value that is outside its limits.
+        open: Opens a device; raises DeviceError when it cannot be opened.
+        find: Looks for devices and tries each, without a force; raises DeviceError when something
+            that the search needs is missing.
+        knock: Returns the direction in which a device with these options pushes; a unit vector.
+        calibrate: Measures the unit at hand with the user's help, and returns the lines of its
+            file; None for a driver without calibration.
     """
 
     name: str
@@ -68,7 +68,7 @@ class DeviceKind:
     calibrate: Callable[[DeviceChoice, Clock, Callable[[str], None]], list[str]] | None = None
 
     def choice(self, options: list[tuple[str, str]]) -> DeviceChoice:
-        """The choice of this kind with options as `split_choice` found them.
+        """A choice of this kind with the options that `split_choice` found.
 
         Raises:
             SettingError: A key is unknown or given twice, or a value is outside its limits.

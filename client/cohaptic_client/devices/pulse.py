@@ -1,4 +1,4 @@
-"""A knock that tells which of two devices is which, and whether it pushes where it should."""
+"""Knocks that show which device is which, and whether it pushes in the right direction."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from cohaptic.runtime.signals_put_off import signals_put_off
 from cohaptic.vec import ZERO, Vec3, dot, scale, sub
 from cohaptic_client.devices.device import Device
 
-# N; felt at once by a hand on the device (a fingertip notices 0.05 N), and too little to move one
-# that nobody holds by more than its friction lets go of.
+# N; a hand on the device feels it at once (a fingertip notices 0.05 N), but it hardly moves a
+# device that nobody holds against the friction of its mechanics.
 STRENGTH = 0.5
 KNOCKS = 3
-LENGTH = 0.12  # s of a knock; half a sine, so that it rises by no more than 13 N/s
-_REST = 0.2  # s between two of them
+LENGTH = 0.12  # s of a knock; half a sine, so that the force rises by at most about 13 N/s
+_REST = 0.2  # s between two knocks
 _PERIOD = 0.001  # s
 _UP: Vec3 = (0.0, 0.0, 1.0)
-# m; a hand of 400 N/m yields by 1 mm, and one that rests wanders by less than this
+# m; a hand of 400 N/m yields by 1 mm, and a resting hand wanders by less than this
 CLEAR = 0.0003
 
 
 def pulse_force(t: float, direction: Vec3 = _UP, strength: float = STRENGTH) -> Vec3:
-    """Force at `t` [s] after the start: a few gentle pushes, each one half a sine [N].
+    """Force of a few gentle pushes, each of them half a sine, at `t` [s] after the start [N].
 
     Args:
-        t: Time [s].
+        t: Time since the start [s].
         direction: Direction of the pushes; a unit vector.
-        strength: Strength of each [N].
+        strength: Peak force of each push [N].
     """
     number, within = divmod(t, LENGTH + _REST)
     if t < 0.0 or number >= KNOCKS or within >= LENGTH:
@@ -40,13 +40,12 @@ def pulse(device: Device, clock: Clock, direction: Vec3 = _UP) -> list[float]:
     """Knock on the hand, then close the device.
 
     Args:
-        device: Open.
-        clock: For the length of a knock.
-        direction: In which it pushes; a unit vector.
+        device: Open device, which is closed in any case.
+        direction: Direction of the pushes; a unit vector.
 
     Returns:
-        Way of the tip along the direction in each knock, as a mean that counts by the force [m]:
-        whatever holds it, a device that pushes where it should moves along.
+        Way of the tip along the direction in each knock, as a mean weighted by the force [m]. A
+        device that pushes in the right direction has positive ways, however it is held.
 
     Raises:
         DeviceError: The device gives no force, or is gone.
@@ -78,10 +77,10 @@ def pulse(device: Device, clock: Clock, direction: Vec3 = _UP) -> list[float]:
 
 
 def verdict(name: str, ways: list[float]) -> str:
-    """What the ways of its knocks [m] say of a device's directions.
+    """A sentence on a device's direction of force, from the ways of the tip in its knocks [m].
 
     Raises:
-        DeviceError: It moved against every knock: what should push back would pull in.
+        DeviceError: The tip moved against every knock: an object would pull it in.
     """
     most = 1e3 * max(ways, key=abs)
     if all(way < -CLEAR for way in ways):

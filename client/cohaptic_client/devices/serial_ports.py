@@ -1,4 +1,4 @@
-"""Serial ports as drivers of boards use them: opened for one program, and never waited for."""
+"""Serial ports for drivers of boards: opened exclusively, and read and written without waiting."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ UNPLUGGED = "plug it in again, then start again"
 
 
 class Port(Protocol):
-    """An open serial port of pyserial that waits for nothing."""
+    """An open serial port of pyserial that never waits."""
 
     def read(self, size: int) -> bytes:
-        """What has come, `size` bytes at most."""
+        """The bytes that have come, `size` at most."""
         ...
 
     def write(self, data: bytes) -> object:
-        """Send, as far as there is room."""
+        """Send as many of the bytes as there is room for."""
         ...
 
     def close(self) -> None:
@@ -31,12 +31,14 @@ class Port(Protocol):
 
 
 class NeverWaiting:
-    """A port of pyserial on a system with file numbers, whose `write` tries for ever when full.
+    """A port that writes without waiting, where pyserial's `write` tries for ever if it is full.
+
+    The port needs a file descriptor, which it lacks on Windows.
 
     Args:
-        port: Open, without a time to wait; this object closes it.
-        cut: Sent before what follows a message that was sent in part, so that its rest is not
-            taken for a beginning; empty where the board finds the next message by itself.
+        port: Open port of pyserial with time-out 0; this object closes it.
+        cut: Bytes sent before the next message when a message was sent only in part, so that the
+            board separates the two; empty if the board finds the next message by itself.
     """
 
     def __init__(self, port: Any, cut: bytes = b"\n") -> None:
@@ -44,18 +46,18 @@ class NeverWaiting:
         self._cut = False  # whether the last message was sent in part
 
     def read(self, size: int) -> bytes:
-        """What has come, `size` bytes at most."""
+        """The bytes that have come, `size` at most."""
         data: bytes = self._port.read(size)
         return data
 
     def write(self, data: bytes) -> int:
-        """Send, as far as there is room; what was cut off before stays cut off."""
+        """Send as many bytes as there is room for; the rest of an earlier message is not sent."""
         if self._cut:
             data = self._mark + data
         try:
             sent = os.write(self._port.fileno(), data)
         except BlockingIOError:
-            return 0  # the board takes nothing: it is silent, and will be gone
+            return 0  # the board takes no bytes: it is silent, and will soon count as gone
         self._cut = sent < len(data)
         return sent
 
@@ -65,17 +67,17 @@ class NeverWaiting:
 
 
 def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes = b"\n") -> Port:
-    """The port at a path, without a time to wait.
+    """The port at a path, opened exclusively and with time-out 0.
 
     Args:
         name: Name of the device, for errors.
-        path: Such as /dev/ttyACM0.
-        vendor: USB id of the board's maker, in the rule that is offered where a right is missing.
+        path: Path such as /dev/ttyACM0.
+        vendor: USB id of the board's maker, for the udev rule in the advice on missing rights.
         baud: Bits per second; boards that are USB devices themselves ignore it.
-        cut: As `NeverWaiting` has it.
+        cut: Bytes that separate a cut message from the next, as in `NeverWaiting`.
 
     Raises:
-        DeviceError: There is none, or it may not be opened, or another program has it.
+        DeviceError: There is no port, or it may not be opened, or another program has it.
     """
     try:
         port = _serial(name).Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
@@ -90,24 +92,24 @@ def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes
 
 
 def attempt(name: str, action: Any) -> Any:
-    """What an action on a port gives; raises DeviceError where the port is gone."""
+    """Result of an action on a port; raises DeviceError when the port is gone."""
     try:
         return action()
-    except (OSError, TypeError) as error:  # pyserial's is an OSError; a closed port a TypeError
+    except (OSError, TypeError) as error:  # pyserial raises OSError; a closed port raises TypeError
         raise DeviceError(name, f"it was unplugged ({error})", UNPLUGGED) from error
 
 
 def list_ports(name: str) -> list[Any]:
-    """Serial ports of this machine, as pyserial describes them; raises DeviceError without it."""
+    """Serial ports of this machine, as pyserial describes them; DeviceError without pyserial."""
     _serial(name)
     return list(import_module("serial.tools.list_ports").comports())
 
 
 def unknown_ports(known: Iterable[str]) -> list[str]:
-    """Serial ports of USB at which no driver has found a board; raises DeviceError.
+    """Serial ports of USB at which no driver has found a board; DeviceError without pyserial.
 
     Args:
-        known: Where the drivers have found theirs.
+        known: Paths at which drivers have found boards.
     """
     places = set(known)
     ports = (port for port in list_ports("serial boards") if port.vid is not None)

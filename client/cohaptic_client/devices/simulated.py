@@ -11,28 +11,27 @@ from cohaptic.simulated.hand import Hand, HandState, Intention, move
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 
-_SUBSTEP: Final = 0.001  # s; the longest that `hands.move` may take
+_SUBSTEP: Final = 0.001  # s; longest step for which `move` is stable
 # s; after a longer stall of the process the hand goes on from its last position
 _MAX_CATCH_UP: Final = 0.1
-# s; time constant with which a driver tells a velocity from the steps of its sensors
+# s; time constant with which a driver derives a velocity from the steps of its sensors
 _VELOCITY_FILTER: Final = 0.005
-_LONGEST_LATENCY: Final = 64  # reports on their way, of a device that is read at 4 kHz for 16 ms
-# A simulated hand stands still with the process that stalls, and nobody is hurt by it.
-# It is a rig in virtual air: well damped, so that the laws and not the device are on trial.
+_LONGEST_LATENCY: Final = 64  # most reports on their way: 16 ms of a device that is read at 4 kHz
+# The stall is long, because a simulated hand stops with a process that stalls, and hurts nobody.
+# The rig in virtual air is well damped, so that the laws are tested and not the device.
 INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
 
 
 class SimulatedDevice:
     """A hand that follows an intention and feels the force that the loop writes.
 
-    The damping of `INFO` is only declared: the hand's own does for it. A preset's damping, mass,
-    friction, resolution, latency and largest force are in the mechanics.
+    The damping of `INFO` is only declared; the hand's own damping takes its place. The mechanics
+    include a preset's damping, mass, friction, resolution, latency and largest force.
 
     Args:
-        hand: Its mechanics.
-        intention: Intention of the hand; its time starts with the first `read`, or when the hand is
-            engaged.
-        info: Abilities of the device.
+        hand: Mechanics of the hand.
+        intention: Intention of the hand. Its time starts with the first `read`, or with `waits`
+            when the hand is engaged.
         waits: Whether the hand stays where it is until it is engaged.
     """
 
@@ -61,7 +60,7 @@ class SimulatedDevice:
         return self._info
 
     def read(self, now: float) -> DeviceSample:
-        """Move the hand up to `now` under the force written last."""
+        """State of the tip after the hand has moved up to `now` under the force written last."""
         if self._start is None:
             self._start, self._now = math.inf if self._waits else now, now
         passed = now - self._now
@@ -79,12 +78,12 @@ class SimulatedDevice:
         return DeviceSample(self._seen, self._velocity, level)
 
     def engaged(self, now: float) -> None:
-        """The hand can feel a force from `now` on [s]: one that waited for it goes to work."""
+        """Start the intention of a waiting hand: it can feel a force from `now` on [s]."""
         if self._start == math.inf:
             self._start = now
 
     def write(self, force: Vec3) -> None:
-        """Force on the hand until the next read [N]."""
+        """Give `force` [N] to the hand until the next call."""
         size = norm(force)
         if self._modelled and size > self._info.max_force:
             force = scale(force, self._info.max_force / size)
@@ -95,7 +94,7 @@ class SimulatedDevice:
         self._force = ZERO
 
     def _move(self, target: Vec3, dt: float) -> None:
-        """Hand and mechanics for `dt`; the friction of these opposes the motion, or holds."""
+        """Move hand and mechanics for `dt`; the mechanics' friction brakes or stops the motion."""
         before = self._state
         self._state = move(before, self._hand, target, self._force, dt)
         if self._info.friction <= 0.0:
@@ -108,7 +107,7 @@ class SimulatedDevice:
         self._state = HandState(place, velocity)
 
     def _sense(self, now: float, passed: float) -> None:
-        """Take the report that is here now: in steps of the sensors, and as old as it is."""
+        """Update the sensed position and velocity: in steps of the sensors, and late by latency."""
         x, step = self._state.position, self._info.resolution
         if step > 0.0:
             x = (step * round(x[0] / step), step * round(x[1] / step), step * round(x[2] / step))

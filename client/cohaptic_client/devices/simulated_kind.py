@@ -1,14 +1,13 @@
-"""The simulated device, as the catalogue knows it, and its presets.
+"""The simulated device for the catalogue, and its presets.
 
-A preset gives the simulated device the limits of a real one, in its mechanics too. Force, stiffness
-and damping that may be rendered are those that CHAI3D ships for each device (`src/devices`), those
-of the Inverse3 from a fork of it; forces are short-time maxima. Everything else is an ASSUMPTION,
-of the size that data sheets and measurements of such devices report, and has not been checked on
-one:
+A preset gives the simulated device the limits and the mechanics of a real one. The largest force,
+stiffness and damping are those that CHAI3D ships for each device (`src/devices`), and for the
+Inverse3 those of a fork of it; forces are short-time maxima. Everything else is an ASSUMPTION of
+the size that data sheets and measurements of such devices report, not checked on a device:
 
-- the physical damping b is just what Colgate's bound asks for at that stiffness and 1 kHz,
-  b = K T / 2: the authors judged the stiffness usable. Nothing is left of it for the passivity
-  layer, whose budget is 0: the room's lag has to do without (science 3.8);
+- the physical damping b is exactly what Colgate's bound asks for at that stiffness and 1 kHz,
+  b = K T / 2, because the authors judged the stiffness usable. This leaves nothing for the
+  passivity layer: its budget is 0, and the room's lag has to do without it (science 3.8);
 - the apparent mass and the Coulomb friction of the tip, the step of its sensors, and the time from
   a motion to its report.
 """
@@ -23,7 +22,7 @@ from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.kind import DeviceKind
 from cohaptic_client.devices.simulated import INFO, SimulatedDevice
 
-_PERIOD: Final = 0.001  # s, of the loops for which the stiffness was judged usable
+_PERIOD: Final = 0.001  # s; period of the loops for which the stiffness was judged usable
 
 
 def _preset(
@@ -40,14 +39,14 @@ def _preset(
     """A preset.
 
     Args:
-        name: For people.
-        force: Largest [N].
-        stiffness: Largest that is rendered stably [N/m].
-        damping: Largest that may be rendered [N s/m].
-        mass: Apparent, of the tip [kg].
+        name: Name for people.
+        force: Largest force [N].
+        stiffness: Largest stiffness that is rendered stably [N/m].
+        damping: Largest damping that may be rendered [N s/m].
+        mass: Apparent mass of the tip [kg].
         friction: Friction of the mechanics [N].
         step: Step of the sensors [m].
-        latency: From a motion to its report [s].
+        latency: Time from a motion to its report [s].
     """
     return DeviceInfo(
         name,
@@ -95,17 +94,17 @@ PRESETS: Final = {
 }  # fmt: skip
 
 
-_RIG = "rig"  # no preset: the rig of `INFO`
+_RIG = "rig"  # the default, which is the rig of `INFO` and no preset
 
 
 def simulated_info(choice: DeviceChoice) -> DeviceInfo:
-    """Abilities of the simulated device; raises SettingError for a preset that there is not."""
+    """Abilities of the simulated device; raises SettingError for an unknown preset."""
     preset = choice.one_of("preset", (_RIG, *PRESETS), _RIG)
     return INFO if preset == _RIG else PRESETS[preset]
 
 
 def open_simulated(config: DeviceConfig) -> SimulatedDevice:
-    """A hand that follows the intention of the configuration, on the device that was chosen."""
+    """A simulated device of the chosen preset, with a hand that follows the intention."""
     assert config.intention is not None
     info = simulated_info(config.choice)
     return SimulatedDevice(config.hand, config.intention, info, waits=True)

@@ -1,7 +1,7 @@
 """A 3Dconnexion SpaceMouse as a device that only senses: it moves the tip and gives no force.
 
-Rate control: the deflection of the cap is the velocity of the tip, because the cap travels by a
-millimetre or two and a hand on a soft object by centimetres. Rotation and buttons are not used.
+Rate control: the deflection of the cap sets the velocity of the tip, because the cap travels one or
+two millimetres and a hand on a soft object centimetres. Rotation and buttons are not used.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_client.devices.placing.workspace import Workspace
 from cohaptic_client.devices.spacemouse_reports import Motion, decode, without_dead_band
 
-# 3Dconnexion, and Logitech, under whose name the older ones were made.
+# USB ids of 3Dconnexion, and of Logitech, which made the older devices.
 VENDORS = (0x256F, 0x046D)
 
 _NAME = "spacemouse"
 _LONGEST_REPORT = 64  # bytes; the most that full-speed USB allows
-_MOST_REPORTS = 128  # per read; twice the queue of Linux, so that no device can hold the loop
+_MOST_REPORTS = 128  # per read; twice the queue of Linux, so that no device can hold up the loop
 _MAX_GAP = 0.02  # s; after a longer stall of the process the tip goes on from its last position
 _MULTI_AXIS = (0x01, 0x08)  # HID usage page and usage: generic desktop, multi-axis controller
-_UNKNOWN_USAGE = (0x00, 0x00)  # hidapi's libusb backend does not look
-_OF_LOGITECH = range(0xC621, 0xC62C)  # its products of that kind, where the usage is unknown
-# s; a cap that is deflected reports all the time, and one at rest not at all
+_UNKNOWN_USAGE = (0x00, 0x00)  # hidapi's libusb backend does not read the usage
+_OF_LOGITECH = range(0xC621, 0xC62C)  # SpaceMice among Logitech's product ids, for unknown usages
+# s; a deflected cap reports all the time, and a cap at rest does not report
 _SILENCE = 0.2
 
 
@@ -49,7 +49,7 @@ class Transport(Protocol):
 class SpaceMouse:
     """The tip of a SpaceMouse in a cube of the world.
 
-    Its cap starts at rest, and the tip in the middle of the cube's face that is nearest to the
+    The cap starts at rest, and the tip in the middle of the cube's face that is nearest to the
     user: the body to be touched is round `center`, and a tip that starts in it would be pressed.
 
     Args:
@@ -77,14 +77,14 @@ class SpaceMouse:
 
     @property
     def skipped(self) -> int:
-        """Deflections that were never used, because a newer one had come."""
+        """Number of deflections that were not used, because a newer one had come."""
         return self._skipped
 
     def read(self, now: float) -> DeviceSample:
-        """Move the tip up to `now` with the newest deflection.
+        """State of the tip after it has moved up to `now` with the newest deflection.
 
-        The last one holds without a new one, but not for longer than a cap that is deflected can be
-        silent: one out of reach, or asleep, would drive the tip for ever.
+        Without a new report the last deflection stays in use, but only as long as a deflected cap
+        can be silent: a cap that is out of reach or asleep would move the tip for ever.
 
         Raises:
             DeviceError: The device was unplugged or is closed.
@@ -101,10 +101,10 @@ class SpaceMouse:
         return DeviceSample(self._position, ZERO if gone else (vx, vy, vz), fresh=not gone)
 
     def write(self, force: Vec3) -> None:
-        """Nothing: the device has no motors, so the hand never feels `force` [N]."""
+        """Do nothing: the device has no motors, so the hand never feels `force` [N]."""
 
     def release(self) -> None:
-        """Nothing, for the same reason."""
+        """Do nothing: the device has no motors."""
 
     def close(self) -> None:
         """Release the hardware; may be called twice."""
@@ -124,7 +124,7 @@ class SpaceMouse:
         return position, velocity
 
     def _drain(self) -> None:
-        """Take the newest of the deflections that have come; the queue may hold stale ones."""
+        """Take the newest deflection from the queue of reports, which may hold older ones."""
         newest: Vec3 | None = None
         for _ in range(_MOST_REPORTS):
             report = self._next_report()
@@ -174,7 +174,7 @@ def _info(choice: DeviceChoice) -> DeviceInfo:
 
 
 def _open(config: DeviceConfig) -> Placed:
-    """In a cube of twice the body's size; a scale makes the tip faster and the cube no larger."""
+    """The first SpaceMouse, in a cube of twice the body's size; `scale` changes only its speed."""
     scale = scale_of(config.choice)
     mouse = open_spacemouse(center=ZERO, reach=2.0 * config.radius / scale)
     return Placed(mouse, Workspace(ZERO, config.center, scale, turn_of(config.choice)))
@@ -200,13 +200,13 @@ KIND = DeviceKind(
 
 
 def _mice() -> list[Entry]:
-    """Caps of this machine; raises DeviceError without hidapi."""
+    """HID interfaces of the SpaceMouse caps of this machine; raises DeviceError without hidapi."""
     hid = hidapi(_NAME)
     return [entry for vendor in VENDORS for entry in hid.enumerate(vendor) if _is_cap(entry)]
 
 
 def _is_cap(entry: Entry) -> bool:
-    """Whether a HID interface is the cap of a SpaceMouse, not a receiver's keyboard or mouse."""
+    """Whether an HID interface is a SpaceMouse's cap, and not a receiver's keyboard or mouse."""
     usage = (entry["usage_page"], entry["usage"])
     if usage == _UNKNOWN_USAGE:
         return entry["vendor_id"] == VENDORS[0] or entry["product_id"] in _OF_LOGITECH

@@ -1,7 +1,7 @@
 """Reports of a SpaceMouse: bytes of a report in, deflections of its cap in the world frame out.
 
-Pure; `spacemouse.py` makes motion from it. The raw axes point right, toward the user and down;
-those of cohaptic point right, away from the user and up.
+Pure functions; `spacemouse.py` makes motion from the deflections. The raw axes point right, toward
+the user and down; those of cohaptic point right, away from the user and up.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from cohaptic.vec import Vec3
 
 FULL_SCALE = 350  # counts; logical maximum in the report descriptors, which some units exceed
-DEAD_BAND = 0.03  # of full scale; a cap that nobody touches may rest a few counts off zero
+DEAD_BAND = 0.03  # share of full scale; an untouched cap may rest a few counts off zero
 
 _TRANSLATION, _ROTATION, _BUTTONS = 1, 2, 3  # report ids
 _SHORT = 7  # bytes: id and three int16
@@ -22,11 +22,11 @@ _LONG = 13  # bytes: id and six int16
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Deflection of the cap, as far as one report tells it.
+    """Deflection of the cap in one report.
 
     Args:
-        translation: Along x, y, z of the world, each -1 to 1 of full scale; None if not told.
-        rotation: About x, y, z of the world, each -1 to 1 of full scale; None if not told.
+        translation: Along x, y, z of the world, each -1 to 1 of full scale; None if not reported.
+        rotation: About x, y, z of the world, each -1 to 1 of full scale; None if not reported.
     """
 
     translation: Vec3 | None
@@ -38,17 +38,17 @@ class Buttons:
     """The buttons that are down.
 
     Args:
-        pressed: A bit for each; bit b of byte n of the report is bit 8 (n - 1) + b.
+        pressed: One bit for each button; bit b of byte n of the report is bit 8 (n - 1) + b.
     """
 
     pressed: int
 
 
 def decode(report: Iterable[int]) -> Motion | Buttons | None:
-    """Contents of a report; None for one that is unknown, truncated or not made of bytes.
+    """Contents of a report; None for a report that is unknown, truncated or not made of bytes.
 
-    Older devices send translation and rotation as two reports, newer ones both as a long first
-    one. The length tells which: nobody has the list of all product ids, those to come included.
+    Older devices send translation and rotation as two reports, newer devices send both in one long
+    report. The length tells them apart, because no list has all product ids, future ones included.
     """
     try:
         data = bytes(report)
@@ -67,7 +67,7 @@ def decode(report: Iterable[int]) -> Motion | Buttons | None:
 
 
 def without_dead_band(deflection: Vec3) -> Vec3:
-    """Zero within `DEAD_BAND` of zero on each axis, and from there straight up to full scale."""
+    """Deflection that is 0 within `DEAD_BAND` of zero on each axis, then linear to full scale."""
     x, y, z = deflection
     return (_rescale(x), _rescale(y), _rescale(z))
 

@@ -1,4 +1,4 @@
-"""The arrival of a patch: the changes at once, and how the loop moves to it afterwards."""
+"""The arrival of a patch: the changes at once, and how the loop then moves to the new patch."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from cohaptic_client.loop.gains import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
-# Multiple of the longest recent gap between patches: a silence up to that is the link's jitter.
+# Multiple of the longest recent gap between patches; a shorter silence counts as the link's jitter.
 PATIENCE: Final = 2.0
-LONGEST_PATIENCE: Final = 1.0  # s; no link that is worth touching over is silent for longer
+LONGEST_PATIENCE: Final = 1.0  # s; a link with longer silences is too poor for touch
 FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
 
 
@@ -27,21 +27,20 @@ def receive(
     settings: LoopSettings,
     surface: Surface | None = None,
 ) -> LoopState:
-    """Take a patch in; one that is older than the newest, or no patch, is left out.
+    """Take a patch in; ignore an invalid patch, or one that is older than the newest.
 
-    The network's process has checked it; one that is broken is as good as silent. What is no number
-    would stay in the loop's memory for ever.
+    The network process has checked the patch before; the check here makes a broken network process
+    no worse than a silent one. A NaN would stay in the loop's memory for ever.
 
     Surface and gain move to the new patch over one simulation period, from the surface shown now.
-    (Half of it would make forces 4 ms younger at 60 Hz, and coupled hands settle several times more
-    slowly: the line is also a filter. Stability goes before transparency.)
+    (Half a period would make forces 4 ms younger at 60 Hz, but coupled hands would settle several
+    times more slowly: the transition is also a filter. Stability goes before transparency.)
 
     Args:
-        state: After the last period.
-        patch: That has come.
+        state: State after the last period.
+        patch: Patch that has come.
         now: Time of this period [s].
-        settings: Settings of the loop.
-        surface: Surface of the patch, where it is made already; None to make it now.
+        surface: Surface of the patch if it is made already; None to make it now.
     """
     if not _is_news(state, patch, now, settings):
         return state
@@ -80,12 +79,12 @@ def receive(
 
 
 def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> bool:
-    """Whether a patch is one, and newer than the newest."""
+    """Whether a patch is valid and newer than the newest one."""
     try:
         patch.check(remote=True)
     except RemoteProtocolError:
         return False
-    # After a silence it may be another server's: one that was started anew counts from 1.
+    # After a silence the patch may come from a restarted server, which counts from 1.
     newest = state.patch
     return newest is None or patch.tick > newest.tick or is_silent(state, now, settings)
 
@@ -97,18 +96,19 @@ def progress(state: LoopState, now: float, settings: LoopSettings) -> float:
 
 
 def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
-    """The surface at a probe, on the way from the patch before to the newest.
+    """The surface sample at a probe, during the move from the previous patch to the newest.
 
-    At the tip also with friction: over the tip less its way over the material a curved patch would
-    turn with that way, and a finger that slides be carried off by its own force (science 3.10).
+    The surface is taken at the tip, with friction too. At the tip less its way over the material, a
+    curved patch would turn with that way, and a sliding finger would be carried off by its own
+    force (science 3.10).
 
     Args:
-        state: After the arrival of the newest patch.
+        state: State after the arrival of the newest patch.
         probe: Position [m].
-        share: Share of the way that is done, `progress`.
+        share: Share of the way that is done, from `progress`.
 
     Returns:
-        None before the first patch.
+        The surface sample; None before the first patch.
     """
     if state.surface is None:
         return None
@@ -121,20 +121,21 @@ def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
 def is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
     """Whether the newest patch is so old that the server counts as silent.
 
-    On a link that jitters the force would else be faded again and again, and every fade is a pulse
-    for the others. The local surface is passive by itself: there is no hurry.
+    The limit grows with the gaps of the link. On a link with jitter a fixed limit would fade the
+    force again and again, and every fade is a pulse for the other users. A longer wait is harmless,
+    because the local surface is passive by itself.
     """
     return now - state.arrived > max(settings.limits.silent_after, state.patience)
 
 
 def next_patience(patience: float, gap: float) -> float:
-    """How long the server may be silent, after one more patch [s].
+    """How long the server may be silent, updated after one more patch [s].
 
     Args:
-        patience: Before it [s].
-        gap: Time since the patch before [s].
+        patience: Value before the patch [s].
+        gap: Time since the previous patch [s].
     """
     kept = patience * math.exp(-gap / FORGET_GAPS)
     if gap > LONGEST_PATIENCE:
-        return kept  # an outage, which says nothing about the jitter of the link
+        return kept  # an outage says nothing about the jitter of the link
     return min(LONGEST_PATIENCE, max(PATIENCE * gap, kept))

@@ -19,21 +19,20 @@ class LoopConfig:
 
     Args:
         memory: Path of the shared memory.
-        clock_origin: Origin of the network process's clock, so that both read the same time
-            [s].
-        haptic_period: T [s].
+        clock_origin: Origin of the network process's clock, so that both processes read the same
+            time [s].
+        haptic_period: T, from 1/4000 to 1/500 [s].
         simulation_period: N T [s].
         law: Settings of a law's integral.
         smoothing: Share of a simulation period over which the loop moves to a new patch.
-        max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].
+        max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
         friction: mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe.
-        device: Opened by the process.
+        device: Device that the process opens.
         limits: Limits of the safety layer.
         rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
-        every_row: Whether the record of each period is kept; if not, the newest from time to time.
-        fault: Fault of the loop before this one, that the user has not acknowledged; empty for
-            none.
+        every_row: Whether the loop writes a row for every period; if not, for one in 0.05 s.
+        fault: Fault of the previous loop that the user has not acknowledged; empty for none.
     """
 
     memory: str
@@ -75,11 +74,11 @@ class LoopConfig:
 
 
 def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
-    """Limits for the device that was opened, of which its options may not tell everything.
+    """Limits for the opened device, whose options may not have told all of its abilities.
 
     Args:
-        limits: That the user's settings ask for.
-        info: Abilities of the device, once it is open.
+        limits: Limits that the user's settings ask for.
+        info: Abilities of the opened device.
     """
     return replace(
         limits,
@@ -89,14 +88,14 @@ def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
 
 
 def silent_after(simulation_period: float) -> float:
-    """Without a patch for this long the server counts as silent [s]: three ticks, at least 0.1 s.
+    """Time [s] without a patch from which the server counts as silent: 3 ticks, at least 0.1 s.
 
-    Jitter below that does not disturb the hand; the force is gone `fade_time` later.
+    Shorter jitter does not disturb the hand. The fade of the force takes at least `fade_time`.
     """
     return max(0.1, 3.0 * simulation_period)
 
 
-INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which a law's integral lets go
+INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which a law's integral is released
 
 
 def law_settings(
@@ -104,14 +103,15 @@ def law_settings(
 ) -> LawSettings:
     """Settings of a law's integral.
 
-    It lets go over two simulation periods (5.1), but not faster than 1 % of it per millisecond.
+    The integral is released over two simulation periods (5.1), but by at most 1 % of it per
+    millisecond.
     """
     release_time = max(INTEGRAL_RELEASE_TIME, 2.0 * simulation_period)
     return LawSettings(thresholds, release_time, limits.max_force)
 
 
 def haptic_period(loop_hz: float) -> float:
-    """T of a loop rate [s]; raises SettingError when the rate is not one that a loop may have."""
+    """T of a loop rate [s]; raises SettingError for a rate outside 500 to 4000 Hz."""
     if not 500.0 <= loop_hz <= 4000.0:
         raise SettingError("loop rate", f"{loop_hz} Hz", "from 500 to 4000 Hz")
     return 1.0 / loop_hz

@@ -1,6 +1,6 @@
 """The contact in one period: gain, direction, depth, law, damping and friction, in that order.
 
-Each moves no faster than its share of `EXTERNAL_RATE` allows, but for the hand's own motion.
+Apart from the hand's own motion, each changes no faster than its share of `EXTERNAL_RATE` allows.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ class Contact:
         normal: Direction of the normal force.
         depth: Depth of the probe below the surface, as in `LoopState` [m].
         moved: Way of the hand in this period [m].
-        moved_in: Its part into the surface [m].
+        moved_in: Part of that way into the surface [m].
         local: Answer of the law.
         damping: Damping of the passivity layer [N s/m].
         damped_force: Normal force with that damping [N].
         friction: Memory of the sticking contact.
-        compliance: That the friction uses; None without friction.
-        law_force: Force of law and friction: the body's share [N].
-        requested_force: The same with the damping: of the hand, before its limits [N].
+        compliance: Compliance that the friction uses; None without friction.
+        law_force: Force of law and friction, which the body gets [N].
+        requested_force: Force of law, friction and damping for the hand, before its limits [N].
     """
 
     fade: Final[LawFade | None]
@@ -107,7 +107,7 @@ NO_SURFACE: Final = Contact(
 )
 
 
-# Above 60 lines: the steps share a dozen values, and the order of them is the story.
+# Above 60 lines: the steps share a dozen values, and their order matters.
 def press(
     state: LoopState,
     sample: DeviceSample,
@@ -117,21 +117,19 @@ def press(
     silent: bool,
     settings: LoopSettings,
 ) -> Contact:
-    """Law, friction and damping at a surface, before the limits of the safety layer.
+    """Contact of law, friction and damping at a surface, before the limits of the safety layer.
 
     Args:
-        state: After the last period, with a patch.
-        sample: Sample of the device.
+        state: State after the last period, with a patch.
         sight: Surface sample of the surface that is shown.
         share: Share of the way to the newest patch that is done, 0 to 1.
         dt: Time since the last period [s].
         silent: Whether the server counts as silent.
-        settings: Settings of the loop.
     """
     patch, fade = state.patch, state.fade
     assert patch is not None
     assert fade is not None
-    # A late period moves the force by no more than two punctual ones.
+    # A late period moves the force by no more than two punctual ones would.
     counted = min(dt, 2.0 * settings.limits.period)
     moved = sub(sample.position, state.probe)
 
@@ -142,10 +140,10 @@ def press(
     k_h = stiffest(fade)
     C: Compliance3 | None = None
     if settings.friction > 0.0:
-        pace *= 0.5  # the other half is the friction's
+        pace *= 0.5  # the other half is for the friction and its compliance
         C = _compliance(state, patch.compliance, pace, counted / settings.simulation_period)
         if C is not None:
-            # What the surface does to the force comes back through the friction.
+            # A change of the normal force returns, amplified, through the friction: leave room.
             pace *= 1.0 - wedging(settings.friction, state.normal, C, k_h)
 
     normal, depth = sight.normal, sight.depth
@@ -186,10 +184,10 @@ def press(
 def _pace_of_surface(
     state: LoopState, fade: LawFade, gain_change: float, silent: bool, counted: float
 ) -> float:
-    """By how much the movement of the surface may change the force in this period [N].
+    """Largest change of the force by the movement of the surface in this period [N].
 
-    `EXTERNAL_RATE` is for all that the hand's own motion does not cause: a change of the gain, a
-    fade of the safety layer and a change of the law take their parts of it first.
+    `EXTERNAL_RATE` limits everything that the hand's own motion does not cause: a change of the
+    gain, a fade of the safety layer and a change of the law take their parts of it first.
     """
     pace = EXTERNAL_RATE * counted
     pace -= gain_change * max(0.0, state.depth)
@@ -203,7 +201,7 @@ def _pace_of_surface(
 def _compliance(
     state: LoopState, newest: Compliance3 | None, pace: float, share: float
 ) -> Compliance3 | None:
-    """Compliance that the friction uses in this period [m/N]; its change has half of the pace."""
+    """Compliance that the friction uses in this period [m/N]; its change may use half the pace."""
     return slew_compliance(
         state.compliance, newest, state.friction, state.normal_force, share, 0.5 * pace
     )
@@ -214,7 +212,7 @@ def _direction(
 ) -> tuple[Vec3, float]:
     """Direction of the force at a surface that has turned, and the pace that remains [N]."""
     if sight.depth <= 0.0:
-        return state.normal, pace  # a force that is to go need not turn any more
+        return state.normal, pace  # the contact ends: a vanishing force need not turn any more
     force = min(state.normal_force, settings.limits.max_force)
     return slew_normal(state.normal, sight.normal, moved, k_h, force, pace)
 
@@ -229,7 +227,7 @@ def _law_force(
     counted: float,
     settings: LoopSettings,
 ) -> tuple[LawFade, LocalForce]:
-    """The law's answer at the depth in use, less the shift of the contact by the friction."""
+    """Law and its answer at the depth in use, less the shift of the contact by the friction."""
     if C is not None:
         depth -= believed_shift(normal, C, stiffest(fade)) * normal_shift(state.friction, normal, C)
     if depth != sight.depth:
@@ -263,10 +261,10 @@ def _friction_force(
     pace: float,
     settings: LoopSettings,
 ) -> FrictionState:
-    """Memory of the sticking contact after this period; its friction force is a part of that."""
+    """Memory of the sticking contact after this period, which contains the friction force."""
     if state.sight is not None and state.friction.touching:
-        # The anchor lies at `depth` below the tip, along the normal of the last period. Where the
-        # surface has turned since, a part of that depth is a way along it.
+        # The anchor lies `depth` away from the tip, along the normal of the last period. If the
+        # surface has turned since, a part of that depth is now a way along the surface.
         moved = sub(moved, scale(state.normal, max(0.0, state.depth)))
     return friction_step(
         state.friction,

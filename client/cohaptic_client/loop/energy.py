@@ -25,12 +25,12 @@ def balance(
     """Memory of the passivity layer after one period.
 
     Args:
-        state: After the last period.
-        contact: In this period.
+        state: State after the last period.
+        contact: Contact in this period.
         before: Surface under the probe in the last period.
         now: Surface under the probe in this period.
-        safety: After this period.
-        given_ratio: Force that the hand is given over the one that was requested.
+        safety: State of the safety layer after this period.
+        given_ratio: Given force over requested force.
         dt: Time since the last period [s].
     """
     assert contact.fade is not None
@@ -46,14 +46,14 @@ def balance(
 
 
 def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> float:
-    """Energy of the contact's 3x3 spring beyond that of its normal force alone [J].
+    """Energy of the contact's 3x3 spring in excess of that of its normal force alone [J].
 
     Args:
-        friction: After the period.
-        force: Normal and friction force [N].
+        friction: Memory of the contact after the period.
+        force: Sum of normal and friction force [N].
         C: Compliance of the contact [m/N].
     """
-    # f C f / 2 over all of f, less the part of the normal force alone.
+    # f C f / 2 of the whole force, less the same of the normal force alone.
     normal_force = sub(force, friction.force)
     both = add(force, normal_force)
     return 0.5 * dot(friction.force, times(C, both)) / max(friction.share, 1e-9)
@@ -62,7 +62,7 @@ def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> 
 def work_of_body(
     before: Sight, now: Sight, fade: LawFade, moved_in: float, *, friction: bool
 ) -> float:
-    """Work of the body in one period: its own force of this client times the surface's way [J].
+    """Work of the body in one period: the force that it carries times the surface's way [J].
 
     Args:
         before: Surface under the probe in the last period.
@@ -71,14 +71,14 @@ def work_of_body(
         moved_in: Way of the hand into the surface [m].
         friction: Whether the material's way along the surface counts.
     """
-    # The mean of both ends, as for the work on the hand.
+    # The mean of both ends of the period, as for the work on the hand.
     own_force = scale(add(before.own_force, now.own_force), 0.5)
     own_normal_force = dot(own_force, now.normal)
     # The hand's own way changes the depth too; the remainder is the surface's way.
     law = fade.now.law
     towards_hand = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
     if fade.before is not None:
-        # On the way from one law to the next each has its part of the force.
+        # During the change from one law to the next, each contributes its share of the force.
         law = fade.before.law
         old = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
         towards_hand = old + fade.share * (towards_hand - old)

@@ -1,4 +1,4 @@
-"""The law's gains at the probe, and the way from those before a patch to its own."""
+"""The law's gains at the probe, and their move from the previous gains to those of a new patch."""
 
 from __future__ import annotations
 
@@ -11,27 +11,28 @@ from cohaptic_client.loop.law_fade import LawFade, with_gains
 from cohaptic_client.loop.slew import slew_gain
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
-MOST_CHANGE: Final = 2.0  # of a compliance within one patch; more is a mistake of the patch
-_AS_STIFF: Final = 1.0 - 1e-5  # K_h C_ii of a hand that has the object's own stiffness, in 32 bits
+MOST_CHANGE: Final = 2.0  # largest factor of a compliance within one patch; more is an error of it
+_AS_STIFF: Final = 1.0 - 1e-5  # K_h C_ii from which on K_h is the object's stiffness, in 32 bits
 
 
 def gains_as_sent(patch: Patch, settings: LoopSettings) -> Gains:
-    """The gains that a patch states, K_h no larger than the device renders stably."""
+    """The gains that a patch states, with K_h no larger than the device renders stably."""
     return Gains(min(patch.k_h, settings.max_stiffness), patch.integral_gain)
 
 
 def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
     """The gains of a patch at the present position of the probe.
 
-    They are shares of 1 / C_ii, which changes along a body: from the balloon's equator to its pole
-    by half. A mesh patch knows it under the probe; the others know their own contact's.
+    Gains are shares of 1 / C_ii, which changes along a body: from the balloon's equator to its pole
+    by half. A mesh patch has C_ii under the probe; other patches have it at their own contact only.
     """
     if not settings.follow:
         return gains_as_sent(patch, settings)
     least, most = patch.c_ii / MOST_CHANGE, patch.c_ii * MOST_CHANGE
     c_ii = max(MIN_COMPLIANCE, least, min(most, sight.c_ii))
     if not patch.law.answers_own_dent:
-        # The object's stiffness here, or the device's where the server says that it is softer.
+        # The object's stiffness here, limited to the device's. A K_h that the server has made lower
+        # than 1 / C_ii is a limit, too.
         limit = settings.max_stiffness
         if patch.k_h * patch.c_ii < _AS_STIFF:
             limit = min(limit, patch.k_h)
@@ -50,16 +51,15 @@ def follow_gains(
     counted: float,
     settings: LoopSettings,
 ) -> LawFade:
-    """The law in use with the gains of the newest patch, on the way from those before.
+    """The law in use, with its gains moved one period further towards those of the newest patch.
 
     Args:
-        state: After the last period.
+        state: State after the last period.
         patch: Newest patch, for the law in use.
         fade: Law in use.
         sight: Surface sample of the surface now.
         share: Share of the way to the newest patch that is done, 0 to 1.
-        counted: Time since the last period, as far as it counts [s].
-        settings: Settings of the loop.
+        counted: Time since the last period, capped at two periods [s].
     """
     newest = gains_under(patch, sight, settings)
     target = state.k_h_before + share * (newest.k_h - state.k_h_before)

@@ -22,10 +22,10 @@ class TipSample(NamedTuple):
     """Tip and force of the loop's newest period.
 
     Args:
-        t: When, on the client's clock [s].
-        tick: Tick of the patch that it used; 0 for none.
-        probe: Tip [m].
-        force: On the hand, without the damping of the passivity layer: the body's share [N].
+        t: Time of the period, on the client's clock [s].
+        tick: Tick of the patch that the period used; 0 for none.
+        probe: Position of the tip [m].
+        force: Force on the body: that on the hand without the damping of the passivity layer [N].
         anchor: Point of the resting surface that the finger holds by friction [m]; None for none.
     """
 
@@ -40,8 +40,8 @@ class HapticProcess:
     """The loop's process.
 
     Attributes:
-        status: Newest report of the loop.
-        stopping: Whether it was told to end.
+        status: Newest report of the loop; empty before the first.
+        stopping: Whether the loop was told to end.
     """
 
     def __init__(self, config: LoopConfig, memory: LoopMemory) -> None:
@@ -70,7 +70,7 @@ class HapticProcess:
         return self._last
 
     def new_rows(self) -> bytes:
-        """Rows since the last call, a block for `cohaptic.status.row.rows_in`."""
+        """Rows since the last call, as a block for `cohaptic.status.row.rows_in`."""
         return self._memory.rows.read_new()
 
     def beat(self) -> None:
@@ -82,7 +82,7 @@ class HapticProcess:
         if self.stopping:
             return
         self._command(stop=False)
-        # First whether it ended, then its report: the last one explains the end.
+        # Poll for the end before reading the report, so that the last report explains the end.
         ended = self._process.poll()
         self.read_status()
         trouble = self.status.get("error")
@@ -116,14 +116,14 @@ class HapticProcess:
         self._memory.command.write(command)
 
     def read_status(self) -> None:
-        """Take the loop's newest report."""
+        """Read the loop's newest report into `status`."""
         raw = self._memory.status.read()
         if raw is not None:
             self.status = json.loads(raw)
 
 
 def _end_in_words(status: int) -> tuple[str, str]:
-    """Problem and advice for a loop's process that has ended without a word."""
+    """Problem and advice for a loop's process that has ended without reporting an error."""
     if status == HELD:
         return (
             "it held up its loop until that was ended",

@@ -1,7 +1,8 @@
-"""The law in use, and the way from one law to the next without a step in the force.
+"""The law in use, and the change from one law to the next without a step in the force.
 
-When patches come for another law, both run, and the force moves from the one to the other: within
-`LAW_FADE_TIME`, and by no more than `LAW_FADE_SHARE_RATE` of itself and `LAW_FADE_RATE` per second.
+When patches come for another law, both laws run, and the force moves from the old to the new one. A
+change takes at least `LAW_FADE_TIME`; it moves the force by at most `LAW_FADE_SHARE_RATE` of itself
+and `LAW_FADE_RATE` per second.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 LAW_FADE_TIME: Final = 0.3  # s
 LAW_FADE_SHARE_RATE: Final = 10.0  # 1/s; 1 % of the force per millisecond
-LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE  # N/s; the rest is the surface's
-_LEAST_FORCE: Final = 0.05  # N; below it a share of the force would never end
+LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE  # N/s; the other half is left for the surface
+_LEAST_FORCE: Final = 0.05  # N; relative to a smaller force a change would never end
 
 
 @dataclass(init=False)
@@ -34,8 +35,8 @@ class Running:
 
     Fields:
         law: Local model.
-        gains: In use.
-        memory: Memory of its integral.
+        gains: Gains in use.
+        memory: Memory of the law's integral.
     """
 
     law: Final[Law]
@@ -50,11 +51,11 @@ class Running:
 
 @dataclass(init=False)
 class LawFade:
-    """The law in use and the one that it replaces.
+    """The law in use and the law that it replaces.
 
     Fields:
         now: Law in use.
-        before: Law that it replaces; None when the change is over.
+        before: Law that `now` replaces; None when the change is over.
         share: Share of `now` in the force, 0 to 1.
     """
 
@@ -71,18 +72,19 @@ class LawFade:
 def switch(
     fade: LawFade, law: Law, gains: Gains, *, force: float = 0.0, sight: Sight | None = None
 ) -> LawFade:
-    """Begin to change to `law`; the present one goes on beside it until the change is over.
+    """Begin to change to `law`; the present law runs beside it until the change is over.
 
-    In the middle of a change the way back begins at once, and a third law waits for its end:
-    patches that ask for it keep coming. The integral of the new law begins where it gives the force
-    of the old one: from zero it would wind up while the old law still carries the contact.
+    During a change, a return to the old law begins at once. A third law waits for the end of the
+    change; later patches ask for it again. The integral of the new law starts at the value that
+    gives the force of the old law: from zero it would wind up while the old law still carries the
+    contact.
 
     Args:
         fade: Law in use.
-        law: That is asked for.
-        gains: For it.
+        law: Law that is asked for.
+        gains: Gains of that law.
         force: Normal force now [N].
-        sight: Surface sample of the surface now; None out of sight of any.
+        sight: Surface sample of the surface now; None if no surface has been shown.
     """
     if law is fade.now.law:
         return fade
@@ -98,7 +100,7 @@ def switch(
 
 
 def stiffest(fade: LawFade) -> float:
-    """K_h that the force may follow a way with: of both laws, on the way from one to the other."""
+    """Largest K_h in use: of both laws while one replaces the other [N/m]."""
     k_h = fade.now.gains.k_h
     if fade.before is not None and fade.before.gains.k_h > k_h:
         return fade.before.gains.k_h
@@ -106,7 +108,7 @@ def stiffest(fade: LawFade) -> float:
 
 
 def with_gains(fade: LawFade, gains: Gains) -> LawFade:
-    """Other gains for the law in use."""
+    """The same fade with other gains for the law in use."""
     now = fade.now
     if gains.k_h == now.gains.k_h and gains.integral_gain == now.gains.integral_gain:
         return fade
@@ -116,7 +118,7 @@ def with_gains(fade: LawFade, gains: Gains) -> LawFade:
 def run(
     fade: LawFade, sight: Sight, dt: float, settings: LawSettings
 ) -> tuple[LawFade, LocalForce]:
-    """One period of the law in use, and of the one that it replaces."""
+    """One period of the law in use and of the law that it replaces: their new state and force."""
     memory, force = local_force(fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings)
     if fade.before is None and memory is fade.now.memory:
         return fade, force
@@ -139,7 +141,7 @@ def run(
 
 
 def _mixed(a: LocalForce, b: LocalForce, share: float) -> LocalForce:
-    """The force of two laws, from a (share 0) to b (share 1)."""
+    """The force between those of two laws, from a (share 0) to b (share 1)."""
     return LocalForce(
         a.normal_force + share * (b.normal_force - a.normal_force),
         a.felt_from_others + share * (b.felt_from_others - a.felt_from_others),

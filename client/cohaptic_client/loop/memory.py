@@ -1,8 +1,8 @@
 """Newest-value slots and a ring of rows in memory shared by a client's two processes.
 
-The network process and the haptic loop share one memory-mapped file. A slot holds one value; a
-write replaces it, a read never waits: no lock, so neither side can delay the other. A read that
-meets a write in progress sees a wrong checksum and keeps the value it had, until the next period.
+The network process and the haptic loop share one memory-mapped file. A slot holds one value. A
+write replaces it, and a read never waits: there is no lock, so neither side can delay the other. A
+read during a write sees a wrong checksum; the reader keeps its old value until the next period.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SAMPLE: Final = struct.Struct("<dI6d?3d")
 _HEAD: Final = struct.Struct("<QII")  # version, length, checksum of version and payload
 _VERSION: Final = struct.Struct("<Q")
 _COUNT: Final = struct.Struct("<Q")
-RING_ROWS: Final = 8192  # 2 s at 4 kHz; the network process empties it 20 times a second
+RING_ROWS: Final = 8192  # 2 s at 4 kHz; the network process empties it every 0.1 to 0.6 s
 
 
 class Slot:
@@ -41,7 +41,7 @@ class Slot:
 
     @staticmethod
     def size(capacity: int) -> int:
-        """Bytes that a slot of `capacity` takes."""
+        """Bytes that a slot for `capacity` bytes takes."""
         return _HEAD.size + capacity
 
     def write(self, payload: bytes) -> None:
@@ -55,7 +55,7 @@ class Slot:
     def read(self) -> bytes | None:
         """The value if it is new since the last call, else None."""
         start = self._offset
-        # The loop looks every period, and mostly finds nothing new.
+        # The loop reads in every period, and mostly finds nothing new.
         if _VERSION.unpack_from(self._memory, start)[0] == self._version:
             return None
         version, length, check = _HEAD.unpack_from(self._memory, start)
@@ -69,7 +69,7 @@ class Slot:
 
 
 class RowRing:
-    """The last `RING_ROWS` rows of the loop; a slow reader loses the oldest."""
+    """The last `RING_ROWS` rows of the loop; a slow reader loses the oldest ones."""
 
     def __init__(self, memory: mmap.mmap, offset: int) -> None:
         self._memory = memory
@@ -82,7 +82,7 @@ class RowRing:
         return _COUNT.size + RING_ROWS * ROW.size
 
     def prepare(self) -> None:
-        """Write to every page once: the first write to each costs several microseconds."""
+        """Write to every page once: the first write to a page costs several microseconds."""
         at = self._at(0)
         self._memory[at : at + RING_ROWS * ROW.size] = bytes(RING_ROWS * ROW.size)
 
@@ -95,19 +95,19 @@ class RowRing:
     def read_new(self) -> bytes:
         """Rows since the last call, oldest first: a block for `cohaptic.status.row.rows_in`."""
         (count,) = _COUNT.unpack_from(self._memory, self._offset)
-        # The writer may be overwriting the oldest of a full ring: leave a margin.
+        # The writer may be overwriting the oldest rows of a full ring: leave a margin.
         first = max(self._count, count - RING_ROWS + 64)
         self._count = count
         turn = min(count, first + RING_ROWS - first % RING_ROWS)  # where the ring begins again
         return self._block(first, turn) + self._block(turn, count)
 
     def _block(self, first: int, end: int) -> bytes:
-        """Rows `first` to `end`, which lie one behind the other."""
+        """Rows `first` to `end`, excluding `end`, which are contiguous in the ring."""
         at = self._at(first)
         return self._memory[at : at + (end - first) * ROW.size]
 
     def _at(self, i: int) -> int:
-        """Where row `i` begins."""
+        """Offset at which row `i` begins."""
         return self._offset + _COUNT.size + (i % RING_ROWS) * ROW.size
 
 
@@ -117,15 +117,15 @@ class LoopMemory:
     Attributes:
         patch: Newest patch frame; network to loop.
         sample: Newest tip and force; loop to network.
-        command: Heartbeat and stop flag; network to loop.
-        status: State, statistics and trouble of the loop as JSON; loop to network.
-        rows: One per period of the loop.
+        command: Heartbeat, stop flag and acknowledgements; network to loop.
+        status: State, statistics and error of the loop as JSON; loop to network.
+        rows: Rows of the loop: one per period, or 20 a second if nobody keeps every row.
     """
 
     def __init__(self, path: str) -> None:
         self.path = path
         with open(path, "r+b") as file:
-            own(file.fileno())  # the mapping keeps it
+            own(file.fileno())  # the mapping keeps the lock after the file is closed
             self._memory = mmap.mmap(file.fileno(), _TOTAL)
         offsets = _offsets(_SLOTS.values())
         self.patch, self.sample, self.command, self.status = (
@@ -139,9 +139,9 @@ class LoopMemory:
         """Make the file and map it.
 
         Raises:
-            OSError: There is no room for it.
+            OSError: There is no room for the file.
         """
-        # In memory where the system has such a folder: a file on disk can make a writer wait.
+        # In memory where the system has such a folder, because a disk can make a writer wait.
         if os.access(_IN_MEMORY, os.W_OK):
             try:
                 return cls(_reserved(_IN_MEMORY))
@@ -153,7 +153,7 @@ class LoopMemory:
         """Unmap; `remove` deletes the file."""
         self._memory.close()
         if remove:
-            # It may be gone already; Windows keeps it while the other process has it mapped.
+            # The file may be gone already; Windows keeps it while the other process has it mapped.
             with contextlib.suppress(FileNotFoundError, PermissionError):
                 os.unlink(self.path)
 
@@ -165,16 +165,16 @@ def remove_killed(now: float) -> None:
 
 _IN_MEMORY = "/dev/shm"  # Linux
 _PREFIX, _SUFFIX = "cohaptic-loop-", ".shm"
-MESH_SUFFIX: Final = ".mesh"  # of the resting mesh's file, behind the path of the memory
-# A status holds a sentence of 300 characters, each of which JSON may write as 12 bytes.
+MESH_SUFFIX: Final = ".mesh"  # appended to the path of the memory, for the resting mesh's file
+# A status holds a sentence of 300 characters, and JSON may write each of them as 12 bytes.
 _SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status": 4096}
 
 
 def _reserved(folder: str | None) -> str:
-    """Path of a new file whose bytes are there: a write into one that is not would end the process.
+    """Path of a new file with allocated bytes: a write to a missing one would end the process.
 
     Raises:
-        OSError: There is no room for it in the folder.
+        OSError: There is no room for the file in the folder.
     """
     handle, path = tempfile.mkstemp(prefix=_PREFIX, suffix=_SUFFIX, dir=folder)
     try:
@@ -189,10 +189,10 @@ def _reserved(folder: str | None) -> str:
 
 
 def _offsets(capacities: Iterable[int]) -> list[int]:
-    """Where each slot begins, and behind the last one the ring."""
+    """Offset of each slot, and last that of the ring."""
     offsets = [0]
     for capacity in capacities:
-        # On a cache line of its own, so that the two writers do not slow each other.
+        # Each slot starts on its own cache line, so that the two writers do not slow each other.
         offsets.append(offsets[-1] + -(-Slot.size(capacity) // 64) * 64)
     return offsets
 

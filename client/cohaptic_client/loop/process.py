@@ -1,4 +1,4 @@
-"""The haptic loop's process: one of its own, so that nothing of the network can delay it.
+"""The haptic loop's own process, so that network work cannot delay the loop.
 
 python -m cohaptic_client.loop.process CONFIG
 """
@@ -14,7 +14,7 @@ def main() -> None:
     """Entry point of the process."""
     compiled.use("kernels")
     compiled.use("loop")
-    # Only now: a module that was imported before stays plain.
+    # Imported only now, because a module that was imported before `use` stays interpreted.
     from cohaptic_client.loop.running.entry import live
 
     live(sys.argv[1])

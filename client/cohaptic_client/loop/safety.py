@@ -1,14 +1,15 @@
-"""The last thing before the device: limits that hold whatever law, network or device did.
+"""The safety layer, the last step before the device: limits for any law, network or device.
 
-One function, applied once. A force that is not finite, a stalled loop or a hand that moves too fast
-lets the hand go within `FAULT_RELEASE_TIME`, without a jerk, and force comes again only after the
-hand has been out of the object. On a device with motors a fault stays until the user has
-acknowledged it, too: what has failed once, unseen, must not come back by itself. A switch that is
-not held lets the hand go as a fault does, and waits for nobody's word. A silent server fades the
-force; its return raises it again. The resulting force is clamped, and limited in its rate both
-ways: a force that vanishes is as much of a jolt as one that comes. And what the hand's own motion
-does not explain moves it no faster than `EXTERNAL_RATE`, whatever the laws make of a patch. What it
-does explain is for the force of the same period: no motion is saved up for a patch to spend later.
+One function applies them once per period. A force that is not finite, a stalled loop or a hand that
+moves too fast is a fault: the force falls to zero within `FAULT_RELEASE_TIME`, without a jerk, and
+returns only after the hand has been out of the object. On a device with motors the user must also
+acknowledge the fault, because a force that failed unseen must not return by itself. When the switch
+is not held, the hand is let go as after a fault, but no acknowledgement is needed. The force fades
+while the server is silent, and rises again when patches return. The force is clamped, and its rate
+is limited in both directions: a force that vanishes jolts the hand as much as one that appears.
+Changes that the hand's own motion does not explain are limited to `EXTERNAL_RATE`, whatever the
+laws make of a patch. Motion explains only the force of its own period: it is not saved up for a
+later patch.
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ from typing import Final
 
 from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 
-# s from a fault to no force; 10 N are gone no faster than the rate allows
+# s from a fault to no force; even 10 N fall no faster than `max_rate` allows
 FAULT_RELEASE_TIME: Final = 0.02
 # N/s; limit of all change of the force that the hand's own motion does not cause: 0.02 N in a
 # millisecond, while a fingertip notices changes from about 0.05 N in 20 ms.
 EXTERNAL_RATE: Final = 20.0
 SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
-# Of `EXTERNAL_RATE`, for all that the hand's own motion does not explain, whoever made it: a turn
-# of the force adds a second order to its size.
+# Multiple of `EXTERNAL_RATE` that this layer allows for all changes that the hand's own motion does
+# not explain, whatever made them: a turn of the force adds a second-order term to the change.
 BACKSTOP: Final = 1.02
-FORGET_OWN: Final = 0.03  # s; a hand that was held back by `max_rate` has what it is owed by then
+FORGET_OWN: Final = 0.03  # s; by then the hand has received the change that `max_rate` held back
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,22 +38,22 @@ class SafetyLimits:
     """Limits of the force on a hand.
 
     Args:
-        max_force: Magnitude [N].
-        max_rate: Change per second, up or down [N/s].
+        max_force: Largest magnitude [N].
+        max_rate: Largest change per second, up or down [N/s].
         max_speed: Largest speed of the hand [m/s].
         stall: A period longer than this is a fault [s].
         silent_after: Without a patch for this long the server counts as silent [s].
-        fade_time: From full force to none when it is, or longer, at `SAFETY_FADE_RATE` [s].
-        engage_time: From none to full at the start and after a fault or silence [s].
-        engage_below: Force that the law may ask for when the hand is first engaged [N].
-        engage_periods: For how many periods it must be below that.
-        period: T; a late period moves the force by no more than two of them would [s].
-        stale: Age that a device's position may have: the tip may seem to jump by as much more than
-            a hand moves in a period [s].
+        fade_time: Least time from full force to none when the server is silent; `SAFETY_FADE_RATE`
+            may make it longer [s].
+        engage_time: The same from none to full, at the start and after a fault or silence [s].
+        engage_below: The hand is engaged only while the law asks for less than this [N].
+        engage_periods: Number of periods in a row for which that must hold.
+        period: T; a late period moves the force by no more than two punctual ones would [s].
+        stale: Largest age of a device's position: a jump of the tip may include the motion of this
+            time in addition to that of the period [s].
         latch: Whether a fault stays until the user acknowledges it.
         dead_man: Whether there is force only while the user holds the device's switch.
-        external_rate: Limit of all change that the hand's own motion does not explain
-            [N/s].
+        external_rate: Limit of all change that the hand's own motion does not explain [N/s].
     """
 
     max_force: float = 10.0
@@ -91,16 +92,16 @@ class SafetyState:
     """Memory of the safety layer.
 
     Fields:
-        mode: WAITING at the start and after every fault; FAULT before that, until the user has
-            acknowledged one that latches.
+        mode: WAITING at the start and after a fault; FAULT while a fault that latches is not yet
+            acknowledged.
         scale: Share of the requested force that is given, 0 to 1.
-        force: Given in the last period [N].
+        force: Force given in the last period [N].
         quiet: Periods in a row in which the requested force was small.
         now: Time of the last period [s]; None before the first.
         fault: Why the hand was let go last; empty once it is engaged again.
-        released: Force at the fault, while it is let go [N].
+        released: Force at the fault, during its release [N].
         left: Share of the release that is still to come, 1 to 0.
-        own: Change that its own motion explains and `max_rate` held back [N].
+        own: Change of force that the hand's own motion explains and `max_rate` held back [N].
         velocity: Velocity of the hand in the last period [m/s].
     """
 
@@ -157,10 +158,10 @@ def guard(
     own: float = math.inf,
     damping: float = 0.0,
 ) -> SafetyState:
-    """The force that the device gets, as `force` of the next state.
+    """Next state of the safety layer; its `force` is the force that the device gets.
 
     Args:
-        state: After the last period.
+        state: State after the last period.
         requested: Force of law, friction and damping [N].
         now: Time of this period [s].
         velocity: Velocity of the hand [m/s].
@@ -168,14 +169,15 @@ def guard(
         limits: Limits of this hand.
         trouble: Fault that was found before the force was asked for; empty for none.
         held: Whether the user holds the device's switch.
-        own: By how much the hand's way and speed in this period may change the force; inf to leave
-            that out of account, for a law whose integral goes on while the hand rests [N].
-        damping: By which its change of velocity may change the force [N s/m].
+        own: Largest change of the force that the hand's way and speed in this period explain; inf
+            for no such limit, for a law whose integral goes on while the hand rests [N].
+        damping: Damping through which a change of the hand's velocity explains a change of the
+            force [N s/m].
     """
     dt = 0.0 if state.now is None else now - state.now
     step = min(max(0.0, dt), 2.0 * limits.period)
     dropped = limits.dead_man and not held
-    # A device that nobody holds may fall as fast as it likes.
+    # A device that nobody holds may fall at any speed.
     fault = "" if dropped else trouble or _fault(requested, velocity, dt, limits)
     if fault or dropped or state.left > 0.0:
         latched = state.mode is _FAULT or (limits.latch and fault != "")
@@ -203,33 +205,33 @@ def guard(
 
 
 def smooth(left: float) -> float:
-    """Share of a force that is left when so much of its release is still to come, 1 to 0."""
+    """Share of the force that is left when the share `left` of its release is to come, 1 to 0."""
     return left * left * (3.0 - 2.0 * left)
 
 
 def rate_of(max_stiffness: float) -> float:
-    """`max_rate` for a device, so that a hand that moves at `OWN_SPEED` meets its own force [N/s].
+    """`max_rate` for a device: high enough for the force that a hand at `OWN_SPEED` causes [N/s].
 
-    A slower rate would delay the force that the hand itself causes.
+    A lower rate would delay that force.
 
     Args:
-        max_stiffness: That the device renders stably [N/m].
+        max_stiffness: Largest stiffness that the device renders stably [N/m].
     """
     return max(LEAST_RATE, OWN_SPEED * max_stiffness)
 
 
-LEAST_RATE, OWN_SPEED = 1000.0, 0.5  # N/s; m/s, of a hand that taps
+LEAST_RATE, OWN_SPEED = 1000.0, 0.5  # N/s; m/s, speed of a tapping hand
 
 
 def next_share(share: float, up: bool, size: float, time: float, step: float) -> float:
     """Share of the law's force after one period of a fade, 0 to 1.
 
     Args:
-        share: After the last period.
-        up: Whether the force is to come, or to go.
+        share: Share after the last period.
+        up: Whether the force rises; False while it falls.
         size: Size of the whole force [N]; a fade moves it no faster than `SAFETY_FADE_RATE`.
-        time: Time of a whole fade [s].
-        step: Time that counts of this period [s].
+        time: Least time of a whole fade [s].
+        step: Time since the last period, capped at two periods [s].
     """
     most = step / time
     if size > 0.0:
@@ -238,16 +240,16 @@ def next_share(share: float, up: bool, size: float, time: float, step: float) ->
 
 
 def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most: float) -> Vec3:
-    """The share of a force, clamped, that is given, no further from the last than allowed [N].
+    """Force to give: a share of the clamped request, within `most` of the last force [N].
 
-    Clamped first: force beyond the limit must not hold up a fade.
+    The request is clamped first, because force beyond the limit must not hold up a fade.
 
     Args:
-        before: Given in the last period [N].
+        before: Force given in the last period [N].
         requested: Force of law, friction and damping [N].
         share: Share of the clamped force, 0 to 1.
-        max_force: Magnitude [N].
-        most: Change in this period [N].
+        max_force: Largest magnitude [N].
+        most: Largest change in this period [N].
     """
     size = norm(requested)
     force = scale(requested, share * max_force / size if size > max_force else share)
@@ -257,7 +259,7 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
 
 
 def _release(state: SafetyState, fault: str, step: float, now: float, latched: bool) -> SafetyState:
-    """Let a hand go after a fault: a smooth ramp from its last force to zero."""
+    """State of the release after a fault: a smooth ramp from the last force to zero."""
     released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
     left = max(0.0, left - step / FAULT_RELEASE_TIME)
     return SafetyState(
@@ -271,7 +273,7 @@ def _release(state: SafetyState, fault: str, step: float, now: float, latched: b
 
 
 def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
-    """Why the hand must be let go; empty when it need not."""
+    """Why the hand must be let go; empty without a fault."""
     if not is_finite(requested):
         return f"the law asked for {requested} N"
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:

@@ -1,7 +1,7 @@
 """Slew limits of the changes of force that the hand's own motion does not cause.
 
-`EXTERNAL_RATE` is for all of them together; depth, direction, gain and compliance of a contact each
-move as fast as their share of it allows.
+`EXTERNAL_RATE` limits the sum of these changes; depth, direction, gain and compliance of a contact
+each change no faster than their share of it allows.
 """
 
 from __future__ import annotations
@@ -13,46 +13,46 @@ from cohaptic.control.friction import Compliance3, FrictionState, least_eigenval
 from cohaptic.vec import Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
-# A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
+# A gain changes by at most 1 % per millisecond, and the force with it at half of `EXTERNAL_RATE`.
 GAIN_RATE: Final = 10.0  # 1/s
-# N/m; a softer contact has no force that could step, and a gain of 0 would stay 0
+# N/m; a softer contact has too little force for a step, and a gain of 0 would stay 0
 SOFT: Final = 1.0
 
 
 def hold_back(depth: float, target: float, most: float) -> float:
-    """Depth on which the law presses: others move it by `most` at most [m].
+    """Depth that the law uses: other users change it by at most `most` [m].
 
     Args:
-        depth: Depth of the last period, and the way that the hand itself went in since [m].
+        depth: Depth of the last period plus the hand's own way into the surface since then [m].
         target: Depth of the probe below the surface that is shown [m].
-        most: Way of the surface in this period [m].
+        most: Largest way of the surface in this period [m].
     """
     if depth <= 0.0 and target <= 0.0:
-        return target  # out of contact there is no force to move
-    start = max(0.0, depth)  # from where on there is one
+        return target  # out of contact there is no force to change
+    start = max(0.0, depth)  # contact force begins at depth 0
     return min(max(target, start - most), start + most)
 
 
 def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
-    """Direction of the force: others turn it by `most` at most.
+    """Direction of the force: other users turn it by at most `most`.
 
     Args:
         normal: Normal of the last period.
         target: Normal of the surface that is shown.
-        most: Turn in this period [rad].
+        most: Largest turn in this period [rad].
 
     Returns:
-        Unit normal to be used, and by how much it turned [rad].
+        Unit normal to be used, and its turn [rad].
     """
     along = dot(normal, target)
-    # By its square too: a normal of 32 bits is no exact unit vector, and what that leaves along
-    # an opposite target would pass for a way there.
+    # Divided by the square too: a 32-bit normal is not an exact unit vector, and with an opposite
+    # target the remainder along the normal would pass for a direction of the turn.
     aside = sub(target, scale(normal, along / dot(normal, normal)))
     size = norm(aside)
     angle = math.atan2(size, along)
     if angle <= most:
         return target, angle
-    # To the opposite direction every way is as short as any other.
+    # All ways to the opposite direction are equally short: any tangent will do.
     way = scale(aside, 1.0 / size) if size > 1e-9 else tangents(normal)[0]
     return unit(add(scale(normal, math.cos(most)), scale(way, math.sin(most)))), most
 
@@ -62,16 +62,16 @@ def slew_normal(
 ) -> tuple[Vec3, float]:
     """Direction of the force in this period, and the pace that remains for its size [N].
 
-    The hand's own way along the surface turns the force as far as that way makes force. Half of the
-    pace is left to the size in any case.
+    The hand's own way along the surface may turn the force by as much force as that way makes. At
+    least half of the pace is left for the size.
 
     Args:
         normal: Normal of the last period.
         target: Normal of the surface that is shown.
         moved: Way of the hand in this period [m].
         k_h: Gain in use [N/m].
-        force: On the hand, above 0 [N].
-        pace: By how much others may change the force in this period [N].
+        force: Force on the hand, above 0 [N].
+        pace: Largest change of the force by others in this period [N].
     """
     own = k_h * norm(sub(moved, scale(normal, dot(normal, moved))))
     normal, turn = turn_back(normal, target, (0.5 * pace + own) / force)
@@ -79,13 +79,13 @@ def slew_normal(
 
 
 def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:
-    """Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m].
+    """Gain after a move towards its target by at most `GAIN_RATE` of itself per second [N/m].
 
     Args:
-        k_h: In the last period [N/m].
-        target: Where it goes [N/m].
+        k_h: Gain in the last period [N/m].
+        target: Target of the gain [N/m].
         dt: Time since the last period [s].
-        force: That it makes now; it changes by at most half of `EXTERNAL_RATE` [N].
+        force: Force that the gain makes now; it changes by at most half of `EXTERNAL_RATE` [N].
     """
     if target == k_h:
         return k_h
@@ -102,17 +102,17 @@ def slew_compliance(
     share: float,
     most: float,
 ) -> Compliance3 | None:
-    """Compliance that the friction uses, on its way to the newest patch's [m/N].
+    """Compliance that the friction uses, on its way to that of the newest patch [m/N].
 
-    A patch without one says nothing new of it: a contact that sticks does not let go for that.
+    A patch without a compliance leaves the previous one in use, so that a sticking contact holds.
 
     Args:
         previous: Compliance of the last period; None before the first.
-        newest: Compliance of the newest patch.
+        newest: Compliance of the newest patch; None if it has none.
         friction: Memory of the contact.
-        normal_force: In the last period [N].
-        share: Share of the way that time alone would go in this period.
-        most: By how much the change of it may change the force in this period [N].
+        normal_force: Normal force in the last period [N].
+        share: Share of the way to the newest compliance that time alone would allow in this period.
+        most: Largest change of the force that this change may cause in this period [N].
     """
     if newest is None or previous is None or previous == newest or not friction.touching:
         return newest or previous

@@ -33,12 +33,12 @@ class LoopSettings:
         limits: Limits of the safety layer.
         law: Settings of the law's integral.
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
-            it as the paper does, with a step of the surface at every patch.
-        max_damping: Largest damping of the passivity layer; 0 switches it off [N s/m].
+            each patch as the paper does, with a step of the surface at every patch.
+        max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
         surface: Makes the local surface of a patch.
         friction: mu of the contact; 0 for none.
-        follow: Whether gains follow the compliance under a sliding probe; not those that the user
-            has fixed.
+        follow: Whether gains follow the compliance under a sliding probe; False for gains that the
+            user has fixed.
         max_stiffness: Largest gain that the device renders stably [N/m].
     """
 
@@ -59,23 +59,24 @@ class LoopState:
 
     Fields:
         patch: Newest patch; None before the first.
-        arrived: When it came [s].
-        before: Surface of the patch before.
+        arrived: Time at which the newest patch came [s].
+        before: Surface of the patch before; None without one.
         offset: Difference between the surface that was shown when the newest patch came and
             `before`, at the probe.
         surface: Surface of the newest patch; None before the first.
-        k_h_before: Gain in use when it came [N/m].
+        k_h_before: Gain in use when the newest patch came [N/m].
         fade: Law in use; None before the first patch.
         normal_force: Normal force of the law in the last period [N].
         sight: Surface sample of the surface shown in the last period; None before the first.
-        depth: Depth of the probe below that surface, held back by `hold_back` [m]. The surface is
-            free of this client's own force: the friction's normal shift, and for the laws of the
+        depth: Depth of the probe below that surface, slewed by `hold_back` [m]. The surface is
+            without this client's own force: the friction's normal shift, and for the laws of the
             paper the dent of that force, are still to be subtracted. -inf without a surface.
         probe: Position in the last period [m].
-        normal: Direction of the normal force in the last period, held back by `turn_back`.
+        normal: Direction of the normal force in the last period, slewed by `turn_back`.
         passivity: Memory of the passivity layer.
         friction: Memory of the sticking contact.
-        compliance: That the friction uses, on its way to the newest patch's; None without one.
+        compliance: Compliance that the friction uses, slewed towards that of the newest patch;
+            None without one.
         safety: Memory of the safety layer.
         patience: How long the server may be silent on this link [s].
     """
@@ -137,14 +138,15 @@ class LoopState:
         self.patience = patience
 
     def silenced(self) -> LoopState:
-        """The same, but the newest patch is of the most distant past: the force fades."""
+        """The same state with an infinitely old newest patch, so that the force fades."""
         return replace(self, arrived=-math.inf)
 
     def acknowledged(self) -> LoopState:
-        """The same once the user has acknowledged a fault: the hand may be engaged again.
+        """The state after the user has acknowledged a fault: the hand may be engaged again.
 
-        Not before the force is gone: nobody acknowledges what is not over. A release of no force
-        is over: while the switch is not held, one begins again and again.
+        The state stays unchanged until the force is zero: a fault cannot be acknowledged before it
+        is over. A release that holds no force counts as over, because a new release begins in every
+        period in which the switch is not held.
         """
         safety = self.safety
         if safety.mode is not Mode.FAULT or safety.force != ZERO:
@@ -152,11 +154,10 @@ class LoopState:
         return replace(self, safety=SafetyState(now=safety.now, fault=safety.fault))
 
     def taken_away(self, fault: str, limits: SafetyLimits) -> LoopState:
-        """The same after something else has taken the force off the device: it begins at zero.
+        """The state after another part has taken the force off the device: it begins at zero.
 
         Args:
-            fault: Why it was taken away.
-            limits: Limits of this hand.
+            fault: Why the force was taken away.
         """
         latched = limits.latch or self.safety.mode is Mode.FAULT
         mode = Mode.FAULT if latched else Mode.WAITING
@@ -169,7 +170,7 @@ class LoopState:
 
     @property
     def law(self) -> Law | None:
-        """Law in use."""
+        """Law in use; None before the first patch."""
         return self.fade.now.law if self.fade is not None else None
 
 
@@ -178,9 +179,9 @@ class Output:
     """Results of one period.
 
     Fields:
-        force: On the hand, to the device [N].
-        on_body: Force that the body gets: that on the hand without the damping of the passivity
-            layer, which is the hand's affair [N].
+        force: Force on the hand, for the device [N].
+        on_body: Force that the body gets: the force on the hand without the damping of the
+            passivity layer, which concerns only the hand [N].
         anchor: Point of the resting surface that the contact holds by friction [m]; None for none.
         local: Answer of the law.
         damping_force: Damping force of the passivity layer, along the normal [N].

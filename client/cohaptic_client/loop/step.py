@@ -1,8 +1,9 @@
 """One period of the haptic loop as a pure function: an hour of haptics is a `for` loop in a test.
 
-The story of a period: the surface that is shown (`arrival`), the contact with it (`contact`), the
-limits of the safety layer (`safety`), the balance of energy (`energy`), and the results. What a law
-cannot compute, and a tip that is nowhere, are faults: the hand is let go, and the loop goes on.
+The steps of a period: the surface that is shown (`arrival`), the contact with it (`contact`), the
+limits of the safety layer (`safety`), the balance of energy (`energy`), and the results. A law that
+fails and a tip out of reach or without a position are faults: the hand is let go, and the loop runs
+on.
 """
 
 from __future__ import annotations
@@ -23,23 +24,21 @@ from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW
 from cohaptic_client.loop.safety import SafetyLimits, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
-_CUT: Final = 0.95  # of the law's force, from which on the damping counts as cut to it
-_SWITCH: Final = 1  # of `DeviceSample.buttons`
-_REACH: Final = MAX_POSITION * MAX_POSITION  # m^2; of a tip that is somewhere
-# N^2; the stiffest surface, at the greatest depth
+_CUT: Final = 0.95  # share of the law's force; a larger damping force counts as cut to that force
+_SWITCH: Final = 1  # bit of `DeviceSample.buttons`
+_REACH: Final = MAX_POSITION * MAX_POSITION  # m^2; largest squared distance of a tip
+# N^2; square of the force of the stiffest surface at the greatest depth
 _NO_FORCE: Final = (MAX_STIFFNESS * MAX_POSITION) ** 2
 
 
 def step(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings
 ) -> tuple[LoopState, Output]:
-    """One haptic period: from a device's sample to the force it gets.
+    """One haptic period: from a device's sample to the force that the device gets.
 
     Args:
-        state: After the last period.
-        sample: Sample of the device.
+        state: State after the last period.
         now: Time of this period [s].
-        settings: Settings of the loop.
     """
     trouble = trouble_of(state, sample, now, settings.limits)
     if trouble and not norm(sample.position) <= MAX_POSITION:
@@ -53,15 +52,14 @@ def step(
 def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: SafetyLimits) -> str:
     """What is wrong with a device's sample; empty for nothing.
 
-    Its velocity is the driver's word; a tip that jumps moved faster, whatever that says.
+    The sample's velocity is only what the driver states. A tip that jumps has moved faster than
+    `max_speed`, whatever that velocity is.
 
     Args:
-        state: After the last period.
-        sample: Sample of the device.
+        state: State after the last period.
         now: Time of this period [s].
-        limits: Limits of this hand.
     """
-    # Without calls: this is done in every period, and mostly finds nothing.
+    # Without calls, because this runs in every period and mostly finds nothing.
     (x, y, z), (x0, y0, z0) = sample.position, state.probe
     if not x * x + y * y + z * z <= _REACH:  # NaN too
         return f"the device is at {sample.position} m, beyond {MAX_POSITION:g} m"
@@ -78,13 +76,11 @@ def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: Safet
 def without_surface(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, fault: str
 ) -> tuple[LoopState, Output]:
-    """A period after which the loop knows of no surface, until the next patch.
+    """A period after which the loop has no surface until the next patch.
 
     Args:
-        state: After the last period.
-        sample: Sample of the device.
+        state: State after the last period.
         now: Time of this period [s].
-        settings: Settings of the loop.
         fault: Why the hand is let go.
     """
     safety = guard(
@@ -104,7 +100,7 @@ def without_surface(
 def _step(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, trouble: str
 ) -> tuple[LoopState, Output]:
-    """The same for a tip that is somewhere, and laws that have an answer."""
+    """The period of `step` for a tip within reach; raises an error when the law fails."""
     limits = settings.limits
     dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     silent = is_silent(state, now, settings)
@@ -160,7 +156,8 @@ def _step(
 def check_memory(contact: Contact) -> None:
     """Raise ValueError for a contact that must not stay in the loop's memory.
 
-    What is no number would stay for ever, and a force that no spring makes for as long as it fades.
+    A value that is not finite would stay there for ever, and a force larger than any spring's until
+    it has faded.
     """
     (fx, fy, fz), (nx, ny, nz) = contact.requested_force, contact.normal
     whole = nx + ny + nz + contact.depth
@@ -171,14 +168,14 @@ def check_memory(contact: Contact) -> None:
 def own_force(
     state: LoopState, sample: DeviceSample, contact: Contact, settings: LoopSettings
 ) -> float:
-    """By how much the hand's own way and speed in a period may change its force [N].
+    """Largest change of the force in a period that the hand's own way and speed explain [N].
 
-    As much as this contact's spring makes of it in its stiffest direction, pressed in or along the
-    surface; friction follows a normal force by mu, at a right angle to it. For a hand that is
-    faster than `SLOW`, a damping that is cut to the law's force follows that, too, and a damping
-    that comes or goes may do so; a slower hand has little energy to be taken, and what a server
-    could make of it would be all that such a hand feels. An integral goes on while the
-    hand rests: nothing bounds that.
+    This is the change that the contact's spring makes of the way in its stiffest direction, into or
+    along the surface; friction adds mu times as much, at a right angle to the normal force. For a
+    hand faster than `SLOW`, the change may double while the damping is cut to the law's force, and
+    the damping may rise or fall. A slower hand has little energy to be taken out, and a server's
+    changes would be all that such a hand feels. The result is inf for a law with an integral, which
+    goes on while the hand rests.
     """
     fade = contact.fade
     if fade is not None and (
@@ -204,21 +201,21 @@ def own_force(
 
 
 def told(anchor: Vec3 | None) -> Vec3 | None:
-    """An anchor as the server may hear of it: none that is no place within reach [m]."""
+    """The anchor to send to the server [m]; None if it is out of reach or not a number."""
     if anchor is None or not norm(anchor) <= MAX_POSITION:  # NaN too
         return None
     return anchor
 
 
 def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
-    """Force on the body: the share of law and friction that the hand has, and never more [N].
+    """Force on the body: the share of law and friction that the hand is given, never more [N].
 
-    Damping may take nearly all of the law's force, or double it, and is not the body's affair; and
-    while a force still comes down to the law's, the body has the law's.
+    Damping is left out, because it concerns only the hand: it may cancel nearly all of the law's
+    force, or double it. While a larger force still falls to the law's, the body gets the law's.
 
     Args:
         force: Force of the law and the friction [N].
-        ratio: Force that the hand is given over the one that was requested.
+        ratio: Given force over requested force.
         max_force: Largest force of the hand [N].
     """
     size = norm(force)

@@ -38,8 +38,8 @@ class SurfaceMaker:
         words = array("h", near.items)
         if sys.byteorder == "big":
             words.byteswap()
-        # A stiff vertex beside soft ones may be rounded to no compliance at all.
+        # Rounding may leave a stiff vertex beside soft ones without any compliance.
         facts = unpack(words, near.scale, near.c_scale, MIN_COMPLIANCE)
-        # A finger that sticks moves with the material, wherever others take it.
+        # With friction the finger sticks to the material and moves with it when others move it.
         moved = 0.0 if patch.compliance is not None else norm(patch.u_others)
         return MeshSurface(self._rest, base, facts, moved)

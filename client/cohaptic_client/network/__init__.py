@@ -1,1 +1,1 @@
-"""Towards the server: protocol, pacing, time, delay lines."""
+"""The client's side of the connection: protocol, pacing, timing, delay lines."""

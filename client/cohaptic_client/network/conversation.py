@@ -1,6 +1,6 @@
-"""One connection to a server, from the greeting to its end: hearing, sending, timing, pacing.
+"""One connection to a server, from greeting to end: receiving, sending, timing, pacing.
 
-It keeps the list of the others who touch, and the words in which news of them is told.
+The module also keeps the list of the other users, and the words for news of them.
 """
 
 from __future__ import annotations
@@ -39,22 +39,22 @@ from cohaptic_client.settings import ClientSettings
 
 
 class People:
-    """The others of a room, as its messages tell of them.
+    """The other users of a room, as the server's messages tell of them.
 
-    The same message tells of one who joins and of a new name. Numbers rise with each who comes, and
-    a welcome has only the names of those who were there before.
+    The same message reports a user who joins and a user's new name. User numbers rise with each
+    user who joins. A welcome has only the names of the users who were there before.
 
     Args:
-        welcome: That this client was given.
+        welcome: Welcome message that this client got.
     """
 
     def __init__(self, welcome: Welcome) -> None:
         self._own = welcome.user
-        self._before = list(welcome.users)  # who was there already, and has no number yet
+        self._before = list(welcome.users)  # users who were there before; their numbers are unknown
         self._known: dict[int, str] = {}
 
     def news(self, event: UserJoined | UserLeft) -> str:
-        """What to tell of a message."""
+        """News for this user from a message."""
         return self._joined(event) if isinstance(event, UserJoined) else self._left(event)
 
     def _joined(self, event: UserJoined) -> str:
@@ -86,11 +86,11 @@ _FLUSH = 0.1  # s for the last message to leave the machine
 
 
 class Refused(CohapticError):
-    """The server said why this client may not take part.
+    """The server refused this client and gave a reason.
 
     Args:
         code: Code of `CloseCode`.
-        reason: In the server's words.
+        reason: Reason in the server's words.
     """
 
     def __init__(self, code: int, reason: str) -> None:
@@ -106,21 +106,19 @@ class Conversation:
     """Messages of one connection, between the network and the haptic loop.
 
     Args:
-        link: To the server, open.
-        settings: Settings of the client.
-        clock: Clock of the client.
-        haptics: Started by the server's welcome, with the rest mesh where patches need one.
+        link: Open connection to the server.
+        haptics: Haptic side, started at the welcome, or at the rest mesh if patches need one.
         tell: Called with each piece of news for people.
-        beat: Called once in a while when a sample is sent, so that the loop's process knows that
-            this one lives; a timer of its own would wake up the processor for it alone.
+        beat: Called whenever a sample is due, so that the loop's process knows that this process
+            lives; a separate timer would wake up the processor for that alone.
         key: The client's secret, with which it comes back to its name.
-        token: Token of its invitation, or of the session that it comes back to; empty for none.
+        token: Token of the invitation, or of the session to resume; empty for none.
 
     Attributes:
         active: Whether messages can be sent.
         timing: Round trip and clock offset of this connection.
         session: Token of the session that the server has begun; empty for none.
-        place: In the queue before a full room, and their number; None for one who is in none.
+        place: Place in the queue before a full room, and the queue's length; None outside a queue.
         server_to_wall: Unix time less the server's clock [s]; 0 before the welcome.
     """
 
@@ -152,13 +150,13 @@ class Conversation:
         self._others: People | None = None
         self._restrained = (False, False)  # the object is frozen, this user is muted
         self._pacer: Pacer | None = None
-        # A timer and not a task that sleeps: half of the event loop's work in a tick.
+        # A timer needs half of the event loop's work per tick that a sleeping task would need.
         self._timer: asyncio.TimerHandle | None = None
         self._failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._seq = 0
 
     async def run(self) -> str:
-        """Greet, hear and send until the connection ends; returns why it ended.
+        """Greet, receive and send until the connection ends; returns why it ended.
 
         Raises:
             Refused: The server refused this client.
@@ -169,7 +167,7 @@ class Conversation:
         self.active = True
         listener = asyncio.ensure_future(self._link.receive(self._hear))
         try:
-            # What goes wrong while a sample is sent is this client's end.
+            # An error while a sample is sent ends the conversation.
             ends: set[asyncio.Future[Any]] = {self._failed, listener}
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
             if self._failed.done():
@@ -183,18 +181,18 @@ class Conversation:
 
     async def say_goodbye(self) -> None:
         """Send a last sample without force, then the farewell; returns when both have left."""
-        # Nothing of the schedule goes out behind the farewell.
+        # No scheduled sample may follow the farewell.
         self._stop_sending()
         tip = self._haptics.newest_sample()
         if tip is not None:
             self._send_sample(tip._replace(force=ZERO))
         self._link.send(self._session.farewell())
-        # Both are still on their way through the injected delay.
+        # Both messages are still on their way through the injected delay.
         up = self._settings.up
         await asyncio.sleep(up.delay + up.jitter + _FLUSH)
 
     def _hear(self, data: Data) -> None:
-        """One message from the server, after its injected delay."""
+        """Handle one message from the server, after its injected delay."""
         event = self._session.receive(data)
         if isinstance(event, Patch):
             assert isinstance(data, bytes)
@@ -203,7 +201,7 @@ class Conversation:
         elif isinstance(event, Place):
             self.session = event.session or self.session
             before, self.place = self.place, (event.place, event.of)
-            if self.place != before:  # else a sign of life
+            if self.place != before:  # an unchanged place is only a sign of life
                 where = f"place {event.place} of {event.of}"
                 self._tell(f"the room is full; you wait for a place: {where}")
         elif isinstance(event, Called):
@@ -218,7 +216,7 @@ class Conversation:
         elif isinstance(event, RestMesh):
             self._take_mesh(event)
         elif isinstance(event, UserJoined | UserLeft):
-            assert self._others is not None  # else the session has not let it pass
+            assert self._others is not None  # the session accepts these only after a welcome
             self._tell(self._others.news(event))
         elif isinstance(event, Restraints):
             self._tell_restraints(event)
@@ -228,7 +226,7 @@ class Conversation:
             raise Refused(event.code, event.message)
 
     def _tell_restraints(self, new: Restraints) -> None:
-        """Say what has changed for this user; others who are muted are no news to it."""
+        """Tell this user what has changed for them; the muting of others is not told."""
         was, self._restrained = (
             self._restrained,
             (new.frozen, self._welcome is not None and self._welcome.user in new.muted),
@@ -244,7 +242,7 @@ class Conversation:
         self._begin(self._welcome)
 
     def _begin(self, welcome: Welcome) -> None:
-        """The server took this client in: start its schedule, and the loop if it does not run."""
+        """Start the sending schedule, and the loop if it does not run yet, after the welcome."""
         others = ", ".join(welcome.users) or "nobody else"
         self._tell(f"touching {welcome.body.name} with {others}")
         self.server_to_wall = welcome.to_wall
@@ -253,7 +251,7 @@ class Conversation:
         self._send_when_due()
 
     def _learn(self, patch: Patch) -> None:
-        """Learn from a patch how long the way there and back is, and when to send."""
+        """Learn from a patch how long the round trip is, and when to send."""
         if patch.seq == 0 or self._pacer is None:
             return
         self._pacer = self._pacer.reported(patch.t_client, patch.sample_wait)
@@ -269,7 +267,7 @@ class Conversation:
         if self._pacer is None:
             return
         now = self._clock.now()
-        if self._pacer.due <= now:  # else it is a start, or a report has moved it meanwhile
+        if self._pacer.due <= now:  # not yet due at a start, or after a report has moved the phase
             self._pacer = self._pacer.sent(now)
             try:
                 tip = self._haptics.newest_sample()
@@ -301,7 +299,7 @@ class Conversation:
 
 
 def greeting(settings: ClientSettings, key: str | None = None, token: str = "") -> Hello:
-    """First message of a client with these settings, this secret and this token."""
+    """First message of a client, with its settings, secret and token."""
     return Hello(
         protocol=PROTOCOL_VERSION,
         name=settings.name,
@@ -320,7 +318,7 @@ def greeting(settings: ClientSettings, key: str | None = None, token: str = "") 
 
 
 def capabilities(choice: DeviceChoice) -> Capabilities:
-    """What a device gives, as the server hears of it."""
+    """Abilities of a device, as the client sends them to the server."""
     info = device_info(choice)
     return Capabilities(
         device=choice.name,

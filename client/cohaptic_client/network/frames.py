@@ -1,7 +1,7 @@
-"""The stream of a server, cut into frames, so that a patch can be taken as it comes.
+"""Cuts the stream of a server into frames, so that a patch can be taken when it comes.
 
-All else is passed on to `websockets`, which checks it. Of a hostile stream nothing is kept but the
-beginning of one frame of at most `LONGEST`.
+All other frames are passed on to `websockets`, which checks them. A hostile stream cannot fill the
+memory: only the beginning of one frame with at most `LONGEST` bytes of payload is kept.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from cohaptic.protocol.websocket_frames import BINARY, begins_message, read_head
 
-# Payload that may wait for its rest [bytes]: a few of the largest patches. A longer one, such as a
-# rest mesh, is passed on as it comes.
+# Largest payload that is kept until it is complete [bytes]: a few of the largest patches. Parts of
+# a longer one, such as a rest mesh, are passed on at once.
 LONGEST = 4096
 
 
@@ -19,9 +19,9 @@ class Piece(NamedTuple):
     """A part of the stream.
 
     Args:
-        data: As it came.
+        data: Bytes of the stream, unchanged.
         patch: Payload of a whole binary message without mask; None in all other pieces.
-        begins: Whether a message begins here.
+        begins: Whether a message begins with this piece.
     """
 
     data: bytes
@@ -30,14 +30,14 @@ class Piece(NamedTuple):
 
 
 class ServerStream:
-    """Cuts what a server sends behind its answer to the handshake."""
+    """Cuts the bytes that a server sends after its answer to the handshake."""
 
     def __init__(self) -> None:
-        self._rest: bytes = b""  # begins with a frame
+        self._rest: bytes = b""  # incomplete frame, from its first byte
         self._passing = 0  # bytes of a long frame that are still to come
 
     def cut(self, data: bytes) -> list[Piece]:
-        """The pieces that are complete with `data`, in order; joined, they are the stream."""
+        """The pieces that `data` completes, in order; all pieces joined are the stream."""
         found: list[Piece] = []
         if self._passing:
             passed = data[: self._passing]

@@ -1,7 +1,7 @@
-"""The shell round one connection: a websocket, and the delay that the settings ask for.
+"""One connection: a websocket, with the injected delay that the settings ask for.
 
-Both directions pass through a `DelayLine`, so that injected latency has the semantics of a stream:
-one delay per direction, order kept. Without a delay, frames pass at once.
+Both directions pass through a `DelayLine`, so that injected latency behaves as in a stream: one
+delay per direction, and messages stay in order. Without a delay, frames pass at once.
 """
 
 from __future__ import annotations
@@ -71,11 +71,9 @@ class Link:
     """One connection to a server.
 
     Args:
-        url: URL of the server.
-        clock: Clock of this client.
-        up: Injected from client to server.
-        down: Injected from server to client.
-        ca_file: Certificates of who may vouch for the server; empty for those of the system.
+        up: Delay injected from client to server.
+        down: Delay injected from server to client.
+        ca_file: File of trusted certificates for the server; empty for those of the system.
     """
 
     def __init__(
@@ -109,11 +107,11 @@ class Link:
             problem = why_not_trusted(error, urlsplit(self.url).hostname or "")
             if isinstance(error, ssl.SSLCertVerificationError):
                 raise ServerUnreachable(self.url, problem) from error
-            raise ServerLost(self.url, problem) from error  # as of a proxy that is still starting
+            raise ServerLost(self.url, problem) from error  # a proxy may still be starting
         except (OSError, TimeoutError) as error:
             problem = "no server answers; start one with: cohaptic serve"
             raise ServerLost(self.url, problem) from error
-        except (InvalidURI, ValueError) as error:  # the latter: a host or a port that cannot be one
+        except (InvalidURI, ValueError) as error:  # ValueError: an impossible host or port
             problem = "not an address; expected ws://HOST:PORT"
             raise ServerUnreachable(self.url, problem) from error
         assert isinstance(connection, Wire)
@@ -125,7 +123,7 @@ class Link:
             loop.read_directly(connection.transport, connection.data_received)
 
     def send(self, data: Data) -> None:
-        """Send without waiting; a binary frame gives way when the one before is not out yet."""
+        """Send without waiting; a binary frame is dropped while earlier bytes are still unsent."""
         assert self._outbound is not None
         self._outbound.push(data)
 
@@ -133,13 +131,13 @@ class Link:
         """Call `deliver` for each message until the connection ends; returns why it ended.
 
         Raises:
-            AnotherObject: The server closed it because it has another one.
+            AnotherObject: The server closed the connection because it has another object.
         """
         assert self._ws is not None
         failed: asyncio.Future[str] = asyncio.get_running_loop().create_future()
 
         def guarded(data: Data) -> None:
-            # Called from a timer, where an exception would be lost.
+            # A timer may call this function, and an exception would be lost there.
             try:
                 deliver(data)
             except Exception as error:

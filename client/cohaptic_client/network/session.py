@@ -26,7 +26,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 
 
 class State(Enum):
-    """Where a session is in its life."""
+    """State of a session."""
 
     AWAIT_WELCOME = "waits for welcome"
     JOINED = "joined"
@@ -46,17 +46,17 @@ class ClientSession:
     """One connection to a server, seen from the client.
 
     Args:
-        laws: That this client asks for. A patch for another is refused: from law to law a server
-            could move a force that rests.
+        laws: Laws that this client asks for. A patch for another law is refused, because a server
+            could move a resting force by switching between laws.
 
     Attributes:
-        state: Where the session is.
+        state: State of the session.
     """
 
     def __init__(self, laws: tuple[Law, ...] = tuple(Law)) -> None:
         self.state = State.AWAIT_WELCOME
         self._laws = laws
-        self._vertices: int | None = None  # of the resting mesh, once it is here
+        self._vertices: int | None = None  # number in the resting mesh, once it has come
 
     @staticmethod
     def greeting(hello: Hello) -> str:
@@ -70,7 +70,7 @@ class ClientSession:
 
     @staticmethod
     def coming() -> str:
-        """The answer to `called`."""
+        """The client's answer to the server's message `called`."""
         return encode_control(Come())
 
     def receive(self, data: str | bytes) -> Event:
@@ -106,7 +106,7 @@ class ClientSession:
         self._vertices = len(mesh.vertices)
 
     def _check(self, patch: Patch) -> None:
-        """A patch is for a law that runs, and a mesh patch speaks of vertices that are here."""
+        """Check that the client asked for a patch's law, and has the vertices of a mesh patch."""
         if patch.law not in self._laws:
             asked = " or ".join(law.value for law in self._laws)
             raise RemoteProtocolError("law of a patch", patch.law.value, asked)
@@ -121,7 +121,7 @@ class ClientSession:
 
 
 def _decode(frame: bytes) -> RestMesh | Patch:
-    """A binary frame by its kind; one of neither is reported as no patch."""
+    """A binary frame decoded by its kind; an unknown kind raises the error of an invalid patch."""
     if len(frame) >= HEADER.size and frame[1] == FrameKind.REST_MESH:
         return RestMesh.decode(frame)
     return Patch.decode(frame)

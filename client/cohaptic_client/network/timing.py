@@ -1,9 +1,9 @@
 """Round trip, jitter and clock offset of a link, estimated from every patch.
 
-A patch sends back when its sample left (`t_client`), how long that waited for the tick
-(`sample_wait`) and when the tick was (`t_server`), as in NTP. The clock offset is taken from the
-shortest round trip of late: its time in queues is least, and half of it bounds the error,
-however unequal the two ways are.
+As in NTP, a patch returns the time at which its sample left (`t_client`), the time that the sample
+waited for the tick (`sample_wait`) and the time of the tick (`t_server`). The clock offset is taken
+from the shortest recent round trip, which has spent the least time in queues. Half of that round
+trip bounds the error, even if the delays of the two directions differ.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ SMOOTHING = 0.05  # share of a new round trip in the running means
 
 
 class Passage(NamedTuple):
-    """One way there and back.
+    """One round trip.
 
     Args:
-        round_trip: Without the wait at the server [s].
-        offset: Server's clock less the client's, if both ways took equally long [s].
+        round_trip: Time of the round trip without the wait at the server [s].
+        offset: Server's clock less the client's, if both directions took equally long [s].
     """
 
     round_trip: float
@@ -30,10 +30,10 @@ class LinkTiming(NamedTuple):
     """Estimates of a link's timing.
 
     Args:
-        round_trip: Running mean [s]; 0 before the first patch.
-        jitter: Running mean of the deviation from it [s].
-        shortest: Shortest of the present window; None before the first patch.
-        shortest_before: Shortest of the window before.
+        round_trip: Running mean of the round trip [s]; 0 before the first patch.
+        jitter: Running mean of the deviation from `round_trip` [s].
+        shortest: Shortest round trip of the present window; None before the first patch.
+        shortest_before: Shortest round trip of the window before; None in the first window.
         until: End of the present window, on the client's clock [s].
     """
 
@@ -45,7 +45,7 @@ class LinkTiming(NamedTuple):
 
     @property
     def best(self) -> Passage | None:
-        """Passage that the clock offset is taken from."""
+        """Passage from which the clock offset is taken; None before the first patch."""
         known = [p for p in (self.shortest, self.shortest_before) if p is not None]
         return min(known, key=lambda p: p.round_trip, default=None)
 
@@ -62,13 +62,13 @@ class LinkTiming(NamedTuple):
     def measured(
         self, *, t_client: float, t_server: float, sample_wait: float, now: float
     ) -> LinkTiming:
-        """A patch came.
+        """Estimates after one more patch.
 
         Args:
-            t_client: When the sample left, client's clock [s].
-            t_server: When the tick was, server's clock [s].
-            sample_wait: How long the sample had waited for it [s].
-            now: When the patch came, client's clock [s].
+            t_client: Time at which the sample left, on the client's clock [s].
+            t_server: Time of the tick, on the server's clock [s].
+            sample_wait: Time that the sample waited for the tick [s].
+            now: Time at which the patch came, on the client's clock [s].
         """
         trip = max(0.0, now - t_client - sample_wait)
         arrived = t_server - sample_wait

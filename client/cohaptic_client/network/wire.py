@@ -1,8 +1,9 @@
-"""A websocket of the library whose samples and patches pass by its parser, queue and tasks.
+"""A websocket of the library whose samples and patches bypass the parser, queue and tasks.
 
-At 60 of each in a second these took a third of what the network's process does. A patch is handed
-on where it is read, a sample written as the frame that it is. All else goes by the library, and
-while any of that waits for `recv`, so do patches: messages stay in order.
+At 60 samples and patches per second, the library took a third of the time of the network process.
+Here a patch is handed on where it is read, and an outgoing message is written as a finished frame.
+Other incoming messages go through the library. While one of them waits for `recv`, patches go
+through it, too, so that messages stay in order.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from cohaptic.protocol.websocket_frames import END_OF_HEAD, KEY, make_frame
 from cohaptic.runtime.transport import unsent_of
 from cohaptic_client.network.frames import ServerStream
 
-_KEYS = 256  # masking keys that are drawn from the system at once, 4 s of samples
+_KEYS = 256  # masking keys drawn from the system at once: for 4 s of samples
 
 
 class Wire(ClientConnection):
@@ -32,17 +33,18 @@ class Wire(ClientConnection):
         super().__init__(*args, **options)
         self.deliver: Callable[[bytes], None] | None = None
         self._stream: ServerStream | None = None  # once the handshake is over
-        self._head: bytes | None = b""  # last bytes of the answer so far; None: nothing to be cut
-        self._waiting = 0  # messages that the library has and `recv` has not returned
+        # Last bytes of the answer to the handshake so far; None once its end has been found.
+        self._head: bytes | None = b""
+        self._waiting = 0  # messages that the library has and `recv` has not returned yet
         self._keys = b""
         self._unsent: Callable[[], int] | None = None
 
     def taken(self) -> None:
-        """A message of `recv` has been handed on."""
+        """Note that a message from `recv` has been handed on."""
         self._waiting -= 1
 
     def write(self, message: str | bytes) -> None:
-        """Write a message without waiting; nothing once the close has begun."""
+        """Write a message without waiting; does nothing once the close has begun."""
         if self.state is State.OPEN:
             self.transport.write(make_frame(message, self._key()))
 
@@ -54,13 +56,13 @@ class Wire(ClientConnection):
         return self._unsent()
 
     def data_received(self, data: bytes) -> None:
-        """Called by the event loop with bytes of the server."""
+        """Take bytes from the server; called by the event loop."""
         if self._stream is None:
             data = self._opening(data)
             if self._stream is None or not data:
                 return
         for piece in self._stream.cut(data):
-            # Nothing may be ahead of a message that is delivered at once.
+            # A message is delivered at once only if no earlier one is waiting.
             if piece.patch is not None and self.deliver is not None and not self._waiting:
                 if self.state is State.OPEN:
                     self.deliver(piece.patch)
@@ -69,9 +71,9 @@ class Wire(ClientConnection):
             super().data_received(piece.data)
 
     def _opening(self, data: bytes) -> bytes:
-        """Pass the answer to the handshake on as it comes; returns what is behind it.
+        """Pass the answer to the handshake on to the library; returns the bytes that follow it.
 
-        An answer that refuses the handshake may have a body of any bytes, which are not cut.
+        An answer that refuses the handshake may have a body of any bytes, which is passed on uncut.
         """
         if self._head is None:
             super().data_received(data)
@@ -92,7 +94,7 @@ class Wire(ClientConnection):
         return b""
 
     def _key(self) -> bytes:
-        """A masking key that was never used, of the system's random numbers."""
+        """A fresh masking key from the system's random numbers."""
         if not self._keys:
             self._keys = os.urandom(KEY * _KEYS)
         key, self._keys = self._keys[:KEY], self._keys[KEY:]

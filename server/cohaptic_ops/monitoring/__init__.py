@@ -1,1 +1,1 @@
-"""What a running server tells those who look after it: metrics, health, and a page of state."""
+"""Monitoring of a running server for its operators: metrics, health, and a page of its state."""

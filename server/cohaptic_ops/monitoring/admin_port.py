@@ -1,4 +1,4 @@
-"""A server's end of its admin port: starts the process, keeps it, and tells it what is new."""
+"""A server's end of its admin port: starts the process, restarts it, and sends it reports."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from cohaptic_ops.monitoring.lines import (
 
 log = logging.getLogger("cohaptic.server")
 
-_AGAIN = 2.0  # s from the end of a process to the next one; it is the operator's eye, no more
-_START = 60.0  # s for a process to open its port on a machine with much to do
+_AGAIN = 2.0  # s from the end of a process to the next one; only the operator depends on it
+_START = 60.0  # s for a process to open its port on a busy machine
 
 
 @dataclass(frozen=True, slots=True)
 class AdminAddress:
-    """Where the admin port is.
+    """Address of the admin port.
 
     Args:
         port: TCP port; 0 takes any free one.
         host: Address to listen on.
-        allow_hosts: Further names under which it may be asked.
+        allow_hosts: Further host names that requests may use.
     """
 
     port: int
@@ -45,10 +45,10 @@ class AdminAddress:
 
 
 def admin_address(said: str, allow_hosts: tuple[str, ...] = ()) -> AdminAddress:
-    """An admin port from the command line: a port, or an address and a port.
+    """The address of an admin port from the command line: a port, or an address and a port.
 
     Raises:
-        SettingError: It is neither.
+        SettingError: The text is neither.
     """
     host, _, port = said.rpartition(":")
     if not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:
@@ -61,12 +61,10 @@ def admin_address(said: str, allow_hosts: tuple[str, ...] = ()) -> AdminAddress:
 class AdminPort:
     """Admin port of one server.
 
-    Args:
-        address: Where it is.
-
     Attributes:
-        url: URL of it, once it is open.
-        process: The newest; None before the first.
+        address: Address to listen on.
+        url: URL of the port once it is open; empty before.
+        process: The running process; None without one.
     """
 
     address: AdminAddress
@@ -80,14 +78,14 @@ class AdminPort:
         """Open the port; returns its URL.
 
         Raises:
-            SettingError: It cannot be had.
+            SettingError: The port is not available.
         """
         await self._start(self.address.port)
         self._keeping = asyncio.ensure_future(self._keep())
         return self.url
 
     def tell(self, line: Line) -> None:
-        """Pass on a line, without waiting; nothing while earlier ones are not read."""
+        """Send a line without waiting; drop it while too many earlier lines are unread."""
         writer = self._writer
         if writer is None or writer.is_closing():
             return
@@ -96,7 +94,7 @@ class AdminPort:
 
     @property
     def unread(self) -> int:
-        """Bytes of lines that the process has not taken yet."""
+        """Number of bytes that the process has not read yet."""
         return 0 if self._writer is None else self._writer.transport.get_write_buffer_size()
 
     async def close(self) -> None:
@@ -107,7 +105,7 @@ class AdminPort:
 
     async def _start(self, port: int) -> None:
         ours, theirs = socket.socketpair()
-        # Not forked: what a server has in memory and in files is none of this process's.
+        # Spawned, not forked, so that the process does not get the server's memory and files.
         context = multiprocessing.get_context("spawn")
         address = self.address
         self.process = context.Process(

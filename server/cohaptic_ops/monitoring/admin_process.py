@@ -1,9 +1,9 @@
-"""The process of an admin port: hears lines of a server, and answers requests about it.
+"""The process of an admin port: reads lines of a server, and answers requests about the server.
 
-It is a process of its own, so that no request about a server costs that server a tick, and so
-that there is an answer when the server hangs.
+A separate process is used so that no request costs the server a tick, and so that requests are
+answered even if the server hangs.
 
-`answer` makes a response of a request without I/O.
+`answer` makes the response to a request without I/O.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ from cohaptic_server.shell.wire import Wire
 
 
 def serve_admin(end: socket.socket, host: str, port: int, allow_hosts: tuple[str, ...]) -> None:
-    """Main function of the process; it ends when the server does.
+    """Main function of the process, which ends when the server does.
 
     Args:
-        end: End of a pair; the server writes lines into the other.
-        host, port: Where to listen.
-        allow_hosts: Further names under which it may be asked.
+        end: One end of a socket pair; the server writes lines into the other end.
+        host, port: Address and port to listen on.
+        allow_hosts: Further host names that requests may use.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
-    logging.basicConfig(level=logging.CRITICAL)  # what is said about requests would fill a disk
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends this process
+    logging.basicConfig(level=logging.CRITICAL)  # log lines about requests could fill a disk
     with contextlib.suppress(OSError):
         stand_back()
     asyncio.run(_serve(end, host, port, allow_hosts))
@@ -73,7 +73,7 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
         if refused is not None:
             return refused
         connection.close_timeout = DOWNLOAD_TIMEOUT
-        # Also to one who asks for a websocket: there is none here.
+        # A request for a websocket gets a normal response, too: there are no websockets here.
         return response(answer(plain(request), known, clock.now()))
 
     async def nobody(_: Wire) -> None:
@@ -91,7 +91,7 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
     listener = await serve_doors(nobody, process, doors, gate)
     url = url_of(host, doors[0]).replace("ws", "http", 1)
     writer.write(encode(OpenLine(url=url, missing=tuple(missing))))
-    # Anything else but a line is the end of the server, or of its mind.
+    # A read error or an invalid line means that the server has ended or is broken.
     with contextlib.suppress(OSError, ValueError, BadLine):
         while line := await reader.readline():
             known.take(decode(line), clock.now())
@@ -110,11 +110,10 @@ INDEX = (
 
 
 def answer(request: Request, known: Known, now: float) -> Answer:
-    """The response.
+    """The response to a request, from any client that reaches the port.
 
     Args:
-        request: From whoever reaches the port.
-        known: State of the server.
+        known: State of the server, as far as it has reported.
         now: Time [s].
     """
     if request.method not in ("GET", "HEAD"):
@@ -138,7 +137,7 @@ def answer(request: Request, known: Known, now: float) -> Answer:
 
 
 def status(known: Known, now: float) -> dict[str, Any]:
-    """All that is known, for programs."""
+    """All known state of the server as a JSON object, for programs."""
     health, idle = known.health, known.why_not_ticking(now)
     rooms: list[dict[str, Any]] = []
     for room in () if health is None else health.rooms:

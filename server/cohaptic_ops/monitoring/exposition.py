@@ -1,7 +1,7 @@
-"""What is known of a server, in the text format of Prometheus.
+"""The known state of a server, in the text format of Prometheus.
 
-Labels are this program's words, names of rooms, which the owner chooses, and numbers of seats:
-however many people come by whatever names, there are as many series as rooms and seats.
+Labels are words of this program, names of rooms, which the owner chooses, and seat numbers. The
+number of series is thus bounded by rooms and seats, whatever names the users give.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cohaptic.status.histogram import TIME_EDGES
 from cohaptic_ops.monitoring.known import Known
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
 
-# Of a room: name, help, and what of it.
+# Metrics of a room: name, help, and the function that reads the value.
 _ROOM_GAUGES: tuple[tuple[str, str, Callable[[RoomMetrics], float]], ...] = (
     (
         "tick_period_seconds",
@@ -60,7 +60,12 @@ _ROOM_LABELLED: tuple[tuple[str, str, str, Callable[[RoomMetrics], dict[str, int
         lambda m: m.limited,
     ),
     ("refused", "Sessions and requests refused by the server", "cause", lambda m: m.refused),
-    ("budgets_spent", "Connections closed for a spent budget", "budget", lambda m: m.spent),
+    (
+        "budgets_spent",
+        "Connections closed and responses refused for a spent budget",
+        "budget",
+        lambda m: m.spent,
+    ),
     (
         "bytes",
         "Bytes of connections, without TLS and heads of responses",
@@ -85,7 +90,7 @@ _USER_GAUGES: tuple[tuple[str, str, Callable[[UserMetrics], float | None]], ...]
 
 
 class _Server(Collector):
-    """Collects what is known at one time.
+    """Collects the metrics that are known at one time.
 
     Args:
         known: State of the server.
@@ -96,12 +101,12 @@ class _Server(Collector):
         self._known, self._now = known, now
 
     def collect(self) -> Iterator[Metric]:
-        """Families of metrics, each once."""
+        """Yield each family of metrics once."""
         yield from self._health()
         rooms = {
             name: known.metrics
             for name, known in self._known.rooms.items()
-            if known.fresh(self._now)  # what is not told any more must not look like news
+            if known.fresh(self._now)  # old reports must not look like new ones
         }
         for name, text, value in _ROOM_GAUGES:
             yield _gauge(name, text, rooms, value)
@@ -157,7 +162,7 @@ class _Server(Collector):
 
 
 def exposition(known: Known, now: float) -> bytes:
-    """The text.
+    """The metrics of a server as text for Prometheus.
 
     Args:
         known: State of the server.
@@ -202,7 +207,7 @@ def _seated(rooms: Mapping[str, RoomMetrics]) -> Iterable[tuple[str, UserMetrics
 
 
 def _buckets(counts: TimeCounts) -> Iterator[tuple[str, float]]:
-    """Cumulated, as the format has them."""
+    """Buckets with cumulative counts, as the format requires."""
     below = 0
     for edge, count in zip((*TIME_EDGES, math.inf), counts.counts, strict=True):
         below += count

@@ -1,4 +1,4 @@
-"""Messages between processes as lines of JSON, each of which says its kind. No I/O."""
+"""Messages between processes as lines of JSON, each with a field for its kind. No I/O."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ L = TypeVar("L", bound=BaseModel)
 
 
 class BadLine(ValueError):
-    """A line that is no message of its channel."""
+    """A line that is not a message of its channel."""
 
 
 class JsonLines(Generic[L]):
-    """The messages of one channel.
+    """Encodes and decodes the messages of one channel.
 
     Args:
-        kinds: All of them, told apart by a field.
+        kinds: All kinds of messages, distinguished by a field.
     """
 
     def __init__(self, kinds: TypeAdapter[L]) -> None:
         self._kinds = kinds
 
     def encode(self, line: L) -> bytes:
-        """As a line, with its end."""
+        """A message as a line, with the newline."""
         return line.model_dump_json().encode() + b"\n"
 
     def decode(self, data: bytes) -> L:
-        """From a line.
+        """The message in a line.
 
         Raises:
-            BadLine: It is none of these messages.
+            BadLine: The line is not a message of this channel.
         """
         try:
             return self._kinds.validate_json(data)

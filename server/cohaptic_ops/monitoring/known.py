@@ -1,4 +1,4 @@
-"""What the process of an admin port knows of its server, and what that says of its health. Pure."""
+"""State of a server that the process of its admin port knows, and its health. No I/O."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from dataclasses import dataclass, field
 from cohaptic_ops.monitoring.lines import Line, RoomLine, ServerLine
 from cohaptic_ops.monitoring.metrics import RoomMetrics, ServerHealth
 
-# s; a report comes every second, and a machine under load may be two late.
+# s after which a report is stale: reports come every second, and a machine under load may be two
+# late.
 STALE = 3.0
 NO_ROOM = "no such room"
 
 
 @dataclass(frozen=True, slots=True)
 class KnownRoom:
-    """A room by its newest report.
+    """Newest report of a room.
 
     Args:
-        metrics: The report.
-        heard: When it came [s].
-        ticked: When a report last had more ticks than the one before [s]; None before.
+        metrics: Metrics in the report.
+        heard: Time at which the report came [s].
+        ticked: Time at which a report last had more ticks than the one before [s]; None before.
     """
 
     metrics: RoomMetrics
@@ -27,22 +28,22 @@ class KnownRoom:
     ticked: float | None
 
     def fresh(self, now: float) -> bool:
-        """Whether it says how the room is now."""
+        """Whether the report is not older than `STALE`."""
         return now - self.heard <= STALE
 
     def ticks(self, now: float) -> bool:
-        """Whether the room ticks."""
+        """Whether the room ticks, by reports not older than `STALE`."""
         return self.fresh(now) and self.ticked is not None and now - self.ticked <= STALE
 
 
 @dataclass(slots=True)
 class Known:
-    """All of it.
+    """Known state of a server and all its rooms.
 
     Attributes:
         health: Health of the server; None before its first line.
-        heard: When that came [s].
-        rooms: By name; only rooms that the server has.
+        heard: Time at which the health came [s].
+        rooms: Newest reports by name of the room; only rooms that the server has.
     """
 
     health: ServerHealth | None = None
@@ -50,20 +51,20 @@ class Known:
     rooms: dict[str, KnownRoom] = field(default_factory=dict[str, KnownRoom])
 
     def take(self, line: Line, now: float) -> None:
-        """Learn what a line says."""
+        """Update the state by a line from the server."""
         if isinstance(line, ServerLine):
             self.health, self.heard = line.health, now
             there = {room.name for room in line.health.rooms}
             self.rooms = {name: room for name, room in self.rooms.items() if name in there}
         elif isinstance(line, RoomLine):
             before = self.rooms.get(line.room)
-            # Fewer ticks are those of a new process. The first report says nothing of movement.
+            # Fewer ticks than before mean a new process. One report alone cannot show progress.
             moved = before is not None and line.metrics.ticks > before.metrics.ticks
             ticked = now if moved else None if before is None else before.ticked
             self.rooms[line.room] = KnownRoom(line.metrics, now, ticked)
 
     def why_not_alive(self, now: float) -> list[str]:
-        """Why the server does not count as alive; empty if it does."""
+        """Reasons why the server does not count as alive; empty if it does."""
         if self.health is None:
             return ["the server has not said anything yet"]
         if now - self.heard > STALE:
@@ -71,7 +72,7 @@ class Known:
         return []
 
     def why_not_ticking(self, now: float) -> dict[str, str]:
-        """Rooms that do not tick, and what is known of why."""
+        """Rooms that do not tick, each with the known reason."""
         if self.health is None:
             return {}
         found: dict[str, str] = {}
@@ -88,15 +89,14 @@ class Known:
         return found
 
     def why_not_ready(self, now: float, room: str | None = None) -> list[str]:
-        """Why nobody should be sent here; empty if people may come.
+        """Reasons why the server, or one room, is not ready for people; empty if it is.
 
-        A server is ready when it ticks: with several rooms, when one of them does and none is at
-        its first start, since one broken room is no reason to send nobody to the others. Whoever
-        wants to know of one room asks for it.
+        A server is ready if a room ticks or is idle, and no room is at its first start: one broken
+        room must not keep people from the others. A room is judged alone if `room` names it.
 
         Args:
             now: Time [s].
-            room: Only this one.
+            room: Name of the only room to judge; None judges the server.
         """
         if why := self.why_not_alive(now):
             return why
@@ -104,7 +104,7 @@ class Known:
         if self.health.draining:
             return ["the server is draining"]
         waits = {one.name for one in self.health.rooms if one.state == "idle"}
-        # One that starts on demand ticks for whoever comes.
+        # An idle room counts as ready, since it starts when somebody comes.
         silent = {n: why for n, why in self.why_not_ticking(now).items() if n not in waits}
         if room is not None:
             names = {one.name for one in self.health.rooms}

@@ -1,4 +1,4 @@
-"""Lines of JSON from a server to the process of its admin port."""
+"""Lines of JSON between a server and the process of its admin port."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class _Line(BaseModel):
 
 
 class ServerLine(_Line):
-    """How the server is; in place of the one before."""
+    """State of the server; replaces the state of the previous line."""
 
     kind: Literal["server"] = "server"
     health: ServerHealth
 
 
 class RoomLine(_Line):
-    """What a room tells; in place of the one before of the same room."""
+    """Metrics of a room; replace those of the room's previous line."""
 
     kind: Literal["room"] = "room"
     room: str
@@ -32,11 +32,11 @@ class RoomLine(_Line):
 
 
 class OpenLine(_Line):
-    """The other way, once: the admin port is open.
+    """The admin port is open; sent once, from the process to the server.
 
     Args:
-        url: URL of it.
-        missing: A sentence for each address of its name that this machine does not have.
+        url: URL of the admin port.
+        missing: Sentence for each address of its host name that this machine does not have.
     """
 
     kind: Literal["open"] = "open"
@@ -45,10 +45,10 @@ class OpenLine(_Line):
 
 
 class RefusedLine(_Line):
-    """The other way, once: it cannot be opened.
+    """The admin port cannot be opened; sent once, from the process to the server.
 
     Args:
-        name, value, limit: As of a `SettingError`.
+        name, value, limit: Fields of the `SettingError`.
     """
 
     kind: Literal["refused"] = "refused"

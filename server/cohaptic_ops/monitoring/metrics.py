@@ -1,7 +1,7 @@
-"""What a room and a server tell of themselves, as frozen values that pass between processes.
+"""Metrics of a room and health of a server, as frozen values that pass between processes.
 
-The metrics of a user have a seat beside its name: a name is a stranger's, and there may be
-any number of them over a day, while a room has so many seats and no more.
+The metrics of a user have a seat number beside the name: strangers choose the names, of which there
+may be any number over a day, while a room has a fixed number of seats.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from cohaptic.status.histogram import TIME_EDGES
 
 
 class _Frozen(BaseModel):
-    # Numbers only: infinity is no JSON, and would pass for a missing value on the way.
+    # Infinity is not valid JSON, and would arrive as a missing value.
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
@@ -21,7 +21,7 @@ class TimeCounts(_Frozen):
     """A histogram of times.
 
     Args:
-        counts: Numbers of each bucket of `TIME_EDGES` and of what is above, not cumulated.
+        counts: Count of each bucket of `TIME_EDGES`, then of larger times, not cumulative.
         total: Sum of all times [s].
     """
 
@@ -33,18 +33,18 @@ NO_TIMES = TimeCounts(counts=[0] * (len(TIME_EDGES) + 1), total=0.0)
 
 
 class UserMetrics(_Frozen):
-    """One who touches.
+    """Metrics of a user who touches.
 
     Args:
-        seat: Lowest number that was free when it came, from 1.
-        name: As it gave it.
-        delay: Delay of its loop, as gains are chosen for; None before it was measured [s].
-        loss: Share of its samples of late that no tick has used, since newer ones came with them or
-            they were too many, 0 to 1.
-        silence: Since its newest message [s].
-        force: That the body gets of it now [N].
-        skipped: Patches that were replaced before they could be sent, so far.
-        capabilities: Capabilities of its device, as it says; None if it says nothing.
+        seat: Lowest number that was free when the user came, from 1.
+        name: Name as the client gave it.
+        delay: Delay of the user's loop, for which gains are chosen; None before it is measured [s].
+        loss: Share of the user's recent samples that no tick has used, because newer samples came
+            with them or there were too many, 0 to 1.
+        silence: Time since the user's newest message [s].
+        force: Force of the user on the body now [N].
+        skipped: Patches so far that a newer one replaced before they could be sent.
+        capabilities: Capabilities of the device as its client states them; None if it states none.
     """
 
     seat: int = Field(ge=1)
@@ -58,26 +58,26 @@ class UserMetrics(_Frozen):
 
 
 class RoomMetrics(_Frozen):
-    """A room.
+    """Metrics of a room.
 
     Args:
-        hz: Ticks per second that it should have.
-        ticks, missed, left_out, slept: As `TickMeters` counts.
-        cost, lateness: Histograms of its ticks.
-        users: Who touches.
-        max_users: Who may touch at once.
-        waiting: Who waits for a seat.
-        watchers, max_watchers: Who watches, and who may at once.
+        hz: Nominal ticks per second.
+        ticks, missed, left_out, slept: Numbers of ticks, as `TickMeters` counts them.
+        cost, lateness: Histograms of the duration and of the delay of the ticks.
+        users: Users who touch.
+        max_users: Number of users who may touch at once.
+        waiting: Number of people who wait for a seat.
+        watchers, max_watchers: Number of watchers, and largest number at once.
         lag: Lag of the room [s].
-        coupling: Coupling of its hands.
-        margin: Margin of their stability; None where they do not couple.
-        limited: Times that a user's force was limited in a tick, by why.
+        coupling: Spectral radius of the coupling of the hands.
+        margin: Stability margin of the hands; None if they do not couple.
+        limited: Number of times that a user's force was limited in a tick, by reason.
         refused: Sessions and requests that were refused, by cause.
-        spent: Connections closed for a budget that was spent, by budget.
-        connections: That are open.
-        received, sent: Bytes.
-        processor: Time of processors that its process has taken [s].
-        memory: Resident in its process [bytes]; 0 where the system does not tell.
+        spent: Connections and responses refused for a spent budget, by budget.
+        connections: Number of open connections.
+        received, sent: Bytes received and sent.
+        processor: Processor time of the process [s].
+        memory: Resident memory of the process [bytes]; 0 if the system does not tell.
     """
 
     hz: float = 60.0
@@ -106,13 +106,12 @@ class RoomMetrics(_Frozen):
 
 
 class RoomHealth(_Frozen):
-    """How a room is, as whoever keeps it knows.
+    """State of a room, as its keeper knows it.
 
     Args:
-        name: Name of the room.
-        state: idle, starting, open, broken or stopped.
-        problem: Why it is broken.
-        restarts: Number of restarts of its process so far.
+        state: State of the room: idle, starting, open, broken or stopped.
+        problem: Reason why the room is broken; empty if it is not.
+        restarts: Number of restarts of the room's process so far.
     """
 
     name: str
@@ -122,14 +121,14 @@ class RoomHealth(_Frozen):
 
 
 class ServerHealth(_Frozen):
-    """How a server is, a few times a second.
+    """State of a server, reported once a second by one room, four times with many rooms.
 
     Args:
         version: Version of the program.
-        draining: Whether it takes nobody any more, since it is about to end.
-        rooms: All of them.
-        connections: That are open, at the door.
-        refused: Connections that were not taken so far.
+        draining: Whether the server admits no more clients because it is about to end.
+        rooms: State of each room.
+        connections: Number of open connections, counted at the door.
+        refused: Number of connections that were refused so far.
     """
 
     version: str

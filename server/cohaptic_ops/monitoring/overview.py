@@ -14,16 +14,17 @@ from cohaptic.errors import one_line
 from cohaptic.status.histogram import TIME_EDGES
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts
 
-_LONGEST_NAME = 18  # columns; at 80 the rest of a row needs the others
-_WIDE = 100  # columns, from which on there is room for what is looked at less often
+_LONGEST_NAME = 18  # columns; on 80 columns the rest of a row needs the others
+_WIDE = 100  # columns from which on there is space for less important values
 _GOOD, _ODD, _BAD = "green", "yellow", "red"
 NONE = "-"
-# Above it a hand feels the object lag, or lose touch with it.
+# Delay [s] above which a hand feels the object lag; share of unused samples above which the hand
+# loses touch with the object.
 _LONG_DELAY, _MUCH_LOSS = 0.3, 0.5
 
 
 class RoomStatus(BaseModel):
-    """A room in the answer of `/status`. A newer server may say more."""
+    """A room in the answer of `/status`; further fields of a newer server are ignored."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -52,12 +53,12 @@ class Status(BaseModel):
 
 
 def overview(status: Status, before: Status | None, width: int) -> RenderableType:
-    """The picture.
+    """The tables of rooms and users.
 
     Args:
-        status: Newest.
-        before: An earlier one: what is counted is shown since then, and not since the start.
-        width: Width of the terminal, in columns.
+        status: Newest status.
+        before: Earlier status, from which on ticks are counted; None counts from the start.
+        width: Width of the terminal [columns].
     """
     earlier = {} if before is None else {room.name: room.metrics for room in before.rooms}
     since = {room.name: since_then(room.metrics, earlier.get(room.name)) for room in status.rooms}
@@ -73,7 +74,7 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
 
 
 def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetrics | None:
-    """Metrics with those counters that `overview` shows counted from an earlier report on."""
+    """Newest metrics, with the tick counters of `overview` counted from an earlier report on."""
     if now is None or before is None or before.ticks >= now.ticks:
         return now
     changes = {
@@ -86,11 +87,10 @@ def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetri
 
 
 def quantile(times: TimeCounts, q: float) -> float | None:
-    """Time below which a share `q` lies, in its bucket by straight lines [s]; None without any.
+    """Quantile of counted times, interpolated linearly within its bucket [s]; None without times.
 
     Args:
-        times: Counted.
-        q: Share, 0 to 1.
+        q: Share of the times that lie below, 0 to 1.
     """
     wanted, below = q * sum(times.counts), 0.0
     if not wanted:

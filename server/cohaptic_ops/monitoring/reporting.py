@@ -60,7 +60,6 @@ class Reporter:
     """Reports on one server with one room.
 
     Args:
-        server: Server that is reported on.
         admin: Admin port that gets the reports.
     """
 

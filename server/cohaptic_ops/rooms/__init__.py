@@ -1,1 +1,1 @@
-"""Many rooms on one port, each in a process of its own that a supervisor keeps alive."""
+"""Many rooms on one port, each in a separate process that a supervisor keeps alive."""

@@ -1,4 +1,4 @@
-"""Configuration of a server with many rooms: a TOML file, and environment variables over it."""
+"""Configuration of a server with many rooms: a TOML file, overridden by environment variables."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from cohaptic_server.touchable import DAMPING_RATIO, is_file
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
 DIVIDER = "__"
-# Kubernetes and Docker's links set these, after PREFIX, for a service that is called
-# cohaptic-server; PORT itself only with an address in it.
+# Names, after PREFIX, of variables that Kubernetes and Docker's links set for a service called
+# cohaptic-server; the variable PORT is theirs only if it contains an address.
 _OF_A_SERVICE = re.compile(
     r"SERVICE_(HOST|PORT(_\w+)?)|PORT_\d+_(TCP|UDP|SCTP)(_(PROTO|PORT|ADDR))?"
 )
 _ADDRESS = re.compile(r"(tcp|udp|sctp)://\S*")
 log = logging.getLogger("cohaptic.server")
-MAX_ROOMS = 200  # each is a process; beyond, a machine has other limits first
+MAX_ROOMS = 200  # each is a process; with more, a machine reaches other limits first
 
 
 def _check_limits(limits: dict[str, str]) -> dict[str, str]:
@@ -69,9 +69,9 @@ LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
 
 
 class ObjectTable(Table):
-    """Options of an object from a file, as those of `cohaptic serve` of the same names.
+    """Options of an object from a file, with the names and meanings of those of `cohaptic serve`.
 
-    A modulus is a number, or a list with those of parts: `["3e3", "tumour=60e3"]`.
+    A modulus is a number, or a list that includes those of parts: `["3e3", "tumour=60e3"]`.
     """
 
     young: list[str] | float | None = None
@@ -97,24 +97,24 @@ class RoomTable(Table):
     """One room.
 
     Args:
-        body: Name in the catalogue, or a mesh file; one that is not absolute is looked for in the
-            folder of the configuration.
-        title: For people who choose a room; the name if not given.
+        body: Name in the catalogue, or a mesh file; a relative path is looked up in the folder of
+            the configuration.
+        title: Title for people who choose a room; the name is shown if it is empty.
         rate: Ticks per second.
         laws: Control laws that its users may have.
-        max_users: Who may touch at once.
-        max_watchers: Who may watch at once.
-        max_waiting: Who may wait for a place while it is full; 0 lets nobody wait.
-        nonlinear: Whether its body is deformed without bound.
+        max_users: Number of users who may touch at once.
+        max_watchers: Number of watchers at once.
+        max_waiting: Number of people who may wait while the room is full; 0 lets nobody wait.
+        nonlinear: Whether the deformation of the body is finite.
         relaxation: Relaxation time of a viscous body [s]; 0 is elastic.
-        users: How many the object of a file is prepared for; None as `cohaptic serve` without it.
+        users: Users that an object from a file is prepared for; None as without --users.
         allow_fixed_gains: Whether clients may choose their own gains.
         allow_latency: Whether pages may inject latency.
-        watchers_point: Whether who only watches may point at the surface, too.
+        watchers_point: Whether watchers may point at the surface, too.
         object: Options of an object from a file.
-        limits: Budgets of its connections, beside those of the server.
-        start: At once, with the server, or on demand, when somebody comes.
-        end_after: How long nobody is there before a room ends that starts on demand [s].
+        limits: Budgets of the room's connections, in addition to those of the server.
+        start: Whether the room starts at once, with the server, or on demand, when somebody comes.
+        end_after: Time without anybody until a room that starts on demand ends [s].
     """
 
     body: str = Field(min_length=1)
@@ -133,12 +133,13 @@ class RoomTable(Table):
     object: ObjectTable = ObjectTable()
     limits: LimitTable = Field(default_factory=dict)
     start: Literal["at once", "on demand"] = "at once"
-    # Who closes the page for a coffee finds the names, places and sessions that a process keeps.
+    # A user who closes the page for a short break still finds the names, places and sessions, which
+    # only the process keeps.
     end_after: float = Field(default=600.0, ge=10.0, le=604_800.0)
 
     @property
     def idle(self) -> float | None:
-        """How long it may be empty [s]; None for a room that is always there."""
+        """Time that the room may be empty before it ends [s]; None for a room that never ends."""
         return self.end_after if self.start == "on demand" else None
 
 
@@ -148,18 +149,18 @@ class RoomsConfig(BaseSettings):
     Args:
         host: Address to listen on.
         port: TCP port; 0 takes any free one.
-        max_users: Who may touch at once, in all rooms together.
-        max_watchers: Who may watch at once, in all rooms together.
-        drain: How long the rooms have to end when the server stops [s].
-        lease: A room that says nothing for so long is ended and started again [s].
+        max_users: Number of users who may touch at once, in all rooms together.
+        max_watchers: Number of watchers at once, in all rooms together.
+        drain: Time for the rooms to end when the server stops [s].
+        lease: Time without a report after which a room is ended and started again [s].
         allow_hosts: Further names of the server.
         allow_origins: Further origins whose pages may connect.
         allow_frames: Origins whose pages may show the rooms' pages in a frame.
-        base_path: Path that the server is below at a proxy.
+        base_path: Path prefix of the server at a proxy.
         limits: Budgets of all connections together.
-        access: Who may come in.
-        admin: Metrics and health for those who look after the server.
-        rooms: By name.
+        access: Admission of clients.
+        admin: Address of the admin port, with metrics and health.
+        rooms: Tables of the rooms, by name.
     """
 
     model_config = SettingsConfigDict(
@@ -172,7 +173,8 @@ class RoomsConfig(BaseSettings):
     max_users: int = Field(default=256, ge=1, le=10_000)
     max_watchers: int = Field(default=1000, ge=0, le=10_000)
     drain: float = Field(default=5.0, ge=0.5, le=300.0)
-    # A machine under load holds a process up for a second or two; a hand is let go after 0.1 s.
+    # A loaded machine may delay a process for a second or two, so that a lease must be longer; the
+    # clients of a hanging room release their hands after 0.1 s already.
     lease: float = Field(default=10.0, ge=2.0, le=3600.0)
     allow_hosts: tuple[str, ...] = ()
     allow_origins: tuple[str, ...] = ()
@@ -199,7 +201,7 @@ class RoomsConfig(BaseSettings):
 
     @property
     def front(self) -> ServerSettings:
-        """Settings of what all rooms have in common."""
+        """Settings that all rooms share."""
         return ServerSettings(
             self.host, self.port, allow_origins=self.allow_origins, allow_hosts=self.allow_hosts,
             limits=limits_of(self.limits), room=None, allow_frames=self.allow_frames,
@@ -208,15 +210,15 @@ class RoomsConfig(BaseSettings):
 
 
 def limits_of(table: Mapping[str, str]) -> Limits:
-    """Budgets with those of a table changed."""
+    """Default budgets, changed by those of a table."""
     return Limits().changed(f"{name}={value}" for name, value in table.items())
 
 
 def load_config(path: Path) -> RoomsConfig:
-    """Read a configuration, with the environment of this process over it.
+    """Read a configuration, which environment variables of this process override.
 
     Raises:
-        ConfigError: Something is wrong with it; every key at fault is named.
+        ConfigError: The configuration is invalid; the error names every key at fault.
     """
     try:
         written = tomllib.loads(text_of(path.read_bytes()))
@@ -229,9 +231,9 @@ def load_config(path: Path) -> RoomsConfig:
         log.info("passed over what tells of a service called cohaptic-server: %s", told)
     _check_environment(path, os.environ)
     try:
-        sourced: Any = _sourced(written)  # its values come from elsewhere than its arguments
+        sourced: Any = _sourced(written)  # called without arguments: its values come from sources
         config: RoomsConfig = sourced()
-        # What is checked where it is used: names of hosts and origins.
+        # Names of hosts and origins are checked by the settings that use them.
         _ = config.front
     except ValidationError as error:
         raise ConfigError(path, problems_of(error, PREFIX, DIVIDER, os.environ)) from error
@@ -257,7 +259,7 @@ def load_config(path: Path) -> RoomsConfig:
 
 
 def _sourced(written: dict[str, Any]) -> type[RoomsConfig]:
-    """The same settings, read from a file and the environment, which goes first."""
+    """`RoomsConfig` with values from the environment first, then from the content of a file."""
 
     class Sourced(RoomsConfig):
         @classmethod
@@ -281,7 +283,7 @@ def _sourced(written: dict[str, Any]) -> type[RoomsConfig]:
 
 
 def _check_environment(path: Path, environment: Mapping[str, str]) -> None:
-    """Variables that would be passed over silently are errors as well."""
+    """Raise ConfigError for environment variables that would otherwise be ignored silently."""
     known = set(RoomsConfig.model_fields)
     unknown = [
         f"the environment variable {name} names no key; known: {', '.join(sorted(known))}"
@@ -295,7 +297,7 @@ def _check_environment(path: Path, environment: Mapping[str, str]) -> None:
 
 
 def _is_of_a_service(name: str, value: str) -> bool:
-    """Whether a variable of the environment is an orchestrator's, and none of our keys."""
+    """Whether an environment variable was set by an orchestrator, and is not one of our keys."""
     key = name.upper().removeprefix(PREFIX)
     if key == name.upper():
         return False
@@ -304,12 +306,12 @@ def _is_of_a_service(name: str, value: str) -> bool:
 
 
 def is_plain_balloon(room: RoomTable) -> bool:
-    """Whether the body of a room is the one of `prebuilt`."""
+    """Whether the body of a room is the balloon in `prebuilt`."""
     return room.body == "balloon" and not room.nonlinear and room.relaxation == 0.0
 
 
 def _placed(table: RoomTable, folder: Path) -> RoomTable:
-    """A room with its files where they are."""
+    """The table of a room with file names resolved against the folder of the configuration."""
 
     def at(written: str | Path) -> Path:
         return folder / at_home(Path(written))

@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, as sentences that name every key at fault."""
+"""Errors of a configuration, as sentences that name every key at fault."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class ConfigError(CohapticError):
     """A configuration cannot be used.
 
     Args:
-        path: Path of its file.
-        problems: What is wrong, each with its key.
+        path: Path of the configuration file.
+        problems: Sentences on the problems, each with its key.
     """
 
     def __init__(self, path: Path, problems: Sequence[str]) -> None:
@@ -32,12 +32,12 @@ class ConfigError(CohapticError):
 
 
 class KeyProblem(ValueError):
-    """One value of a table whose keys are no fields of a model.
+    """An invalid value of a table whose keys are not fields of a model.
 
     Args:
-        key: In the table.
-        value: As it was given.
-        limit: What it must be.
+        key: Key in the table.
+        value: Value as it was given.
+        limit: Condition that the value must meet.
     """
 
     def __init__(self, key: str, value: str, limit: str) -> None:
@@ -51,16 +51,16 @@ def problems_of(
     """One sentence for each key at fault.
 
     Args:
-        error: Error of the library.
+        error: Error of pydantic.
         prefix: Prefix of environment variables.
-        divider: Between the parts of their names.
-        environment: Where a value may come from instead of the file.
+        divider: Separator of the parts of their names.
+        environment: Environment variables, from which a value may come instead of the file.
     """
     names = {name.upper() for name in environment}
     found: dict[str, str] = {}
     for one in error.errors(include_url=False):
         parts = [str(part) for part in one["loc"] if part != "[key]"]
-        # A value that may be of several kinds fails once for each, and its key ends with the kind.
+        # A value of a union type has one error for each type, whose location ends with the type.
         while parts and ("[" in parts[-1] or parts[-1] in _KINDS):
             parts.pop()
         cause = one.get("ctx", {}).get("error")

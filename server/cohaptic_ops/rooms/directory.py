@@ -1,11 +1,11 @@
-"""Who owns each room: a lease with a fencing token.
+"""The owners of rooms: a lease with a fencing token for each room.
 
-A room has one owner at a time, and each later owner has a higher epoch. The owner renews its lease;
-one that does not must be taken for alive until the lease has run out, unless there is proof of its
-end. Whatever is received from an owner with a lower epoch than the newest is from the past.
+A room has one owner at a time, and each later owner has a higher epoch. The owner renews its lease.
+An owner that does not renew its lease counts as alive until the lease has run out, unless there is
+proof of its end. A message from an owner with a lower epoch than the newest is outdated.
 
-The directory of one machine is in memory. One of several machines, in a store with compare-and-set,
-has the same interface: its revision of the owner's record is the epoch.
+The directory of one machine is in memory. A directory of several machines, in a store with
+compare-and-set, would have the same interface: the epoch is the revision of the owner's record.
 """
 
 from __future__ import annotations
@@ -22,11 +22,13 @@ class Lease:
     """Lease of a room.
 
     Args:
-        room: Its name.
-        holder: Its owner: a name that no other process has, nor a later one of the same room.
+        room: Name of the room.
+        holder: Unique name of the owner, which no other process has, not even a later one of the
+            same room.
         epoch: Fencing token, higher than that of every earlier owner; from 1.
-        until: When it ends unless it is renewed, on the clock of the caller [s].
-        url: Where clients find it; empty for a process of this machine that gets its sockets.
+        until: Time at which the lease ends unless it is renewed, on the clock of the caller [s].
+        url: URL of the room for clients; empty for a process of this machine, which gets its
+            connections handed over.
     """
 
     room: str
@@ -37,11 +39,11 @@ class Lease:
 
 
 class LeaseError(CohapticError):
-    """A room cannot be had, or is owned no more.
+    """A room has another owner, or the lease of a room has run out.
 
     Args:
-        room: Its name.
-        problem: Why.
+        room: Name of the room.
+        problem: Reason in words.
     """
 
     def __init__(self, room: str, problem: str) -> None:
@@ -53,15 +55,15 @@ class LeaseError(CohapticError):
 
 
 class Directory(Protocol):
-    """Owners of rooms. All but `owner` may wait for a store; times are the caller's [s]."""
+    """Owners of rooms; all methods but `owner` may wait for a store; times are the caller's [s]."""
 
     @property
     def duration(self) -> float:
-        """How long a lease lasts unless it is renewed [s]."""
+        """Term of a lease unless it is renewed [s]."""
         ...
 
     def owner(self, room: str, now: float) -> Lease | None:
-        """The owner as it is known here, at once; None while there is none."""
+        """The owner as known here, without waiting; None if there is none."""
         ...
 
     async def claim(self, room: str, holder: str, now: float, url: str = "") -> Lease:
@@ -69,11 +71,11 @@ class Directory(Protocol):
         ...
 
     async def renew(self, lease: Lease, now: float) -> Lease:
-        """Stay the owner; raises LeaseError if another one is, or the lease has run out."""
+        """Stay the owner; raises LeaseError if there is another one or the lease has run out."""
         ...
 
     async def release(self, lease: Lease) -> None:
-        """Be the owner no more, at the end of the holder or with proof of it."""
+        """Give up the room, at the end of the holder or with proof of it."""
         ...
 
 
@@ -81,7 +83,7 @@ class LocalDirectory:
     """The directory of the rooms of one process, in its memory.
 
     Args:
-        duration: Duration of a lease [s].
+        duration: Term of a lease [s].
     """
 
     def __init__(self, duration: float) -> None:
@@ -95,7 +97,7 @@ class LocalDirectory:
         return self._epochs
 
     def owner(self, room: str, now: float) -> Lease | None:
-        """The owner; None if nobody is, or its lease has run out."""
+        """The lease of the owner; None if there is no owner or its lease has run out."""
         lease = self._leases.get(room)
         return lease if lease is not None and now < lease.until else None
 
@@ -103,7 +105,7 @@ class LocalDirectory:
         """Become the owner of a room that has none.
 
         Raises:
-            LeaseError: It has one.
+            LeaseError: The room has an owner.
         """
         owner = self.owner(room, now)
         if owner is not None:
@@ -116,7 +118,7 @@ class LocalDirectory:
         """Stay the owner.
 
         Raises:
-            LeaseError: The lease has run out, or another one is the owner.
+            LeaseError: The lease has run out, or the room has another owner.
         """
         owner = self.owner(lease.room, now)
         if owner is None or owner.epoch != lease.epoch:
@@ -127,7 +129,7 @@ class LocalDirectory:
         return renewed
 
     async def release(self, lease: Lease) -> None:
-        """Be the owner no more; nothing if another one is."""
+        """Give up the room; do nothing if it has another owner."""
         owner = self._leases.get(lease.room)
         if owner is not None and owner.epoch == lease.epoch:
             del self._leases[lease.room]

@@ -1,7 +1,7 @@
-"""Gives every connection that has asked for something to its room, by the path that it asks for.
+"""Hands every connection with a request to its room, by the path in the request.
 
-It looks at the first bytes without taking them (MSG_PEEK): the room reads the whole request. Who
-has not asked yet is the door's to hold; nothing here waits for a peer or a room.
+The front looks at the first bytes without taking them (MSG_PEEK): the room reads the whole request.
+Connections without a request are held by the door; nothing here waits for a peer or a room.
 
 The server itself answers with the list of rooms, and with the reason why a room cannot be entered.
 """
@@ -32,18 +32,21 @@ from cohaptic_server.shell.listener import Listener, serve_doors
 from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
 
-# s until a request whose first line is not complete is looked at again; twice as long each time,
-# and given up beyond `HEAD_TIMEOUT`. So it may be where doors hold nobody, and of who sends its
-# bytes one by one.
+# s until a request with an incomplete first line is looked at again: the pause doubles each time,
+# and the front gives up beyond `HEAD_TIMEOUT`. Incomplete lines come through on systems where doors
+# hold no connections, and from clients that send their bytes one by one.
 _AGAIN = 2e-3
 _BUSY = Refusal("the room does not take anybody at present", 2.0)
 
 
 class Place(Protocol):
-    """Whom a connection may be handed to."""
+    """A receiver of connections: a room, or the server's own site."""
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand it over; returns whether it is taken. The source is to be counted out later."""
+        """Hand a connection over; returns whether that worked.
+
+        If so, the place has to report the end of the connection with its source.
+        """
         ...
 
 
@@ -52,8 +55,8 @@ class Front:
 
     Args:
         doors: Listening sockets.
-        gate: Whom there is a budget for.
-        places: Where a request for a target may go, the best first.
+        gate: Gate that counts the connections.
+        places: Gives the places that a request for a target may go to, the best first.
     """
 
     def __init__(
@@ -64,22 +67,22 @@ class Front:
         self._loop = asyncio.get_running_loop()
 
     def open(self) -> None:
-        """Let people in."""
+        """Start to accept connections."""
         for door in self._doors:
             self._loop.add_reader(door, self._accept, door)
 
     def close(self) -> None:
-        """Let nobody in any more, and close who has not said where to."""
+        """Accept no more connections, and close those without a request."""
         for door in self._doors:
             self._loop.remove_reader(door)
             door.close()
 
     def left(self, source: str) -> None:
-        """A connection of an address has ended."""
+        """Count the end of a connection from a source."""
         self._gate.sources.leave(source)
 
     def _accept(self, door: Door) -> None:
-        with contextlib.suppress(OSError):  # nobody any more, for now
+        with contextlib.suppress(OSError):  # no further connection waits for now
             while True:
                 connection, peer = door.accept()
                 connection.setblocking(False)
@@ -88,7 +91,7 @@ class Front:
                 self._look(connection, self._gate.source_of_peer(peer))
 
     def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
-        """Look for the request, and later again where its line is not complete."""
+        """Look at the request, and again later if its first line is not complete."""
         seen: bytes | None
         try:
             seen = connection.recv(MOST, socket.MSG_PEEK)
@@ -109,26 +112,26 @@ class Front:
         number = next(self._numbers)
         for place in self._places(target):
             if place.take(connection, number, source):
-                connection.close()  # our end of it; the room has its own
+                connection.close()  # our socket only; the room has its own
                 return
         self.left(source)
         turn_away(connection, _BUSY, 503)
 
 
-MOST = 2048  # bytes of a request's first line; what is longer is no room's
+MOST = 2048  # bytes of a request's first line; a longer one goes to no room
 _LINE = re.compile(rb"[A-Z]{1,16} ([\x21-\x7e]+) HTTP/1\.[01]\r?")
 _BEGINS = re.compile(rb"[A-Z]{1,16}(?: [\x21-\x7e]*(?: [HTP/1.0]{0,8}\r?)?)?")
 
 
 def target_of(seen: bytes) -> str | None:
-    """Path and query that a request asks for.
+    """Path and query of a request.
 
     Args:
         seen: First bytes of the connection.
 
     Returns:
-        Empty if it is no request whose path can be found, which nothing that follows would mend;
-        None while the line is not complete.
+        Path and query; empty if the bytes cannot become a request with a path, whatever follows;
+        None while the first line is not complete.
     """
     line, end, _ = seen[:MOST].partition(b"\n")
     if end:
@@ -140,12 +143,12 @@ def target_of(seen: bytes) -> str | None:
 
 
 class Site:
-    """A place for connections that no room takes.
+    """The place for connections that no room takes.
 
     Args:
-        settings: Settings of what all rooms have in common.
+        settings: Settings that all rooms share.
         gate: Budgets of this place alone; the doors have their own.
-        rooms: What there is to tell.
+        rooms: Gives the states of all rooms.
         left: Called with the source of each connection that has ended.
         listed: Whether anybody may know which rooms there are.
     """
@@ -167,7 +170,7 @@ class Site:
         self._listener: Listener | None = None
 
     async def start(self) -> None:
-        """Serve whoever is handed over."""
+        """Start to serve connections that are handed over."""
         self._door, inner = handing_pair()
         door = HandedDoor(inner, self._gate, self._ended)
         self._listener = await serve_doors(
@@ -175,14 +178,14 @@ class Site:
         )
 
     def stop(self) -> None:
-        """Serve nobody any more."""
+        """Stop serving, and close all connections."""
         if self._listener is not None:
             self._listener.close()
         if self._door is not None:
             self._door.close()
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection to this place; returns whether it takes it."""
+        """Hand a connection to this place; returns whether it was handed over."""
         if self._door is None or not hand_over(self._door, connection, number):
             return False
         self._handed[number] = source

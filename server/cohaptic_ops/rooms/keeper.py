@@ -1,4 +1,4 @@
-"""Keeps the process of one room alive: starts it, hands connections to it, and starts it again."""
+"""Keeps the process of one room alive: starts and restarts it, and hands connections to it."""
 
 from __future__ import annotations
 
@@ -36,28 +36,28 @@ from cohaptic_server.shell.protection import Protection
 
 log = logging.getLogger("cohaptic.server")
 
-# s since its start, for which newcomers may wait for a room: as long as they wait for an answer.
+# s since the start of a room for which new connections may wait for it: clients wait that long for
+# an answer.
 _WAIT_FOR_START = 3.0
-_LOOKS = 8  # at a lease, while it lasts; the shortest is of 2 s
-_LONGEST_LOOK = 2.0  # s; a room on demand ends so long after its time at the latest
-_NO_FILES = 1.0  # s, after which a process that has no more files tries again
-# s by which a look at a lease may be late before it says more about this process than about others.
+_LOOKS = 8  # checks of a lease during its term; the shortest term is 2 s
+_LONGEST_LOOK = 2.0  # s between checks; an empty room on demand ends at most this much late
+_NO_FILES = 1.0  # s until a process without free file descriptors tries again
+# s by which a check of a lease may be late; if it is later, this process was held up, not the room.
 _HELD_UP = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class House:
-    """What the keepers of all rooms share.
+    """Objects and functions that the keepers of all rooms share.
 
     Args:
-        directory: Who owns each room.
+        directory: Directory of the owners of rooms.
         clock: Clock of this process.
         left: Called with the source of each connection that has ended.
-        changed: Called with a room that has begun, ended or reported.
-        measured: Called with the name of a room and what it tells of itself; None if nobody asks.
-        make_process: As from `room_processes`.
-        style: Style of the log.
-        protect: As for `Supervisor`.
+        changed: Called with the keeper of a room that has begun, ended or reported.
+        make_process: Class of room processes, from `room_processes`.
+        protect: Makes the protection of a room, in its process.
+        measured: Called with the name and the metrics of a room; None without an admin port.
     """
 
     directory: Directory
@@ -72,11 +72,11 @@ class House:
 
 @dataclass(frozen=True, slots=True)
 class _Entrance:
-    """Where connections go in to one process of a room, which may not have started yet.
+    """Socket pair that hands connections to one process of a room, which may start later.
 
     Args:
-        ours, theirs: Ends of a pair.
-        handed: Sources of those that were handed over and have not ended, by number.
+        ours, theirs: Ends of the pair.
+        handed: Sources of the connections that were handed over and have not ended, by number.
     """
 
     ours: socket.socket
@@ -88,22 +88,21 @@ class Keeper:
     """Keeps the process of one room.
 
     Args:
-        settings: Settings of the room.
-        build: Makes its body, in its process.
-        house: What all rooms share.
-        idle: For how long nobody is there before its process ends, which starts when somebody
-            comes [s]; None for a room that is there from the beginning to the end.
+        build: Makes the body of the room, in its process.
+        house: Objects and functions that all keepers share.
+        idle: Time without anybody until the process ends, which then starts on demand [s]; None for
+            a room that is always there.
 
     Attributes:
         name: Name of the room.
-        state: idle (it starts when somebody comes), starting, open, broken (it could not be opened,
-            and will be tried again) or stopped.
-        problem: Why it is broken.
-        report: Newest of its process; None before the first.
-        lease: Lease of its process; None without one.
-        restarts: Ends of its process so far.
-        process: The newest; None before the first.
-        first: Set once it is open, broken or idle for the first time.
+        state: State of the room: idle (starts when somebody comes), starting, open, broken (could
+            not be opened, and will be tried again) or stopped.
+        problem: Reason why the room is broken; empty if it is not.
+        report: Newest report of the room's process; None before the first.
+        lease: Lease of the room's process; None without a process.
+        restarts: Ends of the room's processes so far.
+        process: Newest process; None before the first.
+        first: Event that is set once the room is open, broken or idle for the first time.
     """
 
     def __init__(
@@ -126,20 +125,20 @@ class Keeper:
         self._started = 0.0
         self._ready: float | None = None
         self._heard = 0.0
-        self._emptied: float | None = None  # since when nobody is there
+        self._emptied: float | None = None  # time since which nobody is there [s]
 
     @property
     def told_state(self) -> str:
-        """The state as the admin port has it: a server is ready though an idle room starts."""
+        """State for the admin port; a start on demand counts as idle, so the server stays ready."""
         starts = self.state == "starting" and self._idle is not None
         return "idle" if starts else self.state
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection to the room; returns whether it takes it."""
+        """Hand a connection to the room; returns whether it was handed over."""
         now = self._house.clock.now()
         self._emptied = None
         if self.state == "broken":
-            self._asked.set()  # of no meaning to one that is tried again anyway
+            self._asked.set()  # without effect for a room that is retried anyway
         waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
         if self._entrance is None or not (waits or self.state in ("idle", "open")):
             return False
@@ -151,12 +150,12 @@ class Keeper:
         return True
 
     def allow(self, allow: Allow) -> None:
-        """Tell the room how many it may seat."""
+        """Tell the room how many users and watchers it may seat."""
         if self._channel is not None:
             self._channel.tell(allow)
 
     def read_again(self) -> None:
-        """Let the room read its files again; one that starts reads them anyway."""
+        """Let the room read its files again; a starting room reads them anyway."""
         if self._channel is not None:
             self._channel.tell(ReadAgain())
 
@@ -188,7 +187,7 @@ class Keeper:
             )  # fmt: skip
             await self._pause(pause or 1e-3)
             if self._idle is not None and self.problem:
-                # Nobody waits in it: the next who comes has it tried again.
+                # Nobody waits in a broken room: the next connection has it tried again.
                 self._asked.clear()
                 if not self._stopping.is_set():
                     await self._asked.wait()
@@ -197,19 +196,19 @@ class Keeper:
         self.first.set()
 
     def stop(self) -> None:
-        """Let the room tell everybody and end; `keep` returns when it has."""
+        """Let the room tell its clients and end; `keep` then returns."""
         self._end_keeping()
         if self._channel is not None:
             self._channel.tell(Stop())
 
     def kill(self) -> None:
-        """End its process now."""
+        """Kill the room's process now."""
         self._end_keeping()
         if self._hold is not None:
             self._hold.kill()
 
     def _has_entrance(self) -> bool:
-        """Whether there is one now; not where this process has no more files."""
+        """Make an entrance if there is none; returns False if no file descriptors are left."""
         if self._entrance is None:
             with contextlib.suppress(OSError):
                 self._entrance = _Entrance(*handing_pair())
@@ -224,9 +223,9 @@ class Keeper:
         self._asked.set()
 
     async def _live(self) -> None:
-        """One process, from its start to its end."""
+        """Run one process of the room, from its start to its end."""
         house = self._house
-        # A room that was broken says so until it is open.
+        # A room that was broken stays so until it is open.
         self.state = "broken" if self.problem else "starting"
         self._started = self._heard = house.clock.now()
         holder = f"{self.name}.{secrets.token_hex(8)}"
@@ -254,7 +253,7 @@ class Keeper:
                 ),
                 name=f"room {self.name}",
             )
-            # Not daemonic: a room has a process of its own for columns.
+            # Not daemonic, since the room has a child process for columns.
             await asyncio.to_thread(self.process.start)
             self._hold = Hold(self.process)
             their_control.close()
@@ -266,7 +265,7 @@ class Keeper:
             await self._watch(gone)
         except OSError as error:
             self.problem = f"its process cannot be started: {error.strerror}"
-        except EOFError:  # the process that was to fork it has ended
+        except EOFError:  # the starter has ended before it forked the room
             log.warning("room %s was not started", self.name, extra=self._told("room_not_started"))
         finally:
             if self._channel is None:
@@ -275,7 +274,7 @@ class Keeper:
             await self._end(entrance)
 
     async def _watch(self, gone: asyncio.Event) -> None:
-        """Return when the process has gone, or has said nothing for as long as its lease."""
+        """Return when the process has ended, or has not reported for the term of its lease."""
         house = self._house
         assert self.lease is not None
         look_every = min(_LONGEST_LOOK, house.directory.duration / _LOOKS)
@@ -285,9 +284,9 @@ class Keeper:
                 await asyncio.wait_for(gone.wait(), look_every)
             now = house.clock.now()
             if now - before > look_every + _HELD_UP:
-                self._heard = now  # it is this process that was held up
+                self._heard = now  # this process was held up, not the room
             elif self._ready is None:
-                self._heard = now  # to open a room may take minutes
+                self._heard = now  # opening a room may take minutes
             try:
                 self.lease = await house.directory.renew(self.lease, self._heard)
             except LeaseError:
@@ -303,13 +302,13 @@ class Keeper:
             if self._is_to_rest(now) and self._channel is not None:
                 log.info("room %s is idle; it starts when somebody comes", self.name,
                          extra=self._told("room_idle"))  # fmt: skip
-                # Who comes from now on waits for the next process; `_end` closes this entrance.
+                # New connections now wait for the next process; `_end` closes the old entrance.
                 self._entrance, self.state = None, "idle"
                 self._has_entrance()
                 self._channel.tell(Stop())
 
     def _is_to_rest(self, now: float) -> bool:
-        """Whether nobody has been there for as long as the room waits for somebody."""
+        """Whether the room has been empty for its idle time, and has to end."""
         report, entrance = self.report, self._entrance
         if (
             self._idle is None
@@ -323,7 +322,7 @@ class Keeper:
         return now - self._emptied >= self._idle
 
     async def _end(self, entrance: _Entrance | None) -> None:
-        """Whatever is left of the process goes, before another one may own the room."""
+        """Remove the rest of a process, before another process may own the room."""
         house, hold = self._house, self._hold
         self._hold = None
         if hold is not None:
@@ -341,7 +340,7 @@ class Keeper:
         house.changed(self)
 
     def _shut(self, entrance: _Entrance | None) -> None:
-        """Close an entrance; who is there, or waits there, has ended."""
+        """Close an entrance; all its connections count as ended."""
         if entrance is None:
             return
         entrance.ours.close()

@@ -1,4 +1,4 @@
-"""The rooms of a server, as JSON and as a page to choose one. No I/O."""
+"""The rooms of a server as JSON, and as a page to choose one. No I/O."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ UNLISTED = "rooms are not listed here; open the link that you were invited with\
 
 @dataclass(frozen=True, slots=True)
 class RoomState:
-    """What is told of a room.
+    """State of a room that the list of rooms shows.
 
     Args:
-        name: Name of the room.
-        title: For people.
-        state: open, full, idle (it starts when somebody comes), starting, broken or stopped.
-        users, max_users: Who touches, and who may at once.
-        watchers, max_watchers: Who watches, and who may at once.
+        title: Title for people; the name is shown if it is empty.
+        state: State of the room: open, full, idle (starts when somebody comes), starting, broken
+            or stopped.
+        users, max_users: Number of users who touch, and largest number at once.
+        watchers, max_watchers: Number of watchers, and largest number at once.
     """
 
     name: str
@@ -39,7 +39,7 @@ class RoomState:
 
 
 def room_of(target: str, rooms: Sequence[str]) -> str | None:
-    """The room that a request is for; None for one that the server itself answers.
+    """The room that a request is for; None for a request that the server itself answers.
 
     Args:
         target: Path and query.
@@ -58,13 +58,12 @@ def room_of(target: str, rooms: Sequence[str]) -> str | None:
 def answer(
     request: Request, rooms: Sequence[RoomState], *, listed: bool = True, base: str = ""
 ) -> Answer:
-    """The response to a request that is for no room, or for one that takes nobody now.
+    """The response to a request that is for no room, or for a room that accepts nobody now.
 
     Args:
-        request: From any client.
-        rooms: All of them.
+        rooms: States of all rooms.
         listed: Whether anybody may know which rooms there are.
-        base: Path that they are below.
+        base: Path prefix of the rooms at a proxy.
     """
     if request.method not in ("GET", "HEAD"):
         message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
@@ -86,17 +85,17 @@ def answer(
 def turned_away(
     target: str, rooms: Sequence[RoomState], *, listed: bool = True
 ) -> tuple[CloseCode, str]:
-    """How a connection that no room takes is closed, and the reason that it is told.
+    """The close code and the reason for a connection that no room accepts.
 
     Args:
-        target: Path and query that it asks for.
-        rooms: All of them.
+        target: Path and query of the request.
+        rooms: States of all rooms.
         listed: Whether anybody may know which rooms there are.
     """
     name, room = split_path(target)[0], room_of(target, [room.name for room in rooms])
     if room is not None:
         why = why_not(room, rooms)
-        # Who names no room is not told the name of the one that it would come into.
+        # If rooms are not listed, a client that names no room does not learn the name of its room.
         return CloseCode.SERVER_STOPS, why if listed or name else "try again in a moment"
     asked = "this address has no room" if name is None else f"there is no room {one_line(name)}"
     others = f"; there are: {', '.join(room.name for room in rooms)}" if listed else ""
@@ -104,7 +103,7 @@ def turned_away(
 
 
 def why_not(name: str, rooms: Sequence[RoomState]) -> str:
-    """Why nobody comes into a room at present; empty if there is none of this name."""
+    """Why a room accepts nobody at present; empty if there is no room of this name."""
     states = {room.name: room.state for room in rooms}
     if name not in states:
         return ""
@@ -122,14 +121,15 @@ def _of_room(request: Request, name: str, rooms: Sequence[RoomState]) -> Answer:
 
 
 def _health(request: Request, rooms: Sequence[RoomState]) -> Answer:
-    # Of this process: whoever asks would restart all rooms because of one.
+    # Always "OK", the health of this process: an orchestrator would otherwise restart all rooms
+    # because of a broken one.
     well = ("open", "full", "idle")
     bad = [f"{room.name}: {room.state}\n" for room in rooms if room.state not in well]
     return text(request, 200, "OK", "ok\n" + "".join(bad))
 
 
 def as_json(rooms: Sequence[RoomState], base: str = "") -> bytes:
-    """The list for programs, with paths below `base`."""
+    """The list of rooms as JSON, with paths below `base`."""
     told = [
         {
             "name": room.name,
@@ -166,7 +166,7 @@ _STYLE = (
     "a:focus-visible{outline:2px solid var(--accent);outline-offset:2px}"
 )
 _HASH = base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()
-# Nothing is loaded and nothing runs; the one style is named by its hash.
+# The page loads nothing and runs no script; its one style is allowed by its hash.
 POLICY = (
     f"default-src 'none'; style-src 'sha256-{_HASH}'; img-src data:; base-uri 'none';"
     " form-action 'none'; frame-ancestors 'none'"
@@ -174,7 +174,7 @@ POLICY = (
 
 
 def as_page(rooms: Sequence[RoomState]) -> bytes:
-    """The page for people, on which they choose a room."""
+    """The HTML page on which people choose a room."""
     items = "".join(_item(room) for room in rooms)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

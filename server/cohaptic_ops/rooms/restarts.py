@@ -1,31 +1,31 @@
-"""When a process that has ended is started again."""
+"""Back-off for the restarts of a process that ends."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 FIRST = 0.5  # s; the pause after a second end in a row
-LONGEST = 30.0  # s; what does not start at all costs a second of a processor each time
-LASTING = 10.0  # s; who was there for so long has no fault that it always has
+LONGEST = 30.0  # s; each failed start costs a second of processor time
+LASTING = 10.0  # s; a process that was ready for longer has no fault that always occurs
 
 
 @dataclass(frozen=True, slots=True)
 class Restarts:
-    """Restarts of one process. The first end in a row costs no pause: its users wait.
+    """Restarts of one process; after the first end in a row there is no pause, since users wait.
 
     Args:
-        in_a_row: Ends, each soon after the start.
-        count: Ends so far.
+        in_a_row: Number of ends in a row that each came soon after the start.
+        count: Number of ends so far.
     """
 
     in_a_row: int = 0
     count: int = 0
 
     def ended(self, ready: float | None, now: float) -> Restarts:
-        """The process has ended.
+        """Count an end of the process.
 
         Args:
-            ready: Since when it was of use [s]; None if it never was.
+            ready: Time since which the process was ready [s]; None if it never was.
             now: Time [s].
         """
         lasted = ready is not None and now - ready >= LASTING
@@ -33,7 +33,7 @@ class Restarts:
 
     @property
     def pause(self) -> float:
-        """How long to wait before it is started again [s]."""
+        """Pause before the process is started again [s]."""
         if self.in_a_row <= 1:
             return 0.0
         return float(min(LONGEST, FIRST * 2.0 ** min(self.in_a_row - 2, 16)))

@@ -1,9 +1,10 @@
 """A server with many rooms: its doors, the processes of its rooms, and the seats they share.
 
-Each room holds some of the seats of all rooms together. A room may seat as many as it holds, and
-asks nobody when somebody comes: that would take a message and back. So the sum of what rooms hold
-never exceeds the total, whatever is lost or late between the processes. A room that is told to hold
-fewer says how many it holds then, and only from there on are they somebody else's.
+Each room holds some of the seats of all rooms together. A room may seat as many people as it holds
+seats, without asking when somebody comes, which would take a message and its answer. The sum of the
+held seats never exceeds the total, even if messages between the processes are lost or late: a room
+that is told to hold fewer seats reports how many it then holds, and only after that report are the
+freed seats given to another room.
 """
 
 from __future__ import annotations
@@ -42,11 +43,11 @@ class Seats:
     """Seats of one room.
 
     Args:
-        most: That it can ever use.
-        held: That it may use now, as far as is known for sure: never fewer than it does hold.
-        wanted: That it was told to hold.
-        used: That were taken when it last said so.
-        serial: Serial of the newest message that told it `wanted`.
+        most: Largest number of seats that the room can use.
+        held: Upper bound of the seats that the room holds now.
+        wanted: Number of seats that the room was told to hold.
+        used: Number of taken seats in the room's newest report.
+        serial: Serial number of the newest message with `wanted`.
     """
 
     most: int
@@ -57,11 +58,11 @@ class Seats:
 
 
 class SeatPool:
-    """The seats of all rooms.
+    """Shares the seats of a server among its rooms.
 
     Args:
-        total: How many there are.
-        most: How many each room can use, by name.
+        total: Number of seats.
+        most: Largest number of seats that each room can use, by name.
     """
 
     def __init__(self, total: int, most: Mapping[str, int]) -> None:
@@ -73,36 +74,36 @@ class SeatPool:
 
     @property
     def free(self) -> int:
-        """Seats that no room holds."""
+        """Number of seats that no room holds."""
         return self.total - sum(seats.held for seats in self._rooms.values())
 
     def report(self, room: str, held: int, used: int, serial: int) -> None:
-        """A room says how many it holds and uses.
+        """Take in a room's report of the seats that it holds and uses.
 
         Args:
-            room: Its name.
-            held: At most what it was given: what it says beyond that does not count.
-            used: By people who are there.
-            serial: Serial of the newest message that it had read by then; another may be on its
-                way, and the room may hold more when it has read it.
+            room: Name of the room.
+            held: Seats that the room holds; a number above the known one does not count.
+            used: Seats that are taken.
+            serial: Serial number of the newest message that the room had read. An older one than
+                the newest sent does not lower the known number, since a message is on its way.
         """
         seats = self._rooms[room]
         known = min(max(held, 0), seats.held) if serial == seats.serial else seats.held
         self._rooms[room] = replace(seats, held=known, used=max(0, used))
 
     def lose(self, room: str) -> None:
-        """The process of a room has ended: it holds none, and nobody sits there."""
+        """Take back all seats of a room whose process has ended."""
         seats = self._rooms[room]
         self._rooms[room] = Seats(seats.most, serial=seats.serial)
 
     def share(self, among: Collection[str]) -> dict[str, int]:
-        """What rooms are to hold from now on, for those of which that has changed.
+        """Share the seats anew; returns the number of seats for each room where it changes.
+
+        People who sit keep their seats. The remaining seats are shared equally by the rooms that
+        can use more; if the division leaves a remainder, the first rooms get one more.
 
         Args:
-            among: Rooms that have a process: another one could not give its seats back.
-
-        Who sits keeps its seat. What is free beside them is shared equally by the rooms that can
-        use more, the first of them getting one more where it does not come out even.
+            among: Rooms that have a process; a room without one could not give its seats back.
         """
         rooms = {name: seats for name, seats in self._rooms.items() if name in among}
         spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
@@ -122,7 +123,7 @@ class SeatPool:
 
 
 def _fair(wants: Mapping[str, int], amount: int) -> dict[str, int]:
-    """Share an amount equally, nobody getting more than it wants."""
+    """Share an amount equally, where no share exceeds what is wanted."""
     shares = dict.fromkeys(wants, 0)
     while amount > 0:
         open_ = [name for name in wants if shares[name] < wants[name]]
@@ -138,23 +139,22 @@ def _fair(wants: Mapping[str, int], amount: int) -> dict[str, int]:
 
 log = logging.getLogger("cohaptic.server")
 
-_SHARE_EVERY = 0.25  # s between two looks at how the seats are shared
+_SHARE_EVERY = 0.25  # s from one sharing of the seats to the next
 
 
 class Supervisor:
-    """All of it.
+    """Runs a server with many rooms.
 
     Args:
-        config: Configuration of the server.
-        builds: What makes the body of each room, in its process.
+        builds: Functions that make the body of each room, in its process, by name.
         style: Style of the log of the rooms.
-        protect: Makes what says who comes into a room, in its process.
+        protect: Makes the protection of a room, in its process.
 
     Attributes:
-        keepers: By room.
+        keepers: Keepers of the rooms, by name.
         users, watchers: Seats of all rooms together.
-        admin: That is told how all is; None without one.
-        draining: Whether nobody is let in any more.
+        admin: Admin port that gets reports; None without one.
+        draining: Whether the server lets nobody in any more.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class Supervisor:
         self.watchers = SeatPool(
             config.max_watchers, {name: room.max_watchers for name, room in rooms}
         )
-        self._begun: set[str] = set()  # rooms whose process was told its seats
+        self._begun: set[str] = set()  # rooms with a process that takes part in sharing
         self._names = list(config.rooms)
         inner = Gate(config.front.limits, clock, proxies=proxies)
         self._site = Site(
@@ -209,7 +209,7 @@ class Supervisor:
         """Listen, and open the rooms; returns the URL once each is open, broken or idle.
 
         Raises:
-            SettingError: The address or port cannot be had.
+            SettingError: The address or port is not available.
         """
         doors = await open_doors(self.config.front, self.gate)
         url = url_of(self.config.host, doors[0])
@@ -227,15 +227,15 @@ class Supervisor:
         return url
 
     async def run(self) -> None:
-        """Return when a keeper fails, which is a fault of this program; until then never."""
+        """Wait until all keepers have ended; raises the error of one that fails by a bug."""
         await asyncio.gather(*self._keeping)
 
     def states(self) -> list[RoomState]:
-        """What is told of each room."""
+        """State of each room, for the list of rooms."""
         return [self._state(keeper) for keeper in self.keepers.values()]
 
     async def drain(self) -> None:
-        """Let nobody in any more, let the rooms end, and end those that have not in time."""
+        """Let nobody in any more, let the rooms end, and kill those that do not end in time."""
         self.draining = True
         self._report()
         front, self._front = self._front, None
@@ -260,12 +260,12 @@ class Supervisor:
         self.gate.report(after=0.0)
 
     def read_again(self) -> None:
-        """Let all rooms read the files of keys again, though these do not look changed."""
+        """Let all rooms read the files of keys again, even if these seem unchanged."""
         for keeper in self.keepers.values():
             keeper.read_again()
 
     def kill(self) -> None:
-        """End all processes now."""
+        """Kill all processes of rooms now."""
         for keeper in self.keepers.values():
             keeper.kill()
 
@@ -285,7 +285,7 @@ class Supervisor:
         )  # fmt: skip
 
     def _changed(self, keeper: Keeper) -> None:
-        """A room has begun, ended, or reported."""
+        """Update the seats after a room has begun, ended, or reported."""
         name, report = keeper.name, keeper.report
         if keeper.lease is None:
             self._begun.discard(name)
@@ -306,7 +306,7 @@ class Supervisor:
             self.admin.tell(RoomLine(room=room, metrics=metrics))
 
     def _report(self) -> None:
-        """Tell the admin port how the server is."""
+        """Send the state of the server to the admin port."""
         if self.admin is None:
             return
         rooms = tuple(
@@ -348,11 +348,10 @@ class Supervisor:
 
 
 def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> list[str]:
-    """Modules with what several rooms, or the later processes of one, have in common.
+    """Modules for the starter to import, so that each process of a room need not import them.
 
     Args:
-        config: Configuration of the server.
-        called: In the process of a room, which imports their modules otherwise, each anew.
+        called: Functions that are called in the process of a room, from these modules.
     """
     functions = [one.func if isinstance(one, partial) else one for one in called]
     modules = dict.fromkeys(str(function.__module__) for function in functions)

@@ -26,17 +26,18 @@ def _address(said: str) -> str:
 
 
 class Table(BaseModel):
-    """A table of the file. Numbers may be given where a text is wanted: a limit, a modulus."""
+    """A table of the file; a number is accepted in place of a text, for a limit or a modulus."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
 
 
 class AccessTable(Table):
-    """Who may come in, as the options of `cohaptic serve` of the same names.
+    """Admission of clients, with the names and meanings of options of `cohaptic serve`.
 
     Without `state`, bans and used tokens are kept for as long as the server runs.
 
-    TLS is a proxy's: the room is in the request, which has to be read before a process gets it.
+    TLS is left to a proxy: the server has to read the room in the request in plain text before it
+    hands the connection to a process.
     """
 
     keys: Path | None = None
@@ -46,16 +47,16 @@ class AccessTable(Table):
     session_valid: str | None = None
     insecure: bool = False
     state: Path | None = None
-    # The front counts with them as well as the rooms.
+    # Both the front and the rooms use the proxies to find the sources of connections.
     trust_proxy: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
 
 
 class AdminTable(Table):
-    """The admin port, as `--admin`.
+    """The admin port, as for `--admin`.
 
     Args:
-        port: TCP port, 0 for any free one; without it there is no admin port.
-        host: Address to listen on. Whoever reaches it reads everybody's names and delays.
+        port: TCP port, 0 for any free one; None for no admin port.
+        host: Address to listen on. Anybody who reaches it can read all users' names and delays.
     """
 
     port: int | None = Field(default=None, ge=0, le=65535)

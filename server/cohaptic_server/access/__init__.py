@@ -1,1 +1,1 @@
-"""Who may come in and what for: keys, signed tokens with grants, single use. No I/O."""
+"""Admission of clients and their rights: keys, signed tokens with grants, single use. No I/O."""

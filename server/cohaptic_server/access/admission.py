@@ -1,10 +1,10 @@
-"""Who somebody is, by the token of its first message, and the token that it comes back with.
+"""Identification of a client by the token of its first message, and its token for coming back.
 
-An invitation begins a session. The token of the session is signed by the server, goes to this one
-client, and brings it back with the same grants, also when the invitation has ended meanwhile, or
-was good for one time: for as long as the owner says.
+An invitation begins a session. The server signs a session token and gives it to this one client,
+which can come back with the same grants, even if the invitation has expired meanwhile or was for
+single use. The owner sets how long this is possible.
 
-A token that may be used once is remembered when it was used, in a memory that is bounded.
+The server remembers the single-use tokens that were used, in bounded memory.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from cohaptic_server.access.remembered import MOST_USED, Used
 
 
 class UsedTokens:
-    """Names of tokens that were used and have not ended yet.
+    """Names of tokens that were used and have not expired yet.
 
     Args:
-        most: How many are remembered.
+        most: Largest number of names that are remembered.
     """
 
     def __init__(self, most: int = MOST_USED) -> None:
@@ -35,16 +35,16 @@ class UsedTokens:
         return len(self._ends)
 
     def recall(self, jti: str, ends: float) -> None:
-        """Count a token as used that an earlier process has taken; arguments as for `use`."""
+        """Mark a token as used that an earlier process has accepted; arguments as for `use`."""
         if len(self._ends) < self._most:
             self._ends[jti] = ends
 
     def use(self, jti: str, ends: float, now: float) -> None:
-        """Count a token as used.
+        """Mark a token as used.
 
         Args:
-            jti: Its name.
-            ends: When it is refused for its age, in any case [s].
+            jti: Name of the token.
+            ends: Time from which the token is refused for its age in any case [s].
             now: Time [s].
 
         Raises:
@@ -54,10 +54,10 @@ class UsedTokens:
         self._ends[jti] = ends
 
     def check(self, jti: str, now: float) -> None:
-        """Raise Denied where a token was used before, or too many are remembered.
+        """Raise Denied if a token was used before, or too many tokens are remembered.
 
         Args:
-            jti: Its name.
+            jti: Name of the token.
             now: Time [s].
         """
         if self._ends.get(jti, now) > now:
@@ -69,24 +69,24 @@ class UsedTokens:
             raise Denied(f"{self._most} tokens for one time are in use, the limit", later)
 
 
-# s after which a session needs an invitation to come back, a long day in a lab. One that is
-# connected stays.
+# s after which a session needs an invitation to come back: a long day in a lab. A connected
+# session continues.
 SESSION_LIFE = 12 * 3600.0
 
 
 @dataclass(frozen=True, slots=True)
 class Guest:
-    """Somebody who may come in.
+    """A person who may come in.
 
     Args:
-        grants: What for.
-        sub: Who it is, as its token says; empty for one without.
-        session: Name of its session; empty for one without a token.
-        invitation: Name of the invitation that it began with; empty for none.
-        since: When the session began, Unix time [s].
-        until: When that invitation ends, Unix time [s]; None where nobody knows.
-        spends: Until when its token for one time is remembered as used, once it has a seat or a
-            place; Unix time [s]. None for one that spends nothing.
+        grants: Actions that the person is allowed.
+        sub: Identity that the token states; empty without a token.
+        session: Name of the session; empty without a token.
+        invitation: Name of the invitation that the session began with; empty without one.
+        since: Time at which the session began, Unix time [s].
+        until: Time at which that invitation ends, Unix time [s]; None if unknown.
+        spends: Time until which the single-use token is remembered as used, once the person has a
+            seat or a place in the queue, Unix time [s]; None without a single-use token.
     """
 
     grants: Grants = OPEN
@@ -102,26 +102,27 @@ ANYBODY = Guest()
 
 
 def session_over() -> Denied:
-    """The refusal, and the end, of a session whose invitation has ended too long ago."""
+    """Error that refuses or ends a session whose invitation ended too long ago."""
     return Denied("the session has ended with its invitation")
 
 
 class Admission:
-    """Whom one server takes in.
+    """Decides which clients one server admits.
 
     Args:
-        ring: Keys of tokens; None where nobody has one.
-        admits_anybody: Whether one without a token may come in.
-        single_use: Whether an invitation is good for one time.
-        session_valid: For how long after the end of its invitation a session lasts [s]; None for
-            no end of one that is connected.
-        draw: Makes names that nobody can guess.
-        keep: Called with each token for one time that is used, for processes to come.
+        ring: Keys that verify tokens; None if the server uses no tokens.
+        admits_anybody: Whether a client without a token may come in.
+        single_use: Whether an invitation can be used only once.
+        session_valid: Time that a session lasts after its invitation has ended [s]; None if a
+            connected session has no end.
+        draw: Function that makes names that nobody can guess.
+        keep: Function that stores each used single-use token for later processes; None for no
+            storage.
 
     Attributes:
-        ring: Keys that are accepted; another takes its place when keys are rotated.
-        admits_anybody: Whether one without a token may come in.
-        keep: As given; a server that has a file for it puts it here.
+        ring: Accepted keys; another ring replaces them when keys are rotated.
+        admits_anybody: Whether a client without a token may come in.
+        keep: As given; a server with a state file sets this attribute.
     """
 
     def __init__(
@@ -135,8 +136,9 @@ class Admission:
         keep: Callable[[Used], None] | None = None,
     ) -> None:
         if ring is not None:
-            # Tokens bring libraries of cryptography, a tenth of the start of a server, which one
-            # without keys does not need. One with keys has them before anybody comes.
+            # Tokens need cryptography libraries, whose import takes a tenth of a server's start.
+            # A server without keys does not import them; a server with keys does so before
+            # anybody comes.
             import_module("cohaptic_server.access.tokens")
         self.ring = ring
         self.admits_anybody = admits_anybody
@@ -146,22 +148,22 @@ class Admission:
         self.keep = keep
 
     def recall(self, used: Used) -> None:
-        """Count a token as used that an earlier process has taken."""
+        """Mark a token as used that an earlier process has accepted."""
         if self._used is not None:
             self._used.recall(used.jti, used.ends)
 
     def admit(self, token: str | None, room: str, now: float) -> Guest:
-        """Who has this token; one for one time is not used up by it alone, but by `begin`.
+        """Guest that a token identifies; only `begin` uses up a single-use token.
 
         Args:
-            token: Token of the first message; None without one.
-            room: That it wants to come into.
+            token: Token of the first message; None without a token.
+            room: Name of the room that the client wants to enter.
             now: Unix time [s].
 
         Raises:
-            Denied: It may not come in.
+            Denied: The client may not come in.
         """
-        # A client may have a token for every server, and one that asks for none has no use for it.
+        # A client may send its token to every server; a server without keys ignores the token.
         if self.ring is None or token is None:
             if self.admits_anybody:
                 return ANYBODY
@@ -191,10 +193,10 @@ class Admission:
         return Guest(grants, claims.sub, self._draw(), claims.jti, now, claims.exp, spends)
 
     def begin(self, guest: Guest, now: float) -> None:
-        """Use up the token of one who was just admitted and has found what it came for.
+        """Use up the single-use token of a guest who was admitted and has a seat or a place.
 
         Args:
-            guest: Who it is.
+            guest: Guest that `admit` returned.
             now: Unix time [s].
         """
         if self._used is None or guest.spends is None:
@@ -204,15 +206,16 @@ class Admission:
             self.keep(Used(jti=guest.invitation, ends=guest.spends))
 
     def ends(self, guest: Guest) -> float:
-        """When whoever is connected by a session has to go, Unix time [s]; infinite for never."""
+        """Time at which a connected guest has to leave, Unix time [s]; infinite for no end."""
         if self._session_valid is None or not guest.session:
             return float("inf")
-        # An invitation that has begun a session had not ended then, but for clocks that differ.
+        # `since` is a lower bound of the unknown end: apart from differences between clocks, the
+        # invitation had not ended when the session began.
         until = guest.since if guest.until is None else guest.until
         return until + self._session_valid
 
     def session_token(self, guest: Guest, now: float) -> str | None:
-        """With which a guest comes back; None for one who needs none."""
+        """Token with which a guest comes back; None if the guest needs or can have none."""
         ends = min(guest.since + SESSION_LIFE, self.ends(guest))
         if self.ring is None or not guest.session or ends <= now:
             return None

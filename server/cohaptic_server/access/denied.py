@@ -1,4 +1,4 @@
-"""The refusal of somebody who may not come in, or may not do what was asked."""
+"""Refusal of a client that may not come in, or may not do what it asked for."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ ASK = "ask the owner of the room for a new invitation"
 
 
 class Denied(RemoteProtocolError):
-    """What was wrong, and what to do; it tells neither the token nor a secret.
+    """Refusal with its reason and advice; the text contains neither the token nor a secret.
 
     Args:
-        problem: What was wrong.
-        advice: What the person can do.
-        code: `UNAUTHENTICATED` where nobody knows who it is, `FORBIDDEN` where it may not.
+        problem: Reason of the refusal.
+        advice: Action that the person can take.
+        code: `UNAUTHENTICATED` if the client is unknown, `FORBIDDEN` if the client is known but
+            lacks the right.
     """
 
     def __init__(
@@ -26,5 +27,5 @@ class Denied(RemoteProtocolError):
 
 
 def forbidden(problem: str, advice: str = ASK) -> Denied:
-    """The refusal of somebody who is known and may not."""
+    """Refusal of a client that is known but lacks the right."""
     return Denied(problem, advice, CloseCode.FORBIDDEN)

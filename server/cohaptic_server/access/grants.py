@@ -1,7 +1,7 @@
-"""What a token allows, as LiveKit shapes it: in one object of the claims, in one room.
+"""Grants of a token, in the form that LiveKit uses: one object of the claims, for one room.
 
-Nothing is allowed that is not said. A name that is not known is an error, and not passed over: a
-limit with a slip of the pen would be none.
+A token allows only what it states. An unknown name is an error and is not ignored, since otherwise
+a misspelt limit would have no effect.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ class Grants(BaseModel):
 
     Args:
         room: Name of the room, or a prefix with a star behind it: `lab-*`.
-        room_join: Come in at all.
-        can_touch: Touch the object.
-        can_view: Watch the scene.
-        room_create: Make rooms.
-        room_admin: Mute, remove and ban users, freeze and reset the object.
-        room_record: Record what others do.
-        can_inject_latency: Inject latency, where the server has it allowed.
-        max_force: Most of this user's force that the body gets [N]; None for no limit.
+        room_join: Right to come in at all.
+        can_touch: Right to touch the object.
+        can_view: Right to watch the scene.
+        room_create: Right to make rooms.
+        room_admin: Right to mute, remove and ban users, and to freeze and reset the object.
+        room_record: Right to record what others do.
+        can_inject_latency: Right to inject latency, if the server allows it.
+        max_force: Limit on this user's force on the body [N]; None for no limit.
     """
 
     model_config = ConfigDict(
@@ -51,12 +51,12 @@ class Grants(BaseModel):
     max_force: Annotated[float, Field(ge=0.0, le=100.0)] | None = None
 
     def hold_in(self, room: str) -> bool:
-        """Whether they are for a room of this name."""
+        """Whether the grants are for a room of this name."""
         if self.room.endswith("*"):
             return room.startswith(self.room[:-1])
         return room == self.room
 
 
-# Of everybody in a server that is open. That latency may be injected is the owner's option, and
-# nobody administers a room without having shown who it is.
+# Grants of everybody on an open server. The owner's option decides whether latency may be injected,
+# and nobody administers a room without a proven identity.
 OPEN = Grants(room="*", room_join=True, can_touch=True, can_view=True, can_inject_latency=True)

@@ -1,6 +1,6 @@
-"""Keys that sign tokens: several are accepted, the first signs; as a JWK set (RFC 7517).
+"""Keys of tokens, as a JWK set (RFC 7517): all keys are accepted, and the first key signs.
 
-To rotate, a new key is put in front, and the old one is taken out once its tokens have ended.
+To rotate keys, a new key is put in front; the old key is removed once its tokens have expired.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from cohaptic.errors import SettingError
 
 Algorithm = Literal["HS256", "HS384", "HS512"]
-LEAST_BYTES = 32  # of a secret: as long as the hash of HS256 (RFC 7518, 3.2)
-MOST_KEYS = 16  # more than anybody rotates through
-ISSUER = "cohaptic"  # who signs, unless the key says otherwise
+LEAST_BYTES = 32  # length of a secret: as long as the hash of HS256 (RFC 7518, 3.2)
+MOST_KEYS = 16  # more than any owner needs for rotation
+ISSUER = "cohaptic"  # issuer of a key that names no other issuer
 _LEAST: dict[Algorithm, int] = {"HS256": LEAST_BYTES, "HS384": 48, "HS512": 64}
 
 
 class _Jwk(BaseModel):
-    """A symmetric key; further members, which the standard allows, are passed over."""
+    """A symmetric key; further members, which the standard allows, are ignored."""
 
     model_config = ConfigDict(extra="ignore", hide_input_in_errors=True)
 
@@ -44,10 +44,10 @@ class Key:
     """One key.
 
     Args:
-        kid: Its name, which tokens carry.
-        secret: At least as long as the hash of its algorithm.
-        algorithm: The only one that it is used with, whatever a token says.
-        issuer: Who signs with it.
+        kid: Name of the key, which tokens carry.
+        secret: Secret, at least as long as the hash of the algorithm.
+        algorithm: The only algorithm that the key is used with, whatever a token says.
+        issuer: Name of the issuer that signs with the key.
 
     Raises:
         SettingError: The secret is too short.
@@ -70,10 +70,10 @@ class KeyRing:
     """All keys of a server.
 
     Args:
-        keys: Accepted ones; the first signs.
+        keys: Accepted keys; the first key signs.
 
     Raises:
-        SettingError: There is none, or two have one name.
+        SettingError: There is no key, there are more than `MOST_KEYS`, or two keys have one name.
     """
 
     keys: tuple[Key, ...]
@@ -88,23 +88,23 @@ class KeyRing:
 
     @property
     def signer(self) -> Key:
-        """The key that signs."""
+        """Key that signs new tokens."""
         return self.keys[0]
 
     def find(self, kid: str) -> Key | None:
-        """The key of this name; None if there is none."""
+        """Key of this name; None if there is no such key."""
         return next((key for key in self.keys if key.kid == kid), None)
 
     def rotated(self, key: Key, keep: int = MOST_KEYS - 1) -> KeyRing:
-        """With another key in front, and of those before the newest `keep`."""
+        """Key ring with a new key in front, followed by the newest `keep` of the present keys."""
         return KeyRing((key, *self.keys[:keep]))
 
 
 def read_keys(text: str | bytes) -> KeyRing:
-    """The keys of a JWK set.
+    """Key ring from the text of a JWK set.
 
     Raises:
-        SettingError: It is none, or a key cannot be used; the error tells no secret.
+        SettingError: The text is no JWK set, or a key cannot be used; the error tells no secret.
     """
     try:
         found = _JwkSet.model_validate_json(text)
@@ -117,7 +117,7 @@ def read_keys(text: str | bytes) -> KeyRing:
 
 
 def write_keys(ring: KeyRing) -> str:
-    """The JWK set of keys, for a file that only its owner may read."""
+    """JWK set of a key ring as text, for a file that only its owner may read."""
     return (
         _JwkSet(
             keys=[

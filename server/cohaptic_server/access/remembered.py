@@ -1,6 +1,6 @@
-"""What outlives the process of a room: tokens for one time, and who was put out. No I/O.
+"""Records that outlive the process of a room: used tokens, removals and pardons. No I/O.
 
-All times are Unix times, since a monotonic clock begins anew with the machine.
+All times are Unix times, since a monotonic clock restarts with the machine.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-# 13 MB at the most. Only who has valid tokens can fill it, and when it is full nobody new comes in:
-# to forget one that is still valid would let it be used again.
+# 13 MB at most. Only owners of valid tokens can fill this memory. When it is full, nobody comes in
+# with a new token, because a valid token that was forgotten could be used again.
 MOST_USED = 65_536
-MOST_REMOVED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
+MOST_REMOVED = 256  # the oldest removal is dropped first; only an administrator adds removals
 LONGEST = 4096  # characters of a line: the names of a token and a session are shorter
 
 Time = Annotated[float, Field(allow_inf_nan=False)]
-Short = Annotated[str, Field(max_length=300)]  # longer than any that a server makes
+Short = Annotated[str, Field(max_length=300)]  # longer than any text that a server makes
 
 
 class _Record(BaseModel):
@@ -25,11 +25,11 @@ class _Record(BaseModel):
 
 
 class Used(_Record):
-    """A token for one time that was used.
+    """A single-use token that was used.
 
     Args:
-        jti: Its name.
-        ends: When it is refused for its age in any case [s].
+        jti: Name of the token.
+        ends: Time from which the token is refused for its age in any case [s].
     """
 
     kind: Literal["used"] = "used"
@@ -38,15 +38,15 @@ class Used(_Record):
 
 
 class Removal(_Record):
-    """Somebody who was put out.
+    """A user who was put out.
 
     Args:
-        session: Name of the session; empty for one without a token.
-        invitation: Name of the invitation that it began with; empty for none.
-        name: That it touched by.
-        source: Whom its connection was counted with.
-        at: When it was put out [s].
-        until: When it may come back [s]; None for one who was banned.
+        session: Name of the user's session; empty for a user without a token.
+        invitation: Name of the invitation that the session began with; empty without one.
+        name: Name that the user touched under.
+        source: Address with which the user's connection was counted.
+        at: Time at which the user was put out [s].
+        until: Time from which the user may come back [s]; None for a banned user.
     """
 
     kind: Literal["removed"] = "removed"
@@ -58,16 +58,16 @@ class Removal(_Record):
     until: Time | None
 
     def counts(self, wall: float) -> bool:
-        """Whether it still keeps somebody out at a Unix time [s]."""
+        """Whether the removal still keeps the user out at a Unix time [s]."""
         return self.until is None or wall < self.until
 
 
 class Pardon(_Record):
-    """Whoever was put out by a name before may come back.
+    """Permission to come back for all users who were put out under a name before.
 
     Args:
         name: Name of a `Removal`.
-        at: When it was said [s].
+        at: Time of the pardon [s].
     """
 
     kind: Literal["pardoned"] = "pardoned"
@@ -80,12 +80,12 @@ _RECORDS: TypeAdapter[Record] = TypeAdapter(Annotated[Record, Field(discriminato
 
 
 def encode(record: Record) -> bytes:
-    """As a line, with its end."""
+    """Line of a record, including the end of line."""
     return record.model_dump_json().encode() + b"\n"
 
 
 def decode(line: bytes) -> Record | None:
-    """From a line; None for what is none, such as one that was cut when a machine lost power."""
+    """Record of a line; None for an invalid line, for example one cut off by a power failure."""
     if len(line) > LONGEST:
         return None
     try:
@@ -95,11 +95,14 @@ def decode(line: bytes) -> Record | None:
 
 
 def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
-    """Those of them that say something at a Unix time [s], in order and bounded in number."""
+    """Records that still have an effect at a Unix time [s], bounded in number.
+
+    Used tokens come first, then removals, each in their order.
+    """
     used: dict[str, Used] = {}
     removals: list[Removal] = []
     pardoned: set[str] = set()
-    # Backwards: a pardon is of those who were put out before it, and is looked at once.
+    # Backwards, since a pardon applies to earlier removals, and so one pass is enough.
     for record in reversed(tuple(records)):
         if isinstance(record, Removal):
             if record.name not in pardoned:

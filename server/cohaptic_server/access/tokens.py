@@ -1,8 +1,8 @@
-"""Signed tokens: JWT (RFC 7519) with grants, made and verified; the time is an argument.
+"""Makes and verifies signed tokens: JWT (RFC 7519) with grants; the time is an argument.
 
-The algorithm is the key's and never the token's, and what is not required by name is not there. A
-token says who somebody is (`sub`), until when (`exp`), and what for (`haptic`). To verify one takes
-about 0.1 ms of the processor, whatever is in it, since its length is bounded.
+The key determines the algorithm, never the token, and every claim that must be present is required
+by name. A token states an identity (`sub`), an end (`exp`) and grants (`haptic`). Verification
+takes about 0.1 ms of processor time for any token, since the length is bounded.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from cohaptic_server.access.denied import Denied
 from cohaptic_server.access.grants import Grants
 from cohaptic_server.access.keys import Key, KeyRing
 
-AUDIENCE = "cohaptic"  # of an invitation
-SESSION_AUDIENCE = "cohaptic-session"  # of a token with which somebody comes back
-LEEWAY = 10.0  # s by which clocks of two machines may differ
-# The library's types name those of `cryptography`, which is not needed for these algorithms.
+AUDIENCE = "cohaptic"  # audience of an invitation
+SESSION_AUDIENCE = "cohaptic-session"  # audience of a token with which a client comes back
+LEEWAY = 10.0  # s by which the clocks of two machines may differ
+# The library's types refer to types of `cryptography`, which these algorithms do not need.
 _encode: Callable[..., str] = getattr(jwt, "encode")  # noqa: B009
 _decode: Callable[..., dict[str, Any]] = getattr(jwt, "decode")  # noqa: B009
 _REQUIRED = ["exp", "iat", "iss", "sub", "aud", "jti"]
-# The library would read the machine's clock for the times; they are checked below.
+# The library would read the machine's clock; `_check_times` checks the times instead.
 _OPTIONS: Any = {
     "require": _REQUIRED,
     "verify_signature": True,
@@ -45,13 +45,13 @@ Time = Annotated[float, Field(ge=0.0, le=1e12)]
 
 
 class Session(BaseModel):
-    """Grants and times of a session, as its token has them.
+    """Name and times of a session, as its token states them.
 
     Args:
         sid: Name of the session.
-        began: Unix time [s].
-        invitation: Name (`jti`) of the invitation that it began with.
-        until: When that ends, Unix time [s]; None in a token of an earlier version.
+        began: Time at which the session began, Unix time [s].
+        invitation: Name (`jti`) of the invitation that the session began with.
+        until: End of that invitation, Unix time [s]; None in a token of an earlier version.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore", strict=True, allow_inf_nan=False)
@@ -63,16 +63,16 @@ class Session(BaseModel):
 
 
 class Claims(BaseModel):
-    """What a token says; further claims, of other services, are passed over.
+    """Claims of a token; further claims, of other services, are ignored.
 
     Args:
-        sub: Who has it.
+        sub: Identity of the owner.
         jti: Name of this token.
-        iat: When it was made, Unix time [s].
-        exp: When it ends, Unix time [s].
-        nbf: When it begins, Unix time [s]; None for at once.
-        haptic: What it allows.
-        session: That it brings back; None for an invitation.
+        iat: Time at which the token was made, Unix time [s].
+        exp: Time at which the token expires, Unix time [s].
+        nbf: Time from which the token is valid, Unix time [s]; None for at once.
+        haptic: Grants of the token.
+        session: Session that the token continues; None for an invitation.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore", strict=True, allow_inf_nan=False)
@@ -87,7 +87,7 @@ class Claims(BaseModel):
 
 
 def sign(claims: Claims, key: Key, audience: str = AUDIENCE) -> str:
-    """The token that says this."""
+    """Signed token with these claims."""
     said: dict[str, Any] = claims.model_dump(exclude_none=True, exclude={"haptic"})
     said |= {"iss": key.issuer, "aud": audience, "iat": int(claims.iat), "exp": int(claims.exp)}
     said["haptic"] = claims.haptic.model_dump(by_alias=True, exclude_defaults=True)
@@ -95,15 +95,15 @@ def sign(claims: Claims, key: Key, audience: str = AUDIENCE) -> str:
 
 
 def verify(token: str, ring: KeyRing, now: float) -> Claims:
-    """What a token says; it has a session if it was signed as a token of one.
+    """Claims of a token; `session` is set only if the token was signed as a session token.
 
     Args:
-        token: From anybody.
-        ring: Keys that are accepted.
+        token: Token from an untrusted client.
+        ring: Accepted keys.
         now: Unix time [s].
 
     Raises:
-        Denied: It is not one of ours, not valid now, or not whole.
+        Denied: The token was not signed with one of the keys, is not valid now, or is incomplete.
     """
     if len(token) > MAX_TOKEN:
         raise Denied(f"the token has {len(token)} characters, more than {MAX_TOKEN}", _WRONG)
@@ -121,14 +121,14 @@ def verify(token: str, ring: KeyRing, now: float) -> Claims:
     _check_times(claims, now)
     if is_session and claims.session is None:
         raise Denied("the token of a session names none")
-    # Whoever makes invitations makes no sessions.
+    # An invitation must not bring its own session, so its `session` claim is dropped.
     return claims if is_session else claims.model_copy(update={"session": None})
 
 
 def _header(token: str) -> Mapping[str, Any]:
     try:
         return jwt.get_unverified_header(token)
-    # RecursionError: JSON that is nested a thousand times fits into a token.
+    # RecursionError: a token has room for JSON that is nested a thousand times.
     except (jwt.InvalidTokenError, ValueError, TypeError, RecursionError):
         raise Denied("this is no token", _WRONG) from None
 

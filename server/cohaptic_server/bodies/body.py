@@ -1,4 +1,4 @@
-"""The interface of an elastic body. A new kind of body is one file that fulfils this Protocol."""
+"""The interface of an elastic body. A new kind of body is one file that implements `Body`."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Load:
 
     Args:
         vertices: Vertices under the contact, shape (k,).
-        weights: Share of the force on each, shape (k,); they sum to 1.
-        direction: Unit vector of the force, into the body, shape (3,).
-        force: Magnitude [N].
+        weights: Share of the force on each vertex, shape (k,); the shares sum to 1.
+        direction: Unit vector of the force, shape (3,); a press points into the body.
+        force: Force along `direction` [N].
     """
 
     vertices: Ints
@@ -34,14 +34,14 @@ class Load:
 
 
 class LoadArrays(NamedTuple):
-    """Loads as arrays, for compiled loops over all of them.
+    """Loads as arrays, for compiled loops over all loads.
 
     Args:
-        starts, ends: Where each load begins in the next two, and where it ends, shape (c,) each;
-            the loads of a contact with friction share their places.
-        vertices: Under the loads, shape (k,) or longer.
-        weights: Share of a load's force on each, shape (k,) or longer.
-        directions: Directions of the loads, shape (c, 3).
+        starts, ends: First index of each load in `vertices` and `weights`, and the index after its
+            last one, shape (c,) each; the loads of a contact with friction share one range.
+        vertices: Vertices under the loads, shape (k,) or longer.
+        weights: Share of a load's force on each vertex, shape (k,) or longer.
+        directions: Unit vectors of the forces, shape (c, 3).
         forces: Forces of the loads, shape (c,) [N].
     """
 
@@ -54,7 +54,7 @@ class LoadArrays(NamedTuple):
 
     @classmethod
     def of(cls, loads: Sequence[Load]) -> LoadArrays:
-        """The arrays of some loads."""
+        """Returns the given loads as arrays."""
         if isinstance(loads, Loads):
             return loads.arrays
         bounds = np.zeros(len(loads) + 1, dtype=np.int64)
@@ -73,7 +73,7 @@ class LoadArrays(NamedTuple):
 
 
 class Loads(Sequence[Load]):
-    """Loads that are arrays, and become values only for a body that reads them one by one.
+    """Loads stored as arrays; `Load` objects are made only for a body that reads single loads.
 
     Args:
         arrays: Arrays of all loads.
@@ -85,7 +85,7 @@ class Loads(Sequence[Load]):
     @cached_property
     def _loads(self) -> list[Load]:
         starts, ends, vertices, weights, directions, forces = self.arrays
-        # Loads that share their places share their arrays, by which a body knows them.
+        # Loads of one contact get the same array objects: a body recognises a contact by them.
         parts = {
             a: (vertices[a:b], weights[a:b])
             for a, b in zip(starts.tolist(), ends.tolist(), strict=True)
@@ -109,14 +109,14 @@ class Loads(Sequence[Load]):
 
 
 class Response(Protocol):
-    """The body under loads. An implementation may compute a value when it is first read."""
+    """The response of a body to loads. A value may be computed when it is first read."""
 
     @property
     def compliance(self) -> Floats:
         """Contact compliance C, shape (c, c) [m/N].
 
-        Displacement of contact i along its direction per force at contact j, both weighted by the
-        pressure profile.
+        C_ij is the displacement of contact i along its direction per unit force at contact j;
+        displacement and force are weighted by the pressure profile.
         """
         ...
 
@@ -129,7 +129,7 @@ class Response(Protocol):
     def displacement(self) -> Floats:
         """Displacement of every vertex under all loads, shape (n, 3) [m].
 
-        On a large body it takes too long for every tick; use `at`.
+        On a large body this takes too long for every tick; use `at`.
         """
         ...
 
@@ -143,7 +143,7 @@ class Response(Protocol):
         Args:
             loads: Loads to leave out.
             forces: Forces to subtract from those loads, shape (l,) [N].
-            vertices: Shape (k,).
+            vertices: Vertices whose displacement is wanted, shape (k,).
 
         Returns:
             Shape (k, 3) [m].
@@ -153,7 +153,7 @@ class Response(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class DenseResponse:
-    """A response that stores every vertex, for bodies of a few thousand of them.
+    """A response that stores all vertices, for bodies of up to a few thousand vertices.
 
     Args:
         displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
@@ -168,7 +168,7 @@ class DenseResponse:
     energy: float
 
     def __post_init__(self) -> None:
-        # As compiled loops read them; a body may have left them in another order.
+        # Compiled loops need contiguous arrays; a body may pass arrays in another memory order.
         for name in ("displacement", "fields"):
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), np.float64))
 
@@ -195,11 +195,11 @@ def without_own(
     """Displacement of some vertices for each user, without the loads of that user (science 3.3).
 
     Args:
-        response: Response of the body to everybody.
-        spans: First load of each user, and the end of the last one's, shape (n + 1,).
-        forces: To subtract from these loads, shape (spans[n] - spans[0],) [N].
-        starts: Where each user's vertices begin, and the last one's end, shape (n + 1,).
-        vertices: Shape (k,).
+        response: Response of the body to the loads of all users.
+        spans: First load of each user, then the end of the last user's loads, shape (n + 1,).
+        forces: Forces to subtract from these loads, shape (spans[n] - spans[0],) [N].
+        starts: Start of each user's part of `vertices`, then the last one's end, shape (n + 1,).
+        vertices: Vertices whose displacement is wanted, user after user, shape (k,).
 
     Returns:
         Shape (k, 3) [m].
@@ -216,14 +216,14 @@ def without_own(
 class Body(Protocol):
     """An elastic body that accepts forces and returns positions (an admittance, section 1).
 
-    Every implementation keeps the invariants of science 3.6: C symmetric and positive definite,
-    no energy in a rigid motion, the hands' work never less than the energy stored.
-    `cohaptic_server.testing.check_body` checks them.
+    Every implementation keeps the invariants of science 3.6: C is symmetric and positive definite,
+    a rigid motion stores no energy, and the hands' work is never less than the energy stored.
+    `cohaptic_server.testing.check_body` checks these invariants.
     """
 
     @property
     def name(self) -> str:
-        """Name for people and for the wire."""
+        """Name of the body, shown to users and sent over the network."""
         ...
 
     @property
@@ -237,10 +237,10 @@ class Body(Protocol):
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
-        """The body's response to `loads` in one tick.
+        """Returns the body's response to `loads` in one tick.
 
         Args:
-            loads: The present contacts; a load of zero force still gets its compliance.
+            loads: Loads of the present contacts; a load of zero force has a compliance, too.
             before: Response of the previous tick, from which an iterative or viscous body starts;
                 None starts from rest.
         """
@@ -249,7 +249,7 @@ class Body(Protocol):
 
 @runtime_checkable
 class Prefetching(Protocol):
-    """A body that answers better if it knows which vertices will be touched soon."""
+    """A body that responds better if it knows which vertices will be touched soon."""
 
     def prefetch(self, vertices: Ints) -> None:
         """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
@@ -258,21 +258,21 @@ class Prefetching(Protocol):
 
 @runtime_checkable
 class Wrapping(Protocol):
-    """A body that gives another one viscosity or mass."""
+    """A body that adds viscosity or mass to another body."""
 
     @property
     def elastic(self) -> Body:
-        """The other one."""
+        """The body to which viscosity or mass is added."""
         ...
 
 
 def elastic_of(body: Body) -> Body:
-    """The body without what makes it viscous or gives it mass."""
+    """Returns the elastic body inside a wrapper that adds viscosity or mass, or `body` itself."""
     return body.elastic if isinstance(body, Wrapping) else body
 
 
 class SwingingResponse(Response, Protocol):
-    """The response of a body with mass: hands are shown a share of its swing, others all of it."""
+    """Response of a body with mass; hands feel a share of its swing, everybody sees all of it."""
 
     @property
     def along(self) -> Floats:
@@ -281,14 +281,14 @@ class SwingingResponse(Response, Protocol):
 
     @property
     def felt(self) -> float:
-        """Share of the swing that hands are shown, 0 to 1."""
+        """Share of the swing that is shown to hands, 0 to 1."""
         ...
 
     def showing(self, share: float) -> Response:
-        """The response as the next tick finds it, with a share of the swing that hands are shown.
+        """Returns a copy of the response for the next tick, with a new value of `felt`.
 
         Args:
-            share: 0 to 1.
+            share: Share of the swing that is shown to hands, 0 to 1.
         """
         ...
 
@@ -299,9 +299,9 @@ class Swings(Protocol):
 
     @property
     def swing(self) -> Swing:
-        """How far they swing, over frequency."""
+        """Amplitude of the modes' swing over frequency."""
         ...
 
     def swinging(self, response: Response) -> SwingingResponse | None:
-        """The response as one of this body; None for another body's."""
+        """Returns the response if this body made it; None for a response of another body."""
         ...

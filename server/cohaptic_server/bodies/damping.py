@@ -9,10 +9,10 @@ from cohaptic_server.numeric import Floats
 
 
 def check_damping(damping: float) -> None:
-    """Refuse a B_o / K_o below 0, or so large that hands under delay sway for long.
+    """Refuse a B_o / K_o below 0, or one so large that hands under delay sway for long.
 
     Raises:
-        SettingError: It is outside of 0 to 2.
+        SettingError: The damping is outside of 0 to 2.
     """
     if not 0.0 <= damping <= 2.0:
         raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
@@ -23,7 +23,7 @@ def lagged(applied: Floats, carried: Floats, damping: float) -> Floats:
 
     Args:
         applied: Forces applied in this tick, any shape [N].
-        carried: Forces that the elastic part carried before, of the same shape [N].
+        carried: Forces that the elastic part carried before the tick, of the same shape [N].
         damping: B_o / K_o.
     """
     return np.asarray((applied + damping * carried) / (1.0 + damping))

@@ -1,13 +1,14 @@
 """A body under finite deformation, and its surface without one user's own forces (science 3.12).
 
-On a linear body the surface free of a force does not know that force. Under finite deformation the
-tangent's does: u - C f, with u and C of the deformed state, bends as the force grows. A finger that
-presses then turns its own contact, learns of it a loop delay later, and swings.
+On a linear body the surface without a user's force does not depend on that force. Under finite
+deformation it does: u - C f, with u and C of the deformed state, bends as the force grows. A
+pressing finger then turns its own contact, receives the turn a loop delay later, and swings.
 
-So a user's free surface is also without what the forces did beyond their tangent, r = u - sum C f,
-as far as the dent at each place is that user's own. Who is alone has the resting surface. Only
-along its force the contact point stays where the tangent puts it, by a displacement of the whole
-surface: there u - C f is the step of Newton's method, which any other surface would spoil.
+Therefore a user's free surface also leaves out the displacement beyond the tangent,
+r = u - sum C f, in proportion to that user's share of the dent at each place. A user who is alone
+gets the resting surface. Along the force alone the contact point stays where the tangent puts it,
+by a displacement of the whole surface: there u - C f is the step of Newton's method, which any
+other surface would spoil.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from cohaptic_server.bodies.body import DenseResponse, Load
 from cohaptic_server.numeric import Floats, Ints
 
-# m; a dent far below it belongs to nobody, so that shares do not jump as a force begins.
+# m; a dent far smaller than this has no owner, so that shares do not jump when a force begins.
 _NO_DENT = 1e-6
 
 
@@ -30,7 +31,7 @@ class FiniteResponse(DenseResponse):
     """A response whose displacement is not the sum of its fields times forces.
 
     Args:
-        loads: That the body answers.
+        loads: Loads that caused the response.
     """
 
     loads: Sequence[Load]
@@ -45,11 +46,11 @@ class FiniteResponse(DenseResponse):
         return left
 
     def _own_beyond_tangent(self, first: int, last: int, vertices: Ints) -> Floats:
-        """A user's part of r, without what it moves the contact along its force, (k, 3) [m].
+        """A user's part of r, without its motion of the contact along the force, (k, 3) [m].
 
         Args:
-            first, last: The user's loads, that along the normal first.
-            vertices: Shape (k,).
+            first, last: First load of the user, along the normal, and the end of the user's loads.
+            vertices: Vertices whose displacement is wanted, shape (k,).
         """
         load = self.loads[first]
         every = np.concatenate([vertices, load.vertices])

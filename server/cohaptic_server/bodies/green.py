@@ -1,8 +1,8 @@
-"""Green's functions of a body as a page gets them, and the name under which they are cached.
+"""Green's functions of a body in the form sent to a web page, and the name for caching them.
 
 The displacement of a linear body is a sum over vertices: the displacement for a unit force on a
-vertex, times the force on it. A page that has these functions needs only the forces. They depend on
-the body alone, so they are named by its content and can be cached for ever, whoever serves them.
+vertex, times the force on it. A page that has these functions needs only the forces. The functions
+depend on the body alone: their name is a hash of the body, and a copy from any server stays valid.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from cohaptic_server.numeric import Floats, Ints
 _HEAD = struct.Struct("<f")
 _UNITS = 2**15 - 1
 _SIGNATURE = (
-    8  # vertices that are pressed together to tell a body: all functions depend on all of it
+    8  # vertices pressed together to identify a body: every function depends on the whole body
 )
 
 
 class GreenSource(Protocol):
-    """Source of Green's functions; it is called in another thread than the tick's."""
+    """Source of Green's functions; its methods run in another thread than the tick."""
 
     @property
     def mesh(self) -> SurfaceMesh:
@@ -34,11 +34,11 @@ class GreenSource(Protocol):
         ...
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force on one, along x, y, z, (3, n, 3) [m/N]."""
+        """Displacement of all vertices per unit force on one in x, y, z, (3, n, 3) [m/N]."""
         ...
 
     def identity(self) -> bytes:
-        """What distinguishes bodies of the same mesh: stiffness, support."""
+        """Bytes that distinguish bodies of the same mesh, by stiffness and support."""
         ...
 
 
@@ -51,7 +51,7 @@ class Linear(Protocol):
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Equilibrium of the body with `loads`."""
+        """Returns the equilibrium of the body under `loads`."""
         ...
 
 
@@ -59,7 +59,7 @@ class Superposition:
     """Green's functions of a linear body, from its responses to unit forces.
 
     Args:
-        body: Linear and without memory; `respond` must not change it.
+        body: A linear body without memory; `respond` must not change it.
     """
 
     def __init__(self, body: Linear) -> None:
@@ -75,28 +75,28 @@ class Superposition:
         return self._spread(np.array([vertex]), np.ones(1))
 
     def identity(self) -> bytes:
-        """The displacement by forces on a few vertices, found in one solve."""
+        """Encoded displacement under forces on a few vertices, found in one solve."""
         n = len(self.mesh.vertices)
         vertices = np.unique(np.linspace(0, n - 1, _SIGNATURE).astype(np.int64))
         return encode_block(self._spread(vertices, np.arange(1.0, len(vertices) + 1.0)))
 
     def _spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """Displacement for forces of the given sizes on vertices, shape (3, n, 3) [m]."""
+        """Displacement for forces of `weights` [N] in x, y, z on vertices, shape (3, n, 3) [m]."""
         loads = [Load(vertices, weights, axis, 0.0) for axis in np.eye(3)]
         return self._body.respond(loads).fields
 
 
 @runtime_checkable
 class HasGreen(Protocol):
-    """A body that may be known by its Green's functions."""
+    """A body that may be described by its Green's functions."""
 
     def green_source(self) -> GreenSource | None:
-        """Where its Green's functions come from; None while its displacement is no sum of them."""
+        """Source of the Green's functions; None if the displacement is not a sum of them."""
         ...
 
 
 def green_source(body: Body) -> GreenSource | None:
-    """Green's functions of a body; None where its displacement is no sum of them."""
+    """Returns the source of a body's Green's functions; None if they do not describe the body."""
     return body.green_source() if isinstance(body, HasGreen) else None
 
 
@@ -104,9 +104,9 @@ def encode_block(green: Floats) -> bytes:
     """Encode the functions of one vertex: a scale, then 16 bits per number.
 
     Args:
-        green: Shape (3, n, 3) [m/N].
+        green: Green's functions of the vertex, shape (3, n, 3) [m/N].
     """
-    # Rounded up to the next 32-bit float, so that the largest value fits its integer.
+    # The scale is rounded up to the next 32-bit float, so that the largest value fits 16 bits.
     scale = float(np.nextafter(np.float32(np.abs(green).max() / _UNITS), np.float32(np.inf)))
     return _HEAD.pack(scale) + np.rint(green / scale).astype("<i2").tobytes()
 
@@ -119,7 +119,7 @@ def decode_block(data: bytes) -> Floats:
 
 
 def model_name(source: GreenSource) -> str:
-    """Hash of the resting mesh and of what tells the body from others, 32 hexadecimal digits."""
+    """Hash of the resting mesh and of the source's `identity`, 32 hexadecimal digits."""
     content = hashlib.sha256()
     content.update(source.mesh.vertices.astype("<f4").tobytes())
     content.update(source.mesh.faces.astype("<u4").tobytes())

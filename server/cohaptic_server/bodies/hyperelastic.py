@@ -1,7 +1,7 @@
 """The interface between a hyperelastic body and the Newton iteration that finds its equilibrium.
 
-`balloon/rubber_balloon.py` and `rubber_solid/rubber_tetrahedra.py` implement it; `newton.py` uses
-it.
+`balloon/rubber_balloon.py` and `rubber_solid/rubber_tetrahedra.py` implement the interface;
+`newton.py` uses it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class TangentSolver(Protocol):
         ...
 
     def step(self, b: Floats) -> Floats:
-        """The same, as exactly as a step of Newton's method needs: it leads downhill."""
+        """Displacements as in `displacements`, accurate enough for a descent step of Newton's."""
         ...
 
 
@@ -50,24 +50,24 @@ class Hyperelastic(Protocol[S]):
 
     @property
     def dof(self) -> Ints:
-        """The solver's unknowns in its order, as indices into (3 n,), shape (size,)."""
+        """Indices into (3 n,) of the solver's unknowns, in the solver's order, shape (size,)."""
         ...
 
     @property
     def stiffenings(self) -> tuple[float, ...]:
-        """Rising amounts of stiffening to try where the tangent is indefinite."""
+        """Rising amounts of stiffening to try when the tangent is indefinite."""
         ...
 
     def displaced(self, state: S, step: Floats, external: Floats) -> S | None:
-        """The state after a step, on the body's constraints.
+        """Returns the state after a step, with the body's constraints satisfied.
 
         Args:
-            state: Before the step.
-            step: Shape (n, 3) [m].
+            state: State before the step.
+            step: Displacement of the nodes, shape (n, 3) [m].
             external: Nodal forces of the contacts, shape (n, 3) [N].
 
         Returns:
-            None if the body allows no state there.
+            None if the body allows no state at the new positions.
         """
         ...
 
@@ -82,7 +82,7 @@ class Hyperelastic(Protocol[S]):
 
         Args:
             state: The deformed body.
-            stiffening: 0 for the exact tangent.
+            stiffening: Amount of stiffening, 0 for the exact tangent.
             b: Forces on the unknowns, shape (c, size) [N].
 
         Returns:

@@ -2,17 +2,18 @@
 
 Newton's method minimises  E(x) - external . x  over the positions that the body allows. A step that
 does not lower this energy enough is shortened (Armijo's rule), so that the energy never rises. The
-tangent at the end of a tick starts the next one: a tick of a moving hand costs one or two
-factorisations, one of a resting hand none.
+tangent at the end of a tick starts the next tick: a tick with a moving hand costs one or two
+factorisations, a tick with a resting hand none.
 
-Where the tangent is indefinite (a body under a load that it cannot carry, on its way to another
-shape) steps are taken with a stiffened tangent, which is still a descent direction. The last
-stable tangent is kept for the compliance: the stiffened one would understate it, which is
-the unsafe side (science 3.3), and one that turns indefinite overstates it. Just before it turns it
-is all but singular: 3,000 times the compliance at rest was seen, by which the surface without a
-finger's force lay 68 m away. Such a tangent is good for a step, and not for the compliance either.
+If the tangent is indefinite (a body under a load that it cannot carry, on its way to another
+shape), the iteration steps with a stiffened tangent, which still gives a descent direction. The
+compliance then comes from the last stable tangent: a stiffened tangent would understate the
+compliance, which is the unsafe side (science 3.3). A stable tangent that is about to become
+indefinite is nearly singular and overstates the compliance: 3,000 times the compliance at rest was
+seen, which put the surface without a finger's force 68 m away. Such a tangent is used for a step,
+but not for the compliance.
 
-The body itself is behind the `Hyperelastic` Protocol.
+The iteration uses the body through the `Hyperelastic` Protocol.
 """
 
 from __future__ import annotations
@@ -31,17 +32,19 @@ from cohaptic_server.bodies.hyperelastic import (
 )
 from cohaptic_server.numeric import Floats
 
-MAX_MOVE = 0.02  # m of any vertex in a tick; at 60 Hz a hand of 1.2 m/s
-MAX_STEPS = 2  # in a tick, each followed by a new tangent
-CHORD = 2e-4  # m; after so short a step the old tangent is kept: its error is micrometres
+MAX_MOVE = 0.02  # m; limit of a vertex's motion per axis in a tick, a hand of 1.2 m/s at 60 Hz
+MAX_STEPS = 2  # steps in a tick, each followed by a new tangent
+# m; the old tangent is kept after a shorter step, within this distance: its error is micrometres.
+CHORD = 2e-4
 CONVERGED = 1e-10  # m; a shorter step is not taken
-_TRIALS = 6  # lengths of a step that the line search tries
+_TRIALS = 6  # step lengths that the line search tries
 _BACKTRACK = 0.4  # factor from one of these lengths to the next
-# Times the compliance of the body at rest that a tangent may give to a load. In sessions on rubber
-# 99 of 100 ticks had 0.8 to 1.7 times; a thin part that is bent round may have a few times more.
+# Largest trusted ratio of a load's compliance to its compliance on the body at rest. In sessions on
+# rubber the ratio was 0.8 to 1.7 in 99 of 100 ticks; a thin part that is bent round may have a few
+# times more.
 SOFTENING = 8.0
-_LOOKED_AT = 2.0  # times what was believed before, from which it is compared with that at rest
-_ARMIJO = 1e-4  # least share of the decrease that the slope predicts
+_LOOKED_AT = 2.0  # growth over `Iterate.believed` from which a compliance is compared with rest
+_ARMIJO = 1e-4  # least share of the energy decrease that the slope predicts
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +52,10 @@ class Tangent:
     """A factored tangent.
 
     Args:
-        x: Positions at which it was taken, shape (n, 3) [m].
-        solver: Its factor.
-        stable: Whether it is the exact one; otherwise it was stiffened.
+        x: Positions at which the tangent was taken, shape (n, 3) [m].
+        solver: Factor of the tangent.
+        stable: True for the exact tangent; False for a stiffened tangent, or one whose renewal
+            failed.
     """
 
     x: Floats
@@ -64,11 +68,11 @@ class Iterate(Generic[S]):
     """The iteration at the end of a tick.
 
     Args:
-        state: The body.
+        state: The deformed body.
         tangent: The newest tangent.
-        stable: The newest stable tangent whose compliance is believed.
-        next_step: Largest component of the next Newton step [m].
-        believed: Largest compliance that was compared with that at rest and believed [m/N].
+        stable: The newest stable tangent whose compliance is trusted.
+        next_step: Largest component of the last Newton step that was computed [m].
+        believed: Largest compliance that passed the comparison with the body at rest [m/N].
     """
 
     state: S
@@ -80,11 +84,11 @@ class Iterate(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A tangent with what was solved with it when it was made.
+    """A tangent with the solutions that were found when it was factored.
 
     Args:
-        tangent: The tangent.
-        step: Newton step from where it was taken, shape (n, 3) [m].
+        tangent: The factored tangent.
+        step: Newton step from the positions of the tangent, shape (n, 3) [m].
         fields: Displacement of every node per unit of each load, shape (c, n, 3) [m/N].
     """
 
@@ -95,12 +99,12 @@ class Solved:
 
 @dataclass(frozen=True, eq=False)
 class Moved(Generic[S]):
-    """What a tick finds.
+    """The result of a tick.
 
     Args:
-        iterate: The iteration at its end.
-        fields: Displacement of every node per unit of each load, of the newest stable tangent that
-            is believed, shape (c, n, 3) [m/N].
+        iterate: The iteration at the end of the tick.
+        fields: Displacement of every node per unit of each load, by the newest stable tangent that
+            is trusted, shape (c, n, 3) [m/N].
     """
 
     iterate: Iterate[S]
@@ -112,9 +116,10 @@ class TickLimits:
     """Limits of the iteration within one tick.
 
     Args:
-        steps: Steps with a new tangent each.
-        move: Largest displacement of any vertex [m].
-        chord: Steps shorter than this keep the tangent [m].
+        steps: Largest number of steps, each followed by a new tangent.
+        move: Largest displacement of any vertex along an axis [m].
+        chord: Length of a step, and distance from the tangent's positions, within which the
+            tangent is kept [m].
     """
 
     steps: int = MAX_STEPS
@@ -134,7 +139,7 @@ class NewtonIteration(Generic[S]):
         self._body, self._limits = body, limits or TickLimits()
 
     def at_rest(self, state: S) -> Iterate[S] | None:
-        """A state of equilibrium as the start of the first tick; None if it is not stable."""
+        """Starts the iteration from an equilibrium; None if the equilibrium is not stable."""
         nothing = np.zeros_like(state.x)
         solved = self._solved(state, nothing, nothing[None][:0], (0.0,))
         return None if solved is None else Iterate(state, solved.tangent, solved.tangent, 0.0)
@@ -145,10 +150,10 @@ class NewtonIteration(Generic[S]):
         """Iterate for one tick.
 
         Args:
-            start: End of the previous tick.
+            start: Iteration at the end of the previous tick.
             external: Nodal forces of the contacts, shape (n, 3) [N].
             shares: Nodal forces of each load per unit of its force, shape (c, n, 3).
-            rest: The body at rest.
+            rest: Iteration of the body at rest.
         """
         body, chord = self._body, self._limits.chord
         state, tangent = start.state, start.tangent
@@ -161,7 +166,7 @@ class NewtonIteration(Generic[S]):
             if length < chord and tangent.stable:
                 if length > CONVERGED:
                     state = body.displaced(state, step, external) or state
-                # Of a moving body the tangent may be a chord behind; at rest it is renewed.
+                # The tangent of a moving body may lag by a chord; at rest the tangent is renewed.
                 allowed = chord if length > CONVERGED else 0.0
                 if np.abs(state.x - tangent.x).max() > allowed:
                     solved = self._solved(state, external, shares) or solved
@@ -169,11 +174,11 @@ class NewtonIteration(Generic[S]):
                 break
             if last:
                 break
-            # The decrease of energy that the slope predicts.
+            # Decrease of energy that the full step promises to first order.
             slope = float((residual * step).sum())
             displaced = self._search(state, step, start.state, external, slope)
             if displaced is None:
-                # The tangent is close to singular and its step too long: stiffen the next one.
+                # The tangent is nearly singular and its step too long: stiffen the next tangent.
                 if tangent.stable or tangent.x is not state.x:
                     solved = self._solved(state, external, shares, body.stiffenings) or solved
                     tangent = tangent if solved is None else solved.tangent
@@ -182,7 +187,7 @@ class NewtonIteration(Generic[S]):
             solved = self._solved(state, external, shares)
             tangent = replace(tangent, stable=False) if solved is None else solved.tangent
             if not tangent.stable:
-                break  # it took several factorisations
+                break  # stiffening took several factorisations
         stable = tangent if tangent.stable else start.stable
         if solved is not None and solved.tangent is stable:
             fields = solved.fields
@@ -194,9 +199,10 @@ class NewtonIteration(Generic[S]):
     def _believed(
         self, stable: Tangent, fields: Floats, shares: Floats, start: Iterate[S], rest: Iterate[S]
     ) -> tuple[Tangent, Floats, float]:
-        """The tangent for the compliance, its fields, and the compliance that is believed.
+        """Returns the tangent for the compliance, its fields and the new `Iterate.believed`.
 
-        A solution with the tangent at rest tells, asked for only where the compliance has grown.
+        The compliances are compared with those of the tangent at rest. The comparison costs a
+        solution, and is made only if a compliance has grown well beyond `start.believed`.
         """
         own = _own_compliance(fields, shares)
         if own.max(initial=0.0) <= _LOOKED_AT * start.believed:
@@ -215,7 +221,7 @@ class NewtonIteration(Generic[S]):
         """Displacement of every node per unit of each load.
 
         Args:
-            tangent: The tangent to solve with.
+            tangent: Tangent with which to solve.
             shares: Nodal forces of each load per unit of its force, shape (c, n, 3).
 
         Returns:
@@ -231,17 +237,17 @@ class NewtonIteration(Generic[S]):
         return np.asarray(self._spread(tangent.solver.step(self._unknown(force)), force)[0])
 
     def _unknown(self, forces: Floats) -> Floats:
-        """Nodal values (c, n, 3) as unknowns in their order, shape (c, size)."""
+        """Nodal values (c, n, 3) of the unknowns, in the solver's order, shape (c, size)."""
         return np.asarray(forces.reshape(len(forces), -1)[:, self._body.dof])
 
     def _spread(self, values: Floats, like: Floats) -> Floats:
-        """The reverse of `_unknown`, in the shape of `like`."""
+        """Inverse of `_unknown`: nodal values in the shape of `like`, zero at fixed nodes."""
         spread = np.zeros_like(like)
         spread.reshape(len(like), -1)[:, self._body.dof] = values
         return spread
 
     def _search(self, state: S, step: Floats, start: S, external: Floats, slope: float) -> S | None:
-        """Backtracking line search; None where no length lowers the energy enough."""
+        """Backtracking line search; None if no length lowers the energy enough."""
         left = self._limits.move - float(np.abs(state.x - start.x).max())
         length = min(1.0, max(0.0, left) / max(float(np.abs(step).max()), 1e-300))
         energy = total_energy(state, external)
@@ -261,7 +267,7 @@ class NewtonIteration(Generic[S]):
         shares: Floats,
         stiffenings: tuple[float, ...] | None = None,
     ) -> Solved | None:
-        """Factor with the least sufficient stiffening; None if no amount suffices."""
+        """Factor with the smallest sufficient stiffening; None if no amount suffices."""
         forces = np.concatenate([self._body.residual(state, external)[None], shares])
         b = self._unknown(forces)
         for amount in (0.0, *self._body.stiffenings) if stiffenings is None else stiffenings:
@@ -276,5 +282,5 @@ class NewtonIteration(Generic[S]):
 
 
 def _own_compliance(fields: Floats, shares: Floats) -> Floats:
-    """Displacement of each load per unit of its own force, along it, shape (c,) [m/N]."""
+    """Displacement of each load's contact along its force, per unit of it, shape (c,) [m/N]."""
     return np.asarray(np.einsum("cni,cni->c", shares, fields))

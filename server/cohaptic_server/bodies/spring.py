@@ -1,12 +1,12 @@
 """The paper's one-dimensional object (section 7): a rigid plate on a spring with a damper.
 
-A flat plate in the y-z plane that faces +x and moves along its normal as a whole. The force of tick
-k gives its position at tick k + 1, eqs. (6) and (9):
+A flat plate in the y-z plane faces +x and moves along its normal as a whole. The force of tick
+k gives the plate's position at tick k + 1, eqs. (6) and (9):
 
     (K_o + B_o) x+ = f + B_o x.
 
-All contacts share the one motion, so C_ij = 1 / (K_o + B_o) for every pair: symmetric, and only
-semidefinite from the second contact on, as two points of a rigid plate cannot move apart.
+All contacts share one motion, so C_ij = 1 / (K_o + B_o) for every pair. C is symmetric. With two or
+more contacts it is only semidefinite, because two points of a rigid plate cannot move apart.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ _INWARD = np.array([-1.0, 0.0, 0.0])  # direction in which a press moves the pla
 
 @dataclass(frozen=True, slots=True)
 class SpringSettings:
-    """A plate on a spring.
+    """Settings of a plate on a spring.
 
     Args:
         k_o: Stiffness K_o [N/m].
         b_o: Damping over the simulation period, B_o of eq. (9) [N/m].
         side: Side of the square plate [m].
         cells: Squares along a side, two triangles each.
-        contact_radius: Radius of the pressure under a contact; without effect on a rigid plate [m].
+        contact_radius: Radius of the pressure under a contact [m]; no effect on a rigid plate.
     """
 
     k_o: float = 200.0
@@ -73,7 +73,7 @@ class Spring:
         self.contact_radius = self.settings.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Position one simulation period later under `loads`, from where `before` left it."""
+        """Returns the position one period later under `loads`, starting from that of `before`."""
         k_o, b_o = self.settings.k_o, self.settings.b_o
         n = len(self.mesh.vertices)
         # Component of each force along the plate's motion: less than 1 for an oblique force.
@@ -91,7 +91,7 @@ class Spring:
 
 
 def plate(side: float, cells: int) -> tuple[Floats, Ints]:
-    """A square in the y-z plane about the origin that faces +x.
+    """Mesh of a square in the y-z plane, centred at the origin, that faces +x.
 
     Returns:
         Vertices ((cells + 1)^2, 3) [m] and faces (2 cells^2, 3).

@@ -1,10 +1,10 @@
-"""What contacts see of the fields of loads, and a field without some of the loads."""
+"""Displacement fields of loads, compliances between contacts, and fields without some loads."""
 
 from __future__ import annotations
 
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
-# As plain Python `superpose` takes a thousand times as long as numpy, with its copies, does.
+# Uncompiled, `superpose` takes a thousand times as long as numpy takes, copies included.
 COMPILED = not __file__.endswith(".py")
 
 
@@ -17,23 +17,23 @@ def superpose(
     directions: Floats,
     fields: Floats,
 ) -> None:
-    """The field of each load: the displacement of every vertex per unit of its force.
+    """Compute the field of each load: the displacement of every vertex per unit of its force.
 
     Args:
         C: Compliance of all vertices, symmetric, shape (3 n, 3 n) [m/N].
-        starts, ends: Where each load begins in `vertices` and `weights`, and where it ends, shape
-            (c,) each.
-        vertices: Under the pressures of the loads, one after the other, shape (k,).
-        weights: Share of a load's force on each, shape (k,).
+        starts, ends: First index of each load in `vertices` and `weights`, and the index after its
+            last one, shape (c,) each.
+        vertices: Vertices under the pressures of the loads, load after load, shape (k,).
+        weights: Share of a load's force on each vertex, shape (k,).
         directions: Unit vector of each load, shape (c, 3).
-        fields: Set to the fields, shape (c, 3 n) [m/N].
+        fields: Receives the fields, shape (c, 3 n) [m/N].
     """
     for i in range(fields.shape[0]):
         for j in range(fields.shape[1]):
             fields[i, j] = 0.0
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
         k = starts[i]
-        # Two vertices, six rows, in one pass: the field is read and written half as often.
+        # Two vertices (six rows) per pass: the field is read and written half as often.
         while k + 1 < ends[i]:
             a, b = 3 * vertices[k], 3 * vertices[k + 1]
             ax, ay, az = weights[k] * x, weights[k] * y, weights[k] * z
@@ -58,15 +58,15 @@ def seen_by(
     directions: Floats,
     C: Floats,
 ) -> None:
-    """Displacement of each contact along its direction by each load, per unit of force.
+    """Compute the displacement of each contact along its direction per unit force of each load.
 
     Args:
         fields: Fields of the loads, shape (c, 3 n) [m/N].
         starts, ends: As in `superpose`.
-        vertices: As there.
-        weights: As there.
-        directions: As there.
-        C: Set to the compliances, the seeing contact first, shape (c, c) [m/N].
+        vertices: As in `superpose`.
+        weights: As in `superpose`.
+        directions: As in `superpose`.
+        C: Receives the compliances, C[displaced contact, load], shape (c, c) [m/N].
     """
     for i in range(C.shape[0]):
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
@@ -88,17 +88,17 @@ def subtract_own(
     vertices: Ints,
     left: Floats,
 ) -> None:
-    """Displacement of some vertices for each user, without the loads of that user.
+    """Compute the displacement of some vertices for each user, without the loads of that user.
 
     Args:
         displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
         fields: Fields of the loads, shape (c, n, 3) [m/N].
-        spans: First load of each of u users, and the end of the last one's, shape (u + 1,).
-        forces: Forces of the loads to leave out, in order, at most those of the span, shape (l,)
-            [N].
-        starts: Where the vertices of each user begin, and the last one's end, shape (u + 1,).
-        vertices: Shape (k,).
-        left: Set to the displacement, shape (k, 3) [m].
+        spans: First load of each of u users, then the end of the last user's, shape (u + 1,).
+        forces: Forces to leave out, load after load from spans[0]; loads beyond the last force
+            stay, shape (l,) [N].
+        starts: Start of each user's part of `vertices`, then the last one's end, shape (u + 1,).
+        vertices: Vertices whose displacement is wanted, user after user, shape (k,).
+        left: Receives the displacement, shape (k, 3) [m].
     """
     for user in range(starts.shape[0] - 1):
         first, last = spans[user], min(spans[user + 1], spans[0] + forces.shape[0])

@@ -1,9 +1,9 @@
 """A body prepared for touch: the mesh of its mesh patches and the compliance of each vertex.
 
 Both are computed on first use and at most once: a table of compliances may take a minute, and a
-room without mesh patches needs none.
+room without mesh patches does not need the table.
 
-The vertices round a contact that one patch needs, its window, are chosen in compiled loops.
+Compiled loops choose the window of a patch: the vertices round a contact that the patch needs.
 """
 
 from __future__ import annotations
@@ -26,16 +26,17 @@ from cohaptic_server.numeric import Floats, Ints
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ContactWindows:
-    """The search for windows on a surface and its touch mesh, and where it leaves what it finds.
+    """The search for windows on a surface and its touch mesh, and the arrays for its results.
 
     Args:
-        search: For one window after the other.
-        vertices: Vertices of the surface, rising, shape (n,); the first `search.count` hold.
-        fitted: Those of them that the touch mesh has and that face as the contact does, as indices
-            into `vertices`, shape (n,); the first `search.fits` hold.
-        touched: Vertices of the touch mesh that are carried, rising, shape (t,); the first
-            `search.carries` hold.
-        carried: The same as indices into `vertices`, shape (t,).
+        search: Search for one window at a time.
+        vertices: Vertices of the surface in the window, rising, shape (n,); the first
+            `search.count` entries are valid.
+        fitted: Vertices of the window that are in the touch mesh and face the same way as the
+            contact, as indices into `vertices`, shape (n,); the first `search.fits` are valid.
+        touched: Vertices of the touch mesh that a patch carries, rising, shape (t,); the first
+            `search.carries` are valid.
+        carried: The vertices in `touched` as indices into `vertices`, shape (t,).
     """
 
     search: WindowVertices
@@ -46,7 +47,7 @@ class ContactWindows:
 
     @classmethod
     def on(cls, mesh: SurfaceMesh, touch: TouchMesh) -> ContactWindows:
-        """The search on a whole surface and its touch mesh."""
+        """Returns the search on a whole surface and its touch mesh."""
         n, t = len(mesh.vertices), len(touch.vertices)
         vertices, fitted = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
         touched, carried = touch.found, np.zeros(t, dtype=np.int64)
@@ -64,12 +65,13 @@ class ContactWindows:
         return cls(search, vertices, fitted, touched, carried)
 
 
-_ROUNDING = 1e-6  # of the largest C_ii; less below zero is rounding, of a vertex that is held
+# Share of the largest C_ii; a negative C_ii down to this is a rounding error at a held vertex.
+_ROUNDING = 1e-6
 
 
 @runtime_checkable
 class Surveyed(Protocol):
-    """A body that computes its table faster than by a response for each vertex."""
+    """A body that computes its compliance table faster than with one response per vertex."""
 
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
@@ -78,22 +80,18 @@ class Surveyed(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TouchedBody:
-    """A body with its touch mesh and its table of compliances.
-
-    Args:
-        body: The deformable object.
-    """
+    """A body with its touch mesh and its table of compliances."""
 
     body: Body
 
     @cached_property
     def prefetching(self) -> Prefetching | None:
-        """The body where it wants to know which vertices will be touched soon, else None."""
+        """The body if it uses the vertices that will be touched soon, else None."""
         return self.body if isinstance(self.body, Prefetching) else None
 
     @cached_property
     def swings(self) -> Swings | None:
-        """The body where it has mass, else None."""
+        """The body if it has mass, else None."""
         return self.body if isinstance(self.body, Swings) else None
 
     @cached_property
@@ -103,19 +101,19 @@ class TouchedBody:
 
     @cached_property
     def windows(self) -> ContactWindows:
-        """Windows round contacts, for patches that carry more than a plane."""
+        """Search for windows round contacts, for patches that carry more than a plane."""
         return ContactWindows.on(self.body.mesh, self.mesh)
 
     @cached_property
     def touch_compliance(self) -> Floats:
-        """`vertex_compliance` of the touch mesh, as the wire holds it, shape (t,) [m/N]."""
+        """`vertex_compliance` of the touch mesh, limited to the protocol's range, (t,) [m/N]."""
         return np.minimum(self.vertex_compliance[self.mesh.vertices], MAX_COMPLIANCE)
 
     @cached_property
     def vertex_compliance(self) -> Floats:
         """C_ii of a contact centred at each vertex of the whole surface, shape (n,) [m/N].
 
-        It belongs to the body at rest; the client scales it by the c_ii of each patch.
+        The table holds for the body at rest; the client scales it by the c_ii of each patch.
         """
         return vertex_compliance(self.body)
 
@@ -123,10 +121,10 @@ class TouchedBody:
 def vertex_compliance(body: Body) -> Floats:
     """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N].
 
-    Zero means held. That of a body that computes its own table is taken as it is.
+    Zero means that the vertex is held. A `Surveyed` body's own table is returned unchanged.
 
     Raises:
-        BodyError: A press pulls its place of the surface outwards.
+        BodyError: A press moves the surface under it outwards.
     """
     if isinstance(body, Surveyed):
         return body.vertex_compliance()

@@ -4,10 +4,10 @@ The elastic part carries the loads with a lag,
 
     carried+ = (loads + b carried) / (1 + b),    b = B_o / K_o = relaxation time / simulation period
 
-which for a linear body is eq. (9), (K_o + B_o) x+ = f + B_o x, and for a nonlinear one damps each
+which for a linear body is eq. (9), (K_o + B_o) x+ = f + B_o x, and for a nonlinear body damps each
 state of strain by its own stiffness. The reported compliance is that of the steady state: a control
-law that relied on K_o + B_o, the stiffness within one tick, would be unstable under delay from
-B_o = K_o on (science 3.3: a C below half of the true one).
+law that relied on K_o + B_o, the stiffness within one tick, would be unstable under delay for
+B_o >= K_o (science 3.3: a C below half of the true one).
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from cohaptic_server.bodies.damping import check_damping
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 
-_NEGLIGIBLE = 1e-3  # share of a load's largest force below which its rest is dropped
+_NEGLIGIBLE = 1e-3  # share of its last applied force below which a decaying load is dropped
 
 
 @dataclass(frozen=True, slots=True)
 class DecayingLoad:
-    """A present or past load with the force that the body carries of it.
+    """A present or past load with the part of its force that the elastic body still carries.
 
     Args:
         load: The load, with the carried force.
-        peak: Force carried when it was last applied [N].
+        peak: Magnitude of the carried force when the load was last applied [N].
     """
 
     load: Load
@@ -54,7 +54,7 @@ class ViscousResponse:
 
     @property
     def compliance(self) -> Floats:
-        """Between present contacts, shape (c, c) [m/N]."""
+        """Compliance between present contacts, shape (c, c) [m/N]."""
         return np.asarray(self.elastic.compliance[: self.count, : self.count])
 
     @property
@@ -79,15 +79,15 @@ class ViscousResponse:
 class Viscous:
     """A linear elastic body with damping, behind the `Body` Protocol.
 
-    The loads are delayed and not the displacement, so that the elastic body may compute a few
-    vertices alone.
+    The lag acts on the loads and not on the displacement, so that the elastic body may compute a
+    few vertices alone.
 
     Args:
         elastic: A linear body: the displacements under several loads add up.
         damping: B_o / K_o at the simulation period of the server.
 
     Attributes:
-        name: The elastic body's.
+        name: Name of the elastic body.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
     """
@@ -99,7 +99,7 @@ class Viscous:
         self.contact_radius = elastic.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ViscousResponse:
-        """Move from the state of `before` a part of the way to the equilibrium with `loads`."""
+        """Move part of the way from the state of `before` to the equilibrium with `loads`."""
         b, earlier = self.damping, list[DecayingLoad]()
         previous: Response | None = None
         if isinstance(before, ViscousResponse):
@@ -108,7 +108,7 @@ class Viscous:
         for load in loads:
             force = load.force
             for other in earlier:
-                # A hand at rest takes over its own load of the previous tick.
+                # A contact that has not moved continues its load of the previous tick.
                 if _same_contact(load, other.load):
                     force += b * other.load.force
                     earlier.remove(other)

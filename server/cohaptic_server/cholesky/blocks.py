@@ -1,7 +1,7 @@
 """The product with a sparse symmetric matrix of 3x3 blocks.
 
-Compiled where a compiler is at hand (`blocks.pxd` has the types). Indices are those of an
-`Analysis` and are not checked here.
+The module is compiled where a compiler is at hand (`blocks.pxd` has the types). Indices are those
+of an `Analysis` and are not checked here.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def multiply(blocks: Floats, starts: Ints, rows: Ints, x: Floats, out: Floats) -> None:
-    """The product with a symmetric matrix.
+    """Multiply a symmetric matrix by columns.
 
     Args:
-        blocks: Blocks on and below the diagonal, shape (e, 9); those on it are symmetric.
-        starts: First block of each column, which is the one on the diagonal, shape (n + 1,).
+        blocks: Blocks on and below the diagonal, shape (e, 9); diagonal blocks are symmetric.
+        starts: First block of each column, which is the diagonal block, shape (n + 1,).
         rows: Row of each block, shape (e,).
-        x: Shape (3 n, r).
-        out: The product, shape (3 n, r).
+        x: Columns, shape (3 n, r).
+        out: Set to the product, shape (3 n, r).
     """
     n = len(starts) - 1
     for i in range(3 * n):

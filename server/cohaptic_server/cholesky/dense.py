@@ -2,7 +2,7 @@
 
 Matrices lie column by column in a one-dimensional array, from an index on. Right-hand sides lie
 row by row. Compiled kernels call `dense_calls.pxd` in place of this module: the same routines of
-BLAS and LAPACK, at the addresses that scipy publishes for this purpose, without Python between.
+BLAS and LAPACK, called without Python at the addresses that scipy publishes for this purpose.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def routines(single: bool) -> Ints:
 
 
 def cholesky(routines: Ints, values: AnyFloats, at: int, n: int) -> int:
-    """Replace the lower triangle of a matrix (n, n) by its factor; not 0 if there is none."""
+    """Replace the lower triangle of a matrix (n, n) by its factor; return 0 if there is one."""
     del routines
     a = _matrix(values, at, n, n)
     factor, failed = (lapack.spotrf if values.itemsize == 4 else lapack.dpotrf)(a, lower=1, clean=0)
@@ -55,7 +55,7 @@ def divide_rows(routines: Ints, values: AnyFloats, at: int, n: int, m: int) -> N
 def negative_square(
     routines: Ints, values: AnyFloats, at: int, n: int, m: int, out: AnyFloats, to: int
 ) -> None:
-    """Write -B B', its lower triangle, shape (m, m), for B of `divide_rows`."""
+    """Write the lower triangle of -B B', shape (m, m), for B of `divide_rows`."""
     del routines
     B, square = _matrix(values, at + n * n, m, n), _matrix(out, to, m, m)
     lower = np.tril_indices(m)
@@ -107,10 +107,10 @@ def subtract_product(
 
 
 def _matrix(values: AnyFloats, at: int, rows: int, columns: int) -> AnyFloats:
-    """A view of a matrix."""
+    """Return a view of a matrix."""
     return values[at : at + rows * columns].reshape((rows, columns), order="F")
 
 
 def _trsm(values: AnyFloats) -> Callable[..., AnyFloats]:
-    """Division by a triangular matrix."""
+    """Return the routine that divides by a triangular matrix."""
     return blas.strsm if values.itemsize == 4 else blas.dtrsm

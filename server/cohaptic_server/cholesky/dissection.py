@@ -2,9 +2,9 @@
 
 A thin set of nodes cuts the mesh in two halves that do not touch; each half is cut again, down to
 leaves. Eliminating the halves before their separator fills O(n^(4/3)) entries in three dimensions
-(George 1973; Lipton, Rose, Tarjan 1979), a fraction of what minimum degree gives. Coordinates
-make the cuts: planes near the median, at right angles to the part's principal axes, of which the
-one with the smallest separator is taken.
+(George 1973; Lipton, Rose, Tarjan 1979), a fraction of those by minimum degree. Coordinates make
+the cuts: of several planes near the median, at right angles to the part's principal axes, the plane
+with the smallest separator is taken, weighted by the balance of the halves.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from cohaptic_server.numeric import Floats, Ints
 
 LEAF = 96  # nodes; smaller leaves mean more and smaller fronts, without gain for a linear solid
 _TRIED = 5000  # nodes; larger parts get one cut, since several would take seconds
-_SHARES = (0.45, 0.5, 0.55)  # of the nodes on the one side of a cut
+_SHARES = (0.45, 0.5, 0.55)  # shares of the nodes on one side of a cut
 
-AnyInts = npt.NDArray[np.int32] | Ints  # the indices of a sparse matrix are short ones
-Sides = npt.NDArray[np.int8]  # scratch, zero between calls: the half of each node
+AnyInts = npt.NDArray[np.int32] | Ints  # the indices of a sparse matrix are 32-bit
+Sides = npt.NDArray[np.int8]  # scratch, zero between calls: the half in which each node is
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +55,10 @@ def dissect(points: Floats, graph: sp.csr_array, leaf: int = LEAF) -> list[Part]
     Args:
         points: Position of each node, shape (n, 3) [m].
         graph: Adjacency of nodes that share an element, symmetric, shape (n, n).
-        leaf: Largest number of nodes that is not cut any further.
+        leaf: Largest number of nodes of a part that is not cut any further.
 
     Returns:
-        Parts in an order in which they can be eliminated; every node is in one `own`.
+        Parts in an order in which they can be eliminated; every node is in the `own` of one part.
     """
     parts: list[Part] = []
     side = np.zeros(len(points), dtype=np.int8)
@@ -78,7 +78,7 @@ def dissect(points: Floats, graph: sp.csr_array, leaf: int = LEAF) -> list[Part]
 
 
 def _halves(points: Floats, graph: sp.csr_array, nodes: Ints, side: Sides) -> Cut:
-    """Two halves without an edge between them, and the separator: the smallest of a few cuts."""
+    """Find two halves without an edge between them, and the separator: the best of a few cuts."""
     x = points[nodes] - points[nodes].mean(axis=0)
     axes = np.linalg.eigh(x.T @ x)[1][:, ::-1]
     best, least = Cut(nodes, nodes[:0], nodes[:0]), math.inf
@@ -97,7 +97,7 @@ def _halves(points: Floats, graph: sp.csr_array, nodes: Ints, side: Sides) -> Cu
 
 
 def _separate(graph: sp.csr_array, first: Ints, second: Ints, side: Sides) -> Cut:
-    """The halves less the fewest nodes that touch every edge between them.
+    """Return the halves less the fewest nodes that touch every edge between them.
 
     The edges between the halves are a bipartite graph, whose smallest vertex cover follows from a
     maximum matching (König 1931).
@@ -116,7 +116,7 @@ def _separate(graph: sp.csr_array, first: Ints, second: Ints, side: Sides) -> Cu
     matched = np.asarray(csgraph.maximum_bipartite_matching(edges, perm_type="column"))
     partner = np.full(len(right), -1, dtype=np.int64)
     partner[matched[matched >= 0]] = np.flatnonzero(matched >= 0)
-    # Reached from unmatched nodes by paths that alternate between other edges and matched ones.
+    # Nodes reached from unmatched ones by paths that alternate between unmatched and matched edges.
     reached, beyond = matched < 0, np.zeros(len(right), dtype=np.bool_)
     rows = np.flatnonzero(reached)
     while len(rows):

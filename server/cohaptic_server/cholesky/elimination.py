@@ -1,8 +1,9 @@
 """Elimination of the fronts of a sparse symmetric matrix of 3x3 blocks.
 
-Compiled where a compiler is at hand (`elimination.pxd` has the types), and then without the global
-interpreter lock, so that two threads can eliminate fronts that do not depend on each other. Indices
-are those of an `Analysis` and are not checked here. Dense matrices are stored column by column.
+The module is compiled where a compiler is at hand (`elimination.pxd` has the types), and then runs
+without the global interpreter lock, so that two threads can eliminate fronts that do not depend on
+each other. Indices are those of an `Analysis` and are not checked here. Dense matrices are stored
+column by column.
 """
 
 from __future__ import annotations
@@ -38,26 +39,19 @@ def eliminate(
     """Factor fronts one after the other.
 
     Args:
-        begin: The first one.
-        end: The one after the last.
-        table: As for `load_front`, as all others.
-        where: As there.
-        children: As there.
-        starts: As there.
-        places: As there.
-        blocks: As there.
-        updates: As there.
-        values: As there.
+        begin: Index of the first front.
+        end: Index after the last front.
+        table, where, children, starts, places, blocks, updates, values: As in `load_front`.
         routines: Routines of `dense.routines`.
 
     Returns:
-        0, or not if the matrix is not positive definite.
+        0; 1 if the matrix is not positive definite.
     """
     with cython.nogil:
         for k in range(begin, end):
             load_front(k, table, where, children, starts, places, blocks, updates, values)
             width, height, at = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2], table[k, 3]
-            # Where parts of the mesh do not touch, nothing is left for the separator between them.
+            # Where parts of the mesh do not touch, the separator between them has no nodes.
             if width > 0 and dense.cholesky(routines, values, at, width) != 0:
                 return 1
             if height > 0:
@@ -82,20 +76,20 @@ def load_front(
     """Write a front before its elimination: blocks of the matrix, and its children's updates.
 
     Args:
-        k: The front.
-        table: Table of the analysis, as the following ones.
-        where: Rows of the parents.
+        k: Index of the front.
+        table: Table of the analysis, to which the next four arrays belong as well.
+        where: Rows of the parents for the border nodes of all fronts.
         children: Children of all fronts.
         starts: First block of each column.
         places: Row of each block within the front.
-        blocks: Shape (e, 9), row by row.
+        blocks: Blocks of the matrix, each row by row, shape (e, 9).
         updates: Workspace, with the lower triangles of the children's updates.
-        values: Values of the factor; those of the front become its own unknowns' lower triangle and
-            the rows of its border.
+        values: Values of the factor; the front's part is set to the lower triangle of its own
+            unknowns and to the rows of its border.
     """
     first, last, start = table[k, 0], table[k, 1], table[k, 3]
     width, height = 3 * (last - first), 3 * table[k, 2]
-    below = start + width * width - width  # of row `width`, the first one of the border
+    below = start + width * width - width  # offset at which row `width` begins the border
     for i in range(start, start + width * (width + height)):
         values[i] = 0.0
     for column in range(first, last):
@@ -131,7 +125,7 @@ def load_front(
 
 
 def add_updates(k: int, table: Ints, where: Ints, children: Ints, updates: AnyFloats) -> None:
-    """Add to the update of a front what its children have for its border; as `load_front`."""
+    """Add to a front's update the children's updates of its border; arguments as `load_front`."""
     width, height = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2]
     for c in range(table[k, 7], table[k, 8]):
         child = children[c]

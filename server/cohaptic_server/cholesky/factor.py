@@ -1,8 +1,8 @@
 """A sparse Cholesky factor by fronts, K = L D L': made once, solved for many forces at a time.
 
-The multifrontal method (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is a
-dense front of its own nodes and the border to its ancestors, so that all arithmetic is LAPACK's.
-L has a block for each front, K21 K11^-1 of it, and D the blocks K11, as Cholesky factors: backward
+The method is multifrontal (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is
+a dense front of its own nodes and the border to its ancestors, so that LAPACK does all arithmetic.
+L has the block K21 K11^-1 of each front, and D the blocks K11 as Cholesky factors: backward
 substitution needs L alone, so D is read only where there is a force.
 
 Forces act on the surface only and only the surface is observed. In forward substitution a force
@@ -30,12 +30,12 @@ class FactorFront:
 
     Args:
         own: Degrees of freedom eliminated here, shape (a,).
-        border: Those of ancestors that they are coupled to, shape (b,).
+        border: Degrees of freedom of ancestors that the own ones are coupled to, shape (b,).
         lower: Cholesky factor of the own block, shape (a, a).
-        carry: Force on the border per force on each own one, K21 K11^-1, shape (b, a).
+        carry: Force on the border per force on each own degree of freedom, K21 K11^-1, (b, a).
         parent: Index of the parent; -1 at the root.
-        retained: Whether it or a descendant has a retained node; if not, `lower` and `carry` are
-            empty.
+        retained: Whether the front or a descendant has a retained node; if not, `lower` and `carry`
+            are empty.
     """
 
     own: Ints
@@ -50,15 +50,12 @@ class Factor:
     """The Cholesky factor of a symmetric positive definite matrix of 3x3 blocks.
 
     Args:
-        fronts: Children before their parents.
+        fronts: Fronts, children before their parents.
         front_of: Front that eliminates each node, shape (n,).
-        numbers: The array in which all blocks lie one after the other, if they do: of each front
-            `lower` column by column, then `carry` row by row; shape (k,).
+        numbers: Array in which all blocks lie one after the other, `lower` of each front column by
+            column, then `carry` row by row, shape (k,); None if they lie elsewhere.
 
     Attributes:
-        fronts: As given.
-        front_of: As given.
-        numbers: As given.
         size: Number of unknowns, 3 n.
     """
 
@@ -70,20 +67,20 @@ class Factor:
 
     @property
     def bytes(self) -> int:
-        """Memory of the factor."""
+        """Bytes of the factor."""
         return sum(front.lower.nbytes + front.carry.nbytes for front in self.fronts)
 
     def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
-        """Displacement of the retained nodes under forces on a few of them.
+        """Solve for the displacement of the retained nodes under forces on a few of them.
 
         Args:
             nodes: Retained nodes with a force, shape (k,).
-            forces: Forces on them, one column for each load case, shape (3 k, r) [N].
-            at: Nodes whose displacement counts, shape (j,); all retained ones if not given. A few
-                neighbouring ones cost a fraction of all.
+            forces: Forces on these nodes, one column for each load case, shape (3 k, r) [N].
+            at: Nodes whose displacement is needed, shape (j,); None for all retained nodes. A few
+                neighbouring nodes cost a fraction of all.
 
         Returns:
-            Shape (3 n, r) [m]; rows of other nodes hold no meaningful values.
+            Displacement, shape (3 n, r) [m]; rows of other nodes hold no meaningful values.
         """
         x = np.zeros((self.size, forces.shape[1]), dtype=self.fronts[-1].lower.dtype)
         np.add.at(x, dofs(nodes), forces.astype(x.dtype, copy=False))
@@ -110,22 +107,22 @@ class Factor:
 
 
 class FactorReader(Protocol):
-    """Where a factor is; it can be given to a process that is started."""
+    """Place of a factor, which can be passed to a process that is started."""
 
     @property
     def bytes(self) -> int:
-        """Memory of the factor in single precision."""
+        """Bytes of the factor in single precision."""
         ...
 
     def read(self) -> Factor:
-        """The factor, mapped and not copied.
+        """Return the factor, mapped and not copied.
 
         Raises:
-            BodyError: What is there is no intact factor.
-            OSError: It cannot be read.
+            BodyError: The data there are no intact factor.
+            OSError: The factor cannot be read.
         """
         ...
 
     def problem(self) -> str:
-        """Why what `read` returned is not to be relied on any more; empty while it is."""
+        """Return why the factor from `read` is no longer reliable; empty while it is reliable."""
         ...

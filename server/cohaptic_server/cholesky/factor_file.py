@@ -1,8 +1,8 @@
 """A Cholesky factor as named arrays, for a file or for memory that two processes share, and back.
 
-Its numbers lie in one flat array, front after front: `lower` column by column, as LAPACK takes it
-without a copy, then `carry` row by row. They are in single precision, which halves the memory and
-the time of a solve, unless what has to be found in double precision is still to come.
+The numbers of a factor lie in one flat array, front after front: `lower` column by column, as
+LAPACK takes it without a copy, then `carry` row by row. Numbers in single precision halve the
+memory and the time of a solve; a factor stays in double precision while later steps need that.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from cohaptic_server.numeric import Ints
 def to_arrays(
     factor: Factor, precision: type[np.float32] | type[np.float64] = np.float32
 ) -> dict[str, npt.NDArray[Any]]:
-    """All arrays of a factor by name, for `from_arrays`; its own where they are so already.
+    """Return all arrays of a factor by name, for `from_arrays`; without a copy where possible.
 
     Args:
         factor: Factor of any precision.
-        precision: `np.float32` or `np.float64`, of the numbers.
+        precision: Precision of the numbers, `np.float32` or `np.float64`.
     """
     values: npt.NDArray[Any] | None = factor.numbers
     if values is None or values.dtype != precision:
@@ -36,7 +36,7 @@ def to_arrays(
 
 
 def indices_of(factor: Factor) -> dict[str, npt.NDArray[Any]]:
-    """The arrays of `to_arrays` but for the numbers."""
+    """Return the arrays of `to_arrays` except for the numbers."""
     fronts = factor.fronts
     table = [[len(f.own), len(f.border), f.parent, f.retained] for f in fronts]
     return {
@@ -48,12 +48,12 @@ def indices_of(factor: Factor) -> dict[str, npt.NDArray[Any]]:
 
 
 def count_values(factor: Factor) -> int:
-    """How many numbers a factor has."""
+    """Return how many numbers a factor has."""
     return sum(front.lower.size + front.carry.size for front in factor.fronts)
 
 
 def stored_bytes(fronts: npt.NDArray[Any]) -> int:
-    """Memory of the numbers of a factor stored in single precision, by its array `fronts`."""
+    """Bytes of the numbers of a factor stored in single precision, from its array `fronts`."""
     table = np.asarray(fronts, dtype=np.int64).reshape(-1, 4)
     own, border, kept = table[:, 0], table[:, 1], table[:, 3] != 0
     return 4 * int((own * (own + border))[kept].sum())
@@ -69,7 +69,7 @@ def copy_values(factor: Factor, out: npt.NDArray[Any]) -> None:
 
 
 def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
-    """The factor of `to_arrays` on its numbers, which may be read-only, or mapped from a file.
+    """Return the factor of `to_arrays` on the numbers, which may be read-only or map a file.
 
     Raises:
         BodyError: The arrays do not fit together.

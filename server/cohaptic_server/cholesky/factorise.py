@@ -1,9 +1,9 @@
-"""Factorises a sparse symmetric positive definite matrix for solves on a part of its nodes.
+"""Factorisation of a sparse symmetric positive definite matrix for solves on a part of its nodes.
 
-Fronts without a retained node among them or their descendants are not kept once they are
-eliminated: no later solve needs them. All arithmetic is done in place, in the array of the factor
-and in the updates that wait for their parents: `plan.py` knows before how much that is, and nothing
-of the size of a front exists beside it.
+A front without a retained node in itself or its descendants is not kept once it is eliminated,
+since no later solve needs it. All arithmetic is done in place, in the array of the factor and in
+the updates that wait for their parents. `plan.py` knows the size of this memory in advance, and no
+other array of the size of a front exists.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from cohaptic_server.cholesky.plan import Plan, plan_of
 from cohaptic_server.cholesky.symbolic import dofs, graph_of
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-_ROWS = 128  # of an update that are added at once: numpy copies what an array of indices selects
-_PAGES = 2**18  # bytes; smaller arrays are the heap's
+_ROWS = 128  # rows of an update added at once: numpy copies what an array of indices selects
+_PAGES = 2**18  # bytes; smaller arrays come from the heap
 
 
 class _Front(NamedTuple):
-    """The blocks of a front, which are worked on in place; of symmetric ones a half is right.
+    """The blocks of a front, which change in place; only one half of a symmetric block is valid.
 
     Args:
-        lower: Its own block, the lower half, by columns, shape (a, a).
-        carry: The border's, by rows, shape (b, a).
-        update: Update of the border, the upper half, by rows, shape (b, b).
+        lower: Lower half of the front's own block, by columns, shape (a, a).
+        carry: Block of the border, by rows, shape (b, a).
+        update: Upper half of the update of the border, by rows, shape (b, b).
     """
 
     lower: Floats
@@ -47,20 +47,21 @@ def factorise(
     progress: Callable[[float], None] = lambda share: None,
     plan: Plan | None = None,
 ) -> Factor:
-    """The Cholesky factor of a symmetric positive definite matrix of 3x3 blocks.
+    """Compute the Cholesky factor of a symmetric positive definite matrix of 3x3 blocks.
 
     Args:
-        matrix: Shape (3 n, 3 n).
+        matrix: The matrix, shape (3 n, 3 n).
         points: Position of each node, shape (n, 3) [m].
         retained: Nodes that forces act on and whose displacement is observed, shape (n,).
         progress: Receives the completed share of the arithmetic, from 0 to 1.
-        plan: That of the same matrix, points and nodes, if it is known already.
+        plan: Plan of the same matrix, points and nodes; None to make it.
 
     Raises:
         BodyError: The matrix is not positive definite.
     """
     plan = plan or plan_of(graph_of(matrix), points, retained)
-    # One array, whose pages take memory as they are written: many would leave gaps among updates.
+    # One array, whose pages take memory as they are written; many arrays would leave gaps among the
+    # updates.
     numbers = _zeros(plan.factor_bytes // 8)
     fronts = _eliminate(matrix, plan, numbers, progress)
     front_of = np.empty(len(points), dtype=np.int64)
@@ -101,7 +102,7 @@ def _eliminate(
 
 
 def _assemble(front: _Front, matrix: sp.csr_array, own: Ints, border: Ints, local: Ints) -> None:
-    """Put the matrix' own columns of a front there; fills `local` for its unknowns."""
+    """Write the matrix's columns of a front's own unknowns to the front, and fill `local`."""
     a = len(own)
     local[own], local[border] = np.arange(a), a + np.arange(len(border))
     rows = matrix[own]
@@ -114,19 +115,19 @@ def _assemble(front: _Front, matrix: sp.csr_array, own: Ints, border: Ints, loca
 
 
 def _add(front: _Front, update: Floats, at: Ints) -> None:
-    """Add a child's update.
+    """Add a child's update to its parent's front.
 
     Args:
-        front: The parent's.
-        update: Shape (c, c); its upper half counts.
-        at: Where the child's border is in the front, rising, shape (c,).
+        front: Front of the parent.
+        update: Update of the child, whose upper half is valid, shape (c, c).
+        at: Places of the child's border in the parent's front, rising, shape (c,).
     """
     a = len(front.lower)
     count = int((at < a).sum())
     inner, outer = at[:count], at[count:] - a
     for first in range(0, count, _ROWS):
         some = slice(first, min(first + _ROWS, count))
-        # By columns the lower half is what by rows is the upper one.
+        # The lower half of a matrix by columns is the upper half of its transpose by rows.
         front.lower.T[inner[some, None], inner] += update[some, :count]
         front.carry[outer[:, None], inner[some]] += update[some, count:].T
     for first in range(0, len(outer), _ROWS):
@@ -135,7 +136,7 @@ def _add(front: _Front, update: Floats, at: Ints) -> None:
 
 
 def _partial_factor(front: _Front) -> None:
-    """Eliminate a front's own unknowns: L11, K21 K11^-1, and what that leaves of the border."""
+    """Eliminate a front's own unknowns: L11, K21 K11^-1, and the update that the border gets."""
     lower, right = front.lower, front.carry.T
     if not len(lower):  # the pivots of a part that is all border: BLAS takes no empty arrays
         return
@@ -145,16 +146,16 @@ def _partial_factor(front: _Front) -> None:
         raise BodyError("the stiffness is not positive definite: the object can move")
     if not len(front.update):
         return
-    # All arrays are by columns for BLAS, which then writes where they are.
+    # All arrays are given by columns, so that BLAS writes into them without a copy.
     trsm(1.0, lower, right, lower=1, overwrite_b=1)
     syrk(-1.0, right, beta=1.0, c=front.update.T, trans=1, lower=1, overwrite_c=1)
     trsm(1.0, lower, right, lower=1, trans_a=1, overwrite_b=1)
 
 
 def _zeros(count: int) -> Floats:
-    """So many zeros, which take memory as they are written and give it back when they are let go.
+    """Return zeros that take memory as they are written and give it back when they are released.
 
-    Numpy takes some from a heap, in which what is let go stays as a gap: 0.15 of a large factor.
+    Numpy takes some arrays from a heap, where released ones leave gaps: 0.15 of a large factor.
     """
     if 8 * count < _PAGES:
         return np.zeros(count)

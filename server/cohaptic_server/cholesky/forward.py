@@ -2,10 +2,10 @@
 
     f' K^-1 g = sum over the fronts of y_f' y_g,    y = lower^-1 (L^-1 f) of each front
 
-A press is a set of forces on a few nodes, in one direction, that sum to 1. It reaches only the
-fronts on its path to the root, and nothing has to come down again: its compliance at itself costs a
+A press is a set of forces on a few nodes, in one direction, that sum to 1. A press reaches only the
+fronts on its path to the root, and needs no backward substitution: its compliance at itself costs a
 fraction of the displacement by it. Presses are eliminated many at a time, in all three directions,
-so that the arithmetic is BLAS's, and a front sees only those that reach it.
+so that BLAS does the arithmetic, and a front sees only the presses that reach it.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class _Reached(NamedTuple):
     """Forward substitution in one front.
 
     Args:
-        presses: Those that reach it, rising, shape (m,).
-        y: Solution of each in x, y, z, shape (a, 3 m).
+        presses: Presses that reach the front, rising, shape (m,).
+        y: Solution of each press in x, y, z, shape (a, 3 m).
     """
 
     presses: Ints
@@ -41,9 +41,9 @@ class _Passed(NamedTuple):
     """Forces that a front passes to its parent.
 
     Args:
-        rows: Its border, shape (b,).
-        presses: Shape (m,).
-        forces: By each in x, y, z, shape (b, 3 m).
+        rows: Border of the front, shape (b,).
+        presses: Presses that reach the front, shape (m,).
+        forces: Forces by each press in x, y, z, shape (b, 3 m).
     """
 
     rows: Ints
@@ -54,12 +54,12 @@ class _Passed(NamedTuple):
 def self_compliance(
     factor: Factor, shares: sp.csr_array, progress: Report = lambda share: None
 ) -> Floats:
-    """The compliance of each press at itself.
+    """Compute the compliance of each press at itself.
 
     Args:
         factor: Factor of K.
-        shares: Share of a node in a press; nodes are retained ones, shape (n, r).
-        progress: Receives the completed share.
+        shares: Share of each node in each press, zero for nodes not retained, shape (n, r).
+        progress: Receives the completed share of the work.
 
     Returns:
         Displacement averaged over the press by 1 N in x, y, z; symmetric, zero where a press has no
@@ -80,12 +80,11 @@ def self_compliance(
 def mutual_compliance(
     factor: Factor, shares: sp.csr_array, progress: Report = lambda share: None
 ) -> Floats:
-    """The compliance between all pairs of presses.
+    """Compute the compliance between all pairs of presses.
 
     Args:
         factor: Factor of K.
-        shares: As in `self_compliance`.
-        progress: As there.
+        shares, progress: As in `self_compliance`.
 
     Returns:
         Displacement of a press in x, y, z by 1 N on another; symmetric, shape (3 r, 3 r) [m/N].
@@ -98,7 +97,7 @@ def mutual_compliance(
 
 
 def _eliminate(factor: Factor, shares: sp.csr_array, progress: Report) -> Iterator[_Reached]:
-    """Forward substitution of all presses, front by front from the leaves to the root."""
+    """Yield the forward substitution of all presses, front by front from the leaves to the root."""
     shares = sp.csr_array(shares)
     path = factor.path(np.flatnonzero(np.diff(shares.indptr)))
     work = np.cumsum([f.lower.size + f.carry.size for f in map(factor.fronts.__getitem__, path)])
@@ -117,17 +116,16 @@ def _eliminate(factor: Factor, shares: sp.csr_array, progress: Report) -> Iterat
 def _gather(
     front: FactorFront, shares: sp.csr_array, passed: list[_Passed], local: Ints
 ) -> tuple[Ints, AnyFloats, AnyFloats]:
-    """Forces on a front before its elimination.
+    """Gather the forces on a front before its elimination.
 
     Args:
-        front: The front.
         shares: Share of each node in each press.
-        passed: What the front's children pass on.
+        passed: Forces that the front's children pass on.
         local: Scratch, shape (3 n,).
 
     Returns:
-        The presses that reach it, shape (m,); forces on its own unknowns, shape (a, 3 m), and on
-        its border, shape (b, 3 m).
+        The presses that reach the front, shape (m,); forces on its own unknowns, shape (a, 3 m),
+        and on its border, shape (b, 3 m).
     """
     a, b = len(front.own), len(front.border)
     rows = shares[front.own[::3] // 3]
@@ -141,7 +139,7 @@ def _gather(
         own[3 * row + axis, 3 * column + axis] = rows.data
     local[front.own], local[front.border] = np.arange(a), a + np.arange(b)
     for one in passed:
-        # Borders are in order of elimination: a child's begins with unknowns of its parent's own.
+        # Borders are in order of elimination: a child's begins with own unknowns of its parent.
         at = local[one.rows]
         count = int((at < a).sum())
         _add(own, at[:count], presses, one, one.forces[:count])
@@ -150,7 +148,7 @@ def _gather(
 
 
 def _add(into: AnyFloats, rows: Ints, presses: Ints, one: _Passed, forces: AnyFloats) -> None:
-    """Add what a child passes to rows of its parent."""
+    """Add forces that a child passes to rows of its parent."""
     if len(presses) == len(one.presses):
         into[rows] += forces
     else:
@@ -158,8 +156,8 @@ def _add(into: AnyFloats, rows: Ints, presses: Ints, one: _Passed, forces: AnyFl
 
 
 def solve_lower(lower: AnyFloats, right: AnyFloats) -> AnyFloats:
-    """lower^-1 right; `right` is overwritten."""
-    # Its rows lie together: for BLAS it is transposed, and nothing is copied.
+    """Return lower^-1 right; `right` is overwritten."""
+    # `right` is stored by rows: BLAS gets its transpose, so nothing is copied.
     trsm = cast(Any, scipy.linalg.get_blas_funcs("trsm", (lower, right)))
     solved = trsm(1.0, lower, right.T, side=1, lower=1, trans_a=1, overwrite_b=1)
     return cast(AnyFloats, solved.T)

@@ -1,7 +1,7 @@
-"""What a factorisation will do, from the pattern of the matrix alone: order, memory, arithmetic.
+"""Plan of a factorisation from the pattern of the matrix alone: order, memory, arithmetic.
 
 The bytes are exact and known before the first product: each front's blocks have their place in one
-array, and the updates that exist at a time follow from the order of elimination (Liu 1992).
+array, and the updates that exist at one time follow from the order of elimination (Liu 1992).
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ class Plan:
         kept: Whether a front or a descendant has a retained node, shape (fronts,).
         parents: Index of each front's parent, -1 at the root, shape (fronts,).
         work: Floating-point operations up to the end of each front, shape (fronts,).
-        factor_bytes: Memory of the factor.
-        peak_bytes: Largest memory of factor, updates and the front in work, at one time; the matrix
-            itself not counted.
-        matrix_bytes: Memory of the matrix, in rows.
+        factor_bytes: Bytes of the factor.
+        peak_bytes: Largest number of bytes of the factor, the updates and the present front at one
+            time, without the matrix itself.
+        matrix_bytes: Bytes of the matrix, stored by rows.
         press_operations: Floating-point operations of a press on each retained node, one at a time.
     """
 
@@ -53,7 +53,7 @@ class Plan:
 
 
 def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
-    """Order the elimination, and count.
+    """Order the elimination, and count its memory and arithmetic.
 
     Args:
         graph: Graph of the nodes whose 3x3 blocks are not zero, each with itself, shape (n, n).
@@ -70,11 +70,11 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
             parents[child] = k
     own = np.array([3 * len(part.own) for part in parts], dtype=np.float64)
     border = np.array([3 * len(b) for b in borders], dtype=np.float64)
-    # Factor of the own block, the border's block solved by it twice, and half of the update.
+    # Factor of the own block, two solves with it for the border's block, and half of the update.
     work = np.cumsum(own**3 / 3.0 + 2.0 * own**2 * border + own * border**2)
     factor, peak = _memory(parts, own, border, kept)
     presses = np.array([int(retained[part.own].sum()) for part in parts])
-    path = 3.0 * own * (own + 2.0 * border)  # of one press in x, y and z
+    path = 3.0 * own * (own + 2.0 * border)  # operations of one press in x, y and z
     for k in range(len(parts) - 2, -1, -1):
         path[k] += path[parents[k]]
     matrix = _BLOCK * graph.nnz
@@ -83,7 +83,7 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
 
 
 def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple[int, int]:
-    """Bytes of the factor, and the most at one time."""
+    """Bytes of the factor, and the largest number of bytes at one time."""
     updates = border**2
     factor = live = peak = 0.0
     for k, part in enumerate(parts):
@@ -96,11 +96,11 @@ def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple
 
 
 def _split_leaves(parts: list[Part], retained: Mask) -> list[Part]:
-    """Cut leaves in two, their other nodes below the retained ones, so that no solve needs those.
+    """Cut leaves in two, retained nodes above all others, so that no solve needs the others.
 
     Args:
-        parts: Children before their parents.
-        retained: Shape (n,).
+        parts: Parts, children before their parents.
+        retained: Whether a node is retained, shape (n,).
     """
     out: list[Part] = []
     index: list[int] = []

@@ -1,12 +1,12 @@
 """The Cholesky factor of a matrix whose pattern was analysed before: K = L L', by fronts.
 
-`factor.py` is for a linear solid: factored once, and a tick solves for a few nodes. Here
-the matrix is factored in many ticks and solved for all unknowns, and all that its pattern decides
-is found before (`symbolic.py`). Dense arithmetic is LAPACK's, in single or in double precision.
-Two threads take the two halves of a large matrix (`side_by_side.py`).
+`factor.py` is for a linear solid, which is factored once, and a tick solves for a few nodes. Here
+the matrix is factored in many ticks and solved for all unknowns; everything that the pattern
+determines is found in advance (`symbolic.py`). LAPACK does the dense arithmetic, in single or in
+double precision. Two threads take the two halves of a large matrix (`side_by_side.py`).
 
-The root may be left as it is: what is known of it then is its Schur complement, the matrix with all
-other unknowns eliminated (`bordered.py`).
+The root may be left unfactored. The factor then holds the root's Schur complement, the matrix with
+all other unknowns eliminated (`bordered.py`).
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.side_by_side import both
 
 _LANES = 4
-# Values of a factor; below it a second thread saves less than it takes to wake it up.
+# Values of a factor below which a second thread saves less time than waking it up takes.
 _WORTH_TWO_THREADS = 300_000
 
 
 class Indefinite(BodyError):
-    """The matrix is not positive definite: it has no Cholesky factor."""
+    """The matrix is not positive definite, so it has no Cholesky factor."""
 
 
 class Workspace:
@@ -42,11 +42,10 @@ class Workspace:
         single: Whether to factor in single precision, in half of the time.
 
     Attributes:
-        analysis: As given.
-        dtype: Type of its values.
-        updates: Schur complements on their way to the parents.
-        routines: Routines of BLAS and LAPACK, for its precision (`dense.py`).
-        halves: Ends of the runs of fronts that two threads take; twice 0 for a small factor.
+        dtype: Type of the values.
+        updates: Schur complements that the parents have not taken yet.
+        routines: Routines of BLAS and LAPACK for this precision (`dense.py`).
+        halves: Ends of the runs of fronts that two threads take; (0, 0) for a small factor.
         scratch_rows: Largest number of rows of a border.
     """
 
@@ -60,11 +59,11 @@ class Workspace:
         self._free = list[AnyFloats]()
 
     def take(self) -> AnyFloats:
-        """Memory for the values of a factor."""
+        """Return memory for the values of a factor."""
         return self._free.pop() if self._free else np.empty(self.analysis.values, self.dtype)
 
     def give_back(self, values: AnyFloats) -> None:
-        """Memory of a factor that nobody uses any more."""
+        """Take back the memory of a factor that is no longer in use."""
         self._free.append(values)
 
 
@@ -72,12 +71,12 @@ class Refactored:
     """The factor of a symmetric positive definite matrix.
 
     Args:
-        workspace: Memory for matrices of its pattern.
-        blocks: Its blocks in the order of `analysis.rows`, shape (e, 9) [N/m].
-        without_root: Whether to leave the root as it is.
+        workspace: Memory for matrices of the same pattern.
+        blocks: Blocks of the matrix in the order of `analysis.rows`, shape (e, 9) [N/m].
+        without_root: Whether to leave the root unfactored.
 
     Attributes:
-        root: Schur complement of the root's unknowns, its lower triangle, if that is not factored.
+        root: Lower triangle of the Schur complement of the root's unknowns, if `without_root`.
 
     Raises:
         Indefinite: The matrix is not positive definite.
@@ -112,11 +111,11 @@ class Refactored:
 
     @property
     def bytes(self) -> int:
-        """Memory of the factor."""
+        """Bytes of the factor."""
         return self._values.nbytes
 
     def solve(self, b: Floats) -> AnyFloats:
-        """Solutions, shape (size, r), for right-hand sides `b` (size, r), in its own precision."""
+        """Return solutions, (size, r), of right-hand sides `b` (size, r), in the own precision."""
         count = b.shape[1]
         # BLAS takes longer for three columns than for four, the width of its registers.
         width = count if count < _LANES else -(-count // _LANES) * _LANES
@@ -125,14 +124,14 @@ class Refactored:
         return x[:, :count]
 
     def forward(self, b: Floats) -> AnyFloats:
-        """The solution y of L y = b; the rows of a root that is not factored are b less L21 y."""
+        """Return y of L y = b; the rows of a root that is not factored are b less L21 y."""
         return self._forward(b, b.shape[1])
 
     def _forward(self, b: Floats, width: int) -> AnyFloats:
-        """The same for `width` columns, those beyond `b` of zeros."""
+        """Do the same as `forward` for `width` columns; columns beyond those of `b` are zero."""
         (size, count), (first, second) = b.shape, self._workspace.halves
         analysis = self._workspace.analysis
-        # What the second half subtracts from the unknowns of both is gathered behind all others.
+        # The second half writes what it subtracts from unknowns of both halves behind all others.
         shared = int(analysis.table[second, 0]) if second else size // 3
         x: AnyFloats = np.zeros((2 * size - 3 * shared, width), dtype=self._values.dtype)
         x[:size, :count] = b
@@ -161,7 +160,7 @@ class Refactored:
             both(lambda: run(0, first), lambda: run(first, second))
 
     def _scratch(self, width: int) -> tuple[AnyFloats, Ints]:
-        """Memory for the rows of a border, and the routines."""
+        """Return memory for the rows of a border, and the routines."""
         rows: AnyFloats = np.empty(
             (max(1, self._workspace.scratch_rows), width), self._values.dtype
         )

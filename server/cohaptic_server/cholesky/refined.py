@@ -4,9 +4,9 @@ Single precision halves the time and the memory of a factor. The errors of its s
 1e-4, are removed by conjugate gradients with the factor as preconditioner, mostly in one iteration
 (Wilkinson 1963; Buttari and others 2008).
 
-A matrix that rounding alone makes positive definite must not pass for one. Conjugate gradients find
-it out: along some direction its curvature is not positive, or they do not converge, as the
-preconditioner is no near inverse of it. Such a matrix is factored anew in double precision.
+A matrix that rounding alone makes positive definite must not be accepted. Conjugate gradients
+detect such a matrix: along some direction its curvature is not positive, or the iteration does not
+converge, as the preconditioner is far from its inverse. It is then factored in double precision.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from cohaptic_server.cholesky.refactor import Indefinite, Refactored, Workspace
 from cohaptic_server.cholesky.symbolic import Analysis
 from cohaptic_server.numeric import Floats
 
-# Error in the norm of the energy, relative to the solution, at which one more correction by the
-# factor leaves its square or less.
+# Error in the energy norm, relative to the solution, at which one more correction by the factor
+# leaves the square of this error or less.
 _CLOSE = 1e-4
 _ITERATIONS = 5
 
@@ -39,8 +39,8 @@ class Refined:
     """The factor of a symmetric positive definite matrix, in single precision while that suffices.
 
     Args:
-        workspaces: Memory for matrices of its pattern.
-        blocks: Its blocks in the order of `analysis.rows`, shape (e, 9) [N/m].
+        workspaces: Memory for matrices of the same pattern.
+        blocks: Blocks of the matrix in the order of `analysis.rows`, shape (e, 9) [N/m].
 
     Raises:
         Indefinite: The matrix is not positive definite.
@@ -52,11 +52,11 @@ class Refined:
         try:
             self._factor = Refactored(workspaces.single, blocks)
         except Indefinite:
-            # It may be rounding that makes it so.
+            # Rounding alone may have made the matrix indefinite.
             self._factor = self._double = Refactored(workspaces.double, blocks)
 
     def checked(self, b: Floats) -> Floats:
-        """Solutions, shape (size, r), for right-hand sides `b` (size, r).
+        """Return solutions, shape (size, r), for right-hand sides `b` (size, r).
 
         Raises:
             Indefinite: The matrix turns out not to be positive definite.
@@ -68,19 +68,22 @@ class Refined:
         return found
 
     def solve(self, b: Floats) -> Floats:
-        """The same; in doubt with the errors of single precision."""
+        """Return solutions as `checked`; `approximate` ones if the matrix proves indefinite."""
         try:
             return self.checked(b)
         except Indefinite:
             return self.approximate(b)
 
     def approximate(self, b: Floats) -> Floats:
-        """The same with the errors of single precision, in half of the time."""
+        """Return solutions of one pass through the factor, in half of the time.
+
+        The solutions have the errors of single precision unless the factor is in double precision.
+        """
         size = _norms(b)
         return np.asarray(self._factor.solve(b / size) * size, dtype=np.float64)
 
     def _conjugate_gradients(self, b: Floats) -> Floats | None:
-        """Each column by itself; None if one does not converge or has no positive curvature."""
+        """Solve column by column; None if one does not converge or has no positive curvature."""
         analysis, factor = self._workspaces.single.analysis, self._factor
         size = _norms(b)
         r = b / size
@@ -105,6 +108,6 @@ class Refined:
 
 
 def _norms(b: Floats) -> Floats:
-    """Scales of the columns, 1 for one of zeros: single precision has no room for extreme ones."""
+    """Norms of the columns, 1 for zeros: single precision has no range for columns out of scale."""
     size = np.sqrt(np.einsum("ic,ic->c", b, b))
     return np.where(size > 0.0, size, 1.0)

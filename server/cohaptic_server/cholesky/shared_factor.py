@@ -1,8 +1,8 @@
 """A Cholesky factor in single precision in memory that a second process maps instead of copying.
 
-Sending a factor of 1 GB to a process takes seconds and holds it twice. Here all of it lies in
-shared memory, and what travels is where. A process that is started gets little in any case: one
-that dies before it has read what is sent to it would leave the sender waiting for ever.
+Sending a factor of 1 GB to a process takes seconds and holds it twice. Here the whole factor lies
+in shared memory, and only its place is sent. Little may be sent to a process that is started in any
+case: if it died before it had read all of that, the sender would wait for ever.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ class SharedFactor:
     """A factor in shared memory.
 
     Args:
-        factor: Any precision; its numbers are copied once.
-        context: Context of multiprocessing for the process that shall map them.
+        factor: Factor of any precision; its numbers are copied once.
+        context: Context of multiprocessing for the process that shall map the numbers.
 
     Attributes:
-        bytes: Memory of its numbers.
+        bytes: Bytes of the numbers.
 
     Raises:
         OSError: There is not enough shared memory.
@@ -44,12 +44,12 @@ class SharedFactor:
         copy_values(factor, self._numbers())
 
     def read(self) -> Factor:
-        """The factor on the shared numbers, which are not copied."""
+        """Return the factor on the shared numbers, which are not copied."""
         indices = {name: as_ints(shared) for name, shared in self._indices.items()}
         return from_arrays({**indices, "values": self._numbers()})
 
     def problem(self) -> str:
-        """Nobody but these two processes can change it."""
+        """Return no problem: only these two processes can change the factor."""
         return ""
 
     def _numbers(self) -> Narrow:
@@ -57,14 +57,14 @@ class SharedFactor:
 
 
 def shared_ints(array: Ints, context: SpawnContext) -> tuple[Any, tuple[int, ...]]:
-    """A copy of an array in shared memory, and its shape."""
+    """Return a copy of an array in shared memory, and its shape."""
     shared = context.RawArray("q", max(1, array.size))
     np.frombuffer(shared, dtype=np.int64)[: array.size] = array.ravel()
     return shared, array.shape
 
 
 def as_ints(shared: tuple[Any, tuple[int, ...]]) -> Ints:
-    """The array of `shared_ints`, not copied."""
+    """Return the array of `shared_ints`, not copied."""
     memory, shape = shared
     count = int(np.prod(shape))
     return np.frombuffer(memory, dtype=np.int64)[:count].reshape(shape)

@@ -1,7 +1,8 @@
 """Forward and backward substitution through the fronts of a factor.
 
-Compiled where a compiler is at hand (`substitution.pxd` has the types), and then without the global
-interpreter lock, as `elimination.py`. Indices are those of an `Analysis` and are not checked here.
+The module is compiled where a compiler is at hand (`substitution.pxd` has the types), and then runs
+without the global interpreter lock, as `elimination.py` does. Indices are those of an `Analysis`
+and are not checked here.
 """
 
 from __future__ import annotations
@@ -36,15 +37,15 @@ def forward(
     """Solve L y = x in place for the unknowns of fronts, children before their parents.
 
     Args:
-        begin: The first front.
-        end: The one after the last.
+        begin: Index of the first front.
+        end: Index after the last front.
         table: Table of the analysis.
-        borders: Border nodes of all fronts, each front's from the place on that `where` has.
-        shared: First node whose rows are written elsewhere,
-        shift: by as many rows.
+        borders: Border nodes of all fronts; each front's part begins at its place in `where`.
+        shared: First node whose rows are written elsewhere.
+        shift: Number of rows by which these rows are written further down.
         values: Values of the factor.
         x: Right-hand sides, shape (3 n or more, r).
-        scratch: Shape (at least the largest height, r).
+        scratch: Memory of shape (at least the largest height, r).
         routines: Routines of `dense.routines`.
     """
     with cython.nogil:
@@ -77,14 +78,9 @@ def backward(
     """Solve L' z = x in place for the unknowns of fronts, parents before their children.
 
     Args:
-        begin: The last front.
-        end: The one after the first.
-        table: As for `forward`, as all others.
-        borders: As there.
-        values: As there.
-        x: As there.
-        scratch: As there.
-        routines: As there.
+        begin: Index of the front that is solved last.
+        end: Index after the front that is solved first.
+        table, borders, values, x, scratch, routines: As in `forward`.
     """
     with cython.nogil:
         for back in range(end - begin):

@@ -1,11 +1,11 @@
 """Symbolic analysis of a sparse Cholesky factor: everything that the pattern alone determines.
 
-Each part of the tree of `dissection.py` is a dense front of its own nodes and of the border that
-they have to their ancestors. A matrix whose entries change and whose pattern does not, such as the
-tangent of a nonlinear body, is analysed once and factored (`refactor.py`) many times.
+Each part of the tree of `dissection.py` is a dense front of its own nodes and of their border, the
+ancestors' nodes that they are coupled to. A matrix whose entries change and whose pattern does not,
+such as the tangent of a nonlinear body, is analysed once and factored (`refactor.py`) many times.
 
 Such a matrix is a list of 3x3 blocks, one for each pair of coupled nodes, column by column in the
-order of elimination; of the two blocks of a pair it has the one below the diagonal.
+order of elimination; of the two blocks of a pair the list has the one below the diagonal.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import scipy.sparse as sp
 from cohaptic_server.cholesky.dissection import Part, dissect
 from cohaptic_server.numeric import Floats, Ints
 
-# Nodes. A front costs a dozen calls of LAPACK, each of some microseconds, whatever its size; below
-# this size it costs more than the arithmetic that smaller leaves save.
+# Largest leaf, in nodes. A front of any size costs a dozen calls of LAPACK, each of some
+# microseconds; below this size the calls cost more than the arithmetic that smaller leaves save.
 _LEAF = 24
 
 
@@ -29,11 +29,11 @@ class Front:
 
     Args:
         first: First node that is eliminated here.
-        last: The node after the last one.
-        border: Nodes of ancestors that they are coupled to, rising, shape (k,).
-        children: Fronts whose updates are added to it.
-        start: Where its part of the factor's values begins.
-        update: Where its update begins in the workspace of a factorisation.
+        last: Node after the last one that is eliminated here.
+        border: Nodes of ancestors that the front's nodes are coupled to, rising, shape (k,).
+        children: Fronts whose updates are added to this front.
+        start: Place at which the front's part of the factor's values begins.
+        update: Place at which the front's update begins in the workspace of a factorisation.
     """
 
     first: int
@@ -60,21 +60,21 @@ class Analysis:
 
     Args:
         order: Node that is eliminated at each place, shape (n,).
-        starts: First block of each column, which is the one on the diagonal, shape (n + 1,).
+        starts: First block of each column, which is the diagonal block, shape (n + 1,).
         rows: Row of each block, rising within a column, shape (e,).
         places: The same rows counted within the front of the column, shape (e,).
-        fronts: Children before their parents; the last one is the root.
-        table: What the loops of `blocks.py` need of each front: first, last, length of the border,
-            start, update, first place in `where`, inner, first child, last child; shape (f, 9).
-            The parent eliminates `inner` nodes of its border.
+        fronts: Fronts, children before their parents; the last one is the root.
+        table: Numbers of each front for the compiled loops: first, last, length of the border,
+            start, update, first place in `where`, inner, first child, end of the children; shape
+            (f, 9). The parent eliminates `inner` nodes of the front's border.
         where: Rows of the parent for the border nodes of all fronts, in nodes, and the end of the
             run of successive rows that each belongs to, shape (w, 2).
         children: The children of all fronts.
         borders: The borders of all fronts, each at its place in `where`, shape (w,).
         halves: Ends of the two runs of fronts that do not depend on each other, the first of which
-            begins at 0: the subtrees of the first separator. Twice 0 where there are none.
+            begins at 0: the subtrees of the first separator. (0, 0) where there are none.
         values: Number of values of the factor.
-        workspace: Number of values of the updates that exist at a time.
+        workspace: Largest number of values of the updates that exist at one time.
     """
 
     order: Ints
@@ -97,19 +97,19 @@ class Analysis:
 
     @property
     def dof(self) -> Ints:
-        """The unknowns in the order of elimination, shape (3 n,)."""
+        """Unknowns in the order of elimination, shape (3 n,)."""
         return dofs(self.order)
 
     def blocks_of(self, elements: Ints) -> Ints:
-        """The block of each pair of nodes of each element, for assembly.
+        """Find the block of each pair of nodes of each element, for assembly.
 
         Args:
-            elements: Nodes, negative if fixed, shape (m, k).
+            elements: Nodes of each element, negative if fixed, shape (m, k).
 
         Returns:
-            For the pairs (a, b) with b <= a, row by row, the index of the block, or -1 - index
-            where the block is that of (b, a), its transpose; `len(rows)`, an index beyond all
-            blocks, where a node is fixed. Shape (m, k (k + 1) / 2).
+            Index of the block for each pair (a, b) with b <= a, row by row; -1 - index where the
+            block stored is that of (b, a), the transpose; `len(rows)`, an index beyond all blocks,
+            where a node is fixed. Shape (m, k (k + 1) / 2).
         """
         n = len(self.order)
         place = np.full(n + 1, -1, dtype=np.int64)
@@ -132,8 +132,8 @@ def analyse(
     Args:
         elements: Nodes of each element, negative if fixed, shape (m, k).
         points: Position of each node, shape (n, 3) [m].
-        root: Nodes that are eliminated last, some but not all; none in particular if not given.
-        leaf: Largest number of nodes that is not cut any further.
+        root: Nodes that are eliminated last, some but not all; None to leave the choice free.
+        leaf: Largest number of nodes of a part that is not cut any further.
     """
     n = len(points)
     graph = graph_of_elements(elements, n)
@@ -191,7 +191,7 @@ def analyse(
 
 
 def _halves(parts: list[Part]) -> tuple[int, int]:
-    """Ends of the first two subtrees that a separator has, from the root downwards."""
+    """Ends of the two subtrees of the separator nearest to the root; zeros if there is none."""
     k = len(parts) - 1
     while len(parts[k].children) == 1:
         k = parts[k].children[0]
@@ -200,7 +200,7 @@ def _halves(parts: list[Part]) -> tuple[int, int]:
 
 
 def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
-    """Rows, and beside each the end of its run, which does not go on beyond the first `inner`."""
+    """Rows, and beside each the end of its run; no run crosses the end of the `inner` rows."""
     k = len(where)
     begins = np.ones(k + 1, dtype=np.bool_)
     begins[1:k] = np.diff(where) != 1
@@ -213,10 +213,10 @@ def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
 def _places_of_updates(
     parts: list[Part], borders: list[Ints], halves: tuple[int, int]
 ) -> tuple[list[int], int]:
-    """A place in the workspace for the update of each front: the first gap that it fits into.
+    """Place in the workspace for the update of each front: the first gap that it fits into.
 
-    An update exists from the elimination of its front to that of the parent. Two halves of the
-    tree, which two threads may eliminate at a time, have places of their own.
+    An update exists from the elimination of its front to that of the parent. The two halves of the
+    tree have separate places, since two threads may eliminate them at the same time.
     """
     live: dict[int, tuple[int, int]] = {}
     places: list[int] = []
@@ -238,7 +238,7 @@ def _places_of_updates(
 
 
 def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
-    """The graph of nodes that share an element, each node with itself, shape (n, n).
+    """Graph of nodes that share an element, each node with itself, shape (n, n).
 
     Args:
         elements: Nodes of each element, negative if fixed, shape (m, k).
@@ -253,7 +253,7 @@ def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
 
 
 def _around(root: Ints, points: Floats, graph: sp.csr_array, leaf: int) -> list[Part]:
-    """The parts of all other nodes, and the root."""
+    """Parts of all other nodes, followed by the root."""
     rest = np.setdiff1d(np.arange(len(points)), root)
     parts = [
         Part(rest[part.own], part.children)
@@ -263,7 +263,7 @@ def _around(root: Ints, points: Floats, graph: sp.csr_array, leaf: int) -> list[
 
 
 def dofs(nodes: Ints) -> Ints:
-    """The three degrees of freedom of each node, shape (3 k,)."""
+    """Return the three degrees of freedom of each node, shape (3 k,)."""
     return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
@@ -277,10 +277,10 @@ def graph_of(matrix: sp.csr_array) -> sp.csr_array:
 
 
 def borders_of(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
-    """Nodes of ancestors to which each part is coupled once its children are eliminated.
+    """Find the nodes of ancestors to which each part is coupled once its children are eliminated.
 
     Returns:
-        For each part its border, in order of elimination.
+        The border of each part, in order of elimination.
     """
     position = np.empty(graph.shape[0], dtype=np.int64)
     position[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])

@@ -1,4 +1,4 @@
-"""The values of a factor: in single or in double precision."""
+"""Type of the values of a factor, in single or in double precision."""
 
 from __future__ import annotations
 

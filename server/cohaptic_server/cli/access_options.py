@@ -1,6 +1,6 @@
-"""Options of who may come in and how it is secured, and what a server makes of them.
+"""Options for admission and encryption, and the protection of a server that they describe.
 
-A server listens beyond this machine only where somebody has decided that strangers may come in.
+A server listens beyond this machine only if its owner has decided that strangers may come in.
 """
 
 from __future__ import annotations
@@ -79,13 +79,13 @@ class AccessOptions:
     ] = None
 
     def protection(self, host: str) -> Protection:
-        """What these options ask for; reads the files.
+        """The protection that these options ask for; reads the files.
 
         Args:
-            host: That the server listens on.
+            host: Host that the server listens on.
 
         Raises:
-            SettingError: They do not fit together, or a file cannot be used.
+            SettingError: The options do not fit together, or a file cannot be used.
         """
         if (self.tls_cert is None) != (self.tls_key is None):
             given = self.tls_cert or self.tls_key
@@ -135,11 +135,10 @@ class AccessOptions:
 
 
 def in_words_of(protection: Protection, host: str) -> list[str]:
-    """What the owner of a server should know, if it is not only of this machine.
+    """Remarks for the owner of a server that other machines can reach, or that has a certificate.
 
     Args:
-        protection: Protection of the server.
-        host: That it listens on.
+        host: Host that the server listens on.
     """
     lines: list[str] = []
     exposed = Exposure(host, behind_proxy=bool(protection.proxies))
@@ -165,15 +164,15 @@ takes_access = takes(AccessOptions, "Who may come in")
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """Who reaches a server, and what it was told about that.
+    """Reachability of a server, and the owner's options about it.
 
     Args:
-        host: That it listens on.
-        keys: Whether it has keys.
-        open: Whether it was told to take in anybody.
-        tls: Whether it has a certificate.
-        insecure: Whether it was told to do without.
-        behind_proxy: Whether a proxy brings strangers.
+        host: Host that the server listens on.
+        keys: Whether the server has keys for tokens.
+        open: Whether the owner lets in anybody (--open).
+        tls: Whether the server has a certificate.
+        insecure: Whether the owner accepts a server without TLS (--insecure).
+        behind_proxy: Whether strangers come in through a proxy.
     """
 
     host: str
@@ -185,7 +184,7 @@ class Exposure:
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches it directly."""
+        """Whether only this machine reaches the server directly."""
         try:
             return ipaddress.ip_address(self.host.strip("[]")).is_loopback
         except ValueError:
@@ -193,11 +192,11 @@ class Exposure:
 
     @property
     def admits_anybody(self) -> bool:
-        """Whether one without a token comes in."""
+        """Whether people without a token may come in."""
         return self.open or not self.keys
 
     def check(self) -> None:
-        """Raise SettingError, with what to type, where nobody has decided who may come in."""
+        """Raise SettingError, naming the options that the owner still has to decide on, if any."""
         lacks: list[str] = []
         if not (self.keys or self.open) and (self.behind_proxy or not self.is_local):
             lacks.append("--keys FILE (made by: cohaptic key FILE) or --open for anybody")

@@ -14,7 +14,7 @@ from cohaptic_server.touchable import DAMPING_RATIO, MAX_MEMORY, MAX_TIME, NU, O
 if TYPE_CHECKING:
     from cohaptic_server.objects.object_file import ObjectFile
 
-AUTO_MEMORY, AUTO_TIME = 2e9, 120.0  # bytes and s; what `--auto` keeps to
+AUTO_MEMORY, AUTO_TIME = 2e9, 120.0  # limits of a preparation with `--auto` [bytes, s]
 
 
 @dataclass(frozen=True, slots=True)

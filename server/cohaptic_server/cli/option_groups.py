@@ -1,4 +1,4 @@
-"""Options of the command line that belong together, written once for every command."""
+"""Groups of command-line options, written once for all commands that take them."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def takes(group: type[Any], chapter: str | None = None) -> Callable[[Command], C
     parameter for each field of the group; the command itself receives them as one value.
 
     Args:
-        group: A dataclass, of which each field is an option; the command has exactly one parameter
-            of it.
-        chapter: In which the command's help has them; None for the first.
+        group: Dataclass whose fields are the options; the command has exactly one parameter of
+            this type.
+        chapter: Chapter of the command's help that lists the options; None for the first.
     """
     return lambda command: _with_group(command, group, chapter)
 
@@ -50,7 +50,7 @@ def _with_group(command: Command, group: type[Any], chapter: str | None) -> Comm
         values = {option.name: arguments.pop(option.name) for option in options}
         command(**arguments, **{taken: group(**values)})
 
-    result: Any = with_options  # of a type that has no signature to be set
+    result: Any = with_options  # `Any`, since the function type has no signature to set
     result.__signature__ = inspect.Signature(parameters)
     result.__annotations__ = {p.name: p.annotation for p in parameters}
     return with_options
@@ -64,6 +64,6 @@ def _in_chapter(hint: Any, chapter: str | None) -> Any:
 
 
 def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
-    # Keywords only, so that a parameter without a default may follow one that has it.
+    # Keyword-only, so that a parameter without a default may follow one with a default.
     kind = inspect.Parameter.KEYWORD_ONLY
     return inspect.Parameter(name, kind, default=default, annotation=annotation)

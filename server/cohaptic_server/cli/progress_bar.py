@@ -1,6 +1,6 @@
-"""Shows the phases of a long preparation on a terminal, and ends it in one sentence on Ctrl-C.
+"""Shows the phases of a long preparation on a terminal, and ends it with one sentence on Ctrl-C.
 
-Ctrl-C ends a block of work wherever it comes, also in a callback whose exceptions Python forgets.
+Ctrl-C ends the work at any point, also in a callback whose exceptions Python ignores.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from cohaptic_server.progress import TimeLeft
 
 @contextmanager
 def interruptible() -> Generator[Callable[[], None], None, None]:
-    """Ctrl-C within ends the block with KeyboardInterrupt.
+    """Make Ctrl-C within the block end it with KeyboardInterrupt.
 
-    Python raises it between two lines of whatever runs just then. In a finaliser (`__del__`), in a
-    callback from C or of the garbage collector, it is printed and forgotten, and the work would go
-    on to its end. Here it is remembered, and raised again by the function that is yielded and at
-    the end of the block. Where Ctrl-C means something else already, or in another thread than the
-    main one, which hears no signals, nothing is changed.
+    Python raises KeyboardInterrupt in the code that runs just then. In a finaliser (`__del__`), or
+    a callback from C or of the garbage collector, Python prints and ignores the exception, and the
+    work would go on to its end. Here Ctrl-C is remembered, and the exception is raised again by the
+    yielded function and at the end of the block. If SIGINT has another handler already, or in a
+    thread other than the main one, which receives no signals, the block runs unchanged.
 
     Yields:
-        A function that the work calls now and then; it raises KeyboardInterrupt once one has come.
+        Function that the work calls from time to time; raises KeyboardInterrupt after a Ctrl-C.
     """
     if (
         threading.current_thread() is not threading.main_thread()
@@ -49,7 +49,7 @@ def interruptible() -> Generator[Callable[[], None], None, None]:
             raise KeyboardInterrupt
 
     def told(problem: sys.UnraisableHookArgs) -> None:
-        # What is not forgotten needs no traceback either.
+        # An ignored KeyboardInterrupt is raised again later, so that no traceback is printed here.
         if not isinstance(problem.exc_value, KeyboardInterrupt):
             others(problem)
 
@@ -59,7 +59,7 @@ def interruptible() -> Generator[Callable[[], None], None, None]:
         yield check
         check()
     except Exception:
-        check()  # a child hears of it too, and that it has ended may be what went wrong
+        check()  # Ctrl-C reaches child processes too, and the end of one may have raised this error
         raise
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -69,16 +69,16 @@ def interruptible() -> Generator[Callable[[], None], None, None]:
 INTERRUPTED = (
     "cohaptic: interrupted; what was finished is kept, and the same command goes on from there"
 )
-_EXIT_STATUS = 130  # of a command that SIGINT ended: 128 and the signal's number
+_EXIT_STATUS = 130  # of a command that SIGINT has ended: 128 plus the number of the signal
 
 
 @contextmanager
 def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, None]:
-    """A function to call with the current phase and the share of it that is done, from 0 to 1.
+    """Yield a function to call with the current phase and the share of it that is done (0 to 1).
 
-    A phase without a share is shown as pending; one with a share has the time that is left of it
-    beside it, by the rate so far. The bars disappear at the end; without a terminal nothing is
-    shown. Ctrl-C ends the command with a sentence.
+    A phase without a share is shown as pending; a phase with a share is shown with its time left,
+    from the rate so far. The bars disappear at the end; without a terminal nothing is shown. Ctrl-C
+    ends the command with a sentence.
 
     Args:
         title: Words in front of each phase.

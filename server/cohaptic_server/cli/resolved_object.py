@@ -1,4 +1,4 @@
-"""What a file needs before it can be touched: told all at once, or done with `--auto`."""
+"""Finds the options that a file needs to be touchable: reports all, or takes them with `--auto`."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from cohaptic_server.progress import Progress
 
 
 def wanted(users: int | None, hz: float, *, nonlinear: bool = False) -> Demand | None:
-    """What an object is prepared for; None where the mesh of a linear one may be any.
+    """The load that an object is prepared for; None if a linear object may have any mesh.
 
     Args:
-        users: Who touch it at once, if that is said.
+        users: Number of users who touch at once; None if it is not given.
         hz: Ticks per second.
         nonlinear: Whether the deformation is finite.
 
@@ -38,18 +38,17 @@ def resolved(
     tell: Callable[[str], None],
     demand: Demand | None = None,
 ) -> ObjectFile:
-    """The object in a file with options with which it can be touched.
+    """The object in a file, with options that make it touchable.
 
     Args:
-        path: The file.
-        options: As they were given.
+        options: Options as they were given.
         progress: Called with the phase.
         tell: Called with a sentence for each option that `--auto` takes, or that is advised.
-        demand: What it is prepared for, if that is said.
+        demand: Load that the object is prepared for; None if it is not given.
 
     Raises:
-        BodyError: It cannot be touched with these options; all that it lacks is said.
-        SettingError: An option does not fit it.
+        BodyError: The object cannot be touched with these options; the error lists all problems.
+        SettingError: An option does not fit the object.
     """
     if demand is not None:
         demand.check()
@@ -70,7 +69,7 @@ def resolved(
 
 
 def what_is_lacking(found: Diagnosis) -> str:
-    """All that keeps an object from being touched, with an option for each, as one error."""
+    """Error text with all problems that keep an object from being touched, and their options."""
     path, needed = found.source.path, found.needed
     if len(needed) == 1:
         one = needed[0]

@@ -18,7 +18,7 @@ from cohaptic_server.logs import LogFormat, LogStyle, set_up_log
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.touchable import KINDS, names
 
-# Chapters of the help, behind the options that most people need.
+# Chapters of the help, after the options that most people need.
 _PEOPLE, _WEB, _LOG = "People in the room", "Browsers and proxies", "Log"
 
 BodyName = Annotated[
@@ -183,7 +183,7 @@ def serve(
     style = LogStyle(logging.WARNING if quiet else logging.INFO, log_format)
     set_up_log(style)
     if config is not None:
-        from cohaptic_ops.rooms_cli import serve_rooms  # the one command that is of both packages
+        from cohaptic_ops.rooms_cli import serve_rooms  # only this command uses both packages
 
         serve_rooms(context, config, style, lifeline=lifeline)
         return
@@ -197,7 +197,7 @@ def serve(
     protection = access.protection(host)
     if users is not None and users > max_users:
         raise SettingError("--users", users, f"at most --max-users, {max_users}")
-    # Told at once, and not to the first who brings a file.
+    # Raised at the start, and not when the first visitor brings a file.
     if allow_upload and nonlinear and not use("kernels"):
         without = f"given without --nonlinear here: {describe('kernels')}"
         raise SettingError("--allow-upload", "given with --nonlinear", without)

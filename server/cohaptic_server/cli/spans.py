@@ -1,4 +1,4 @@
-"""How long something is, as a person says it on a command line: 10m."""
+"""Reads a span of time from the command line, such as 10m."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ def seconds_of(option: str, said: str, least: float = 1.0) -> float:
     """A span of time [s].
 
     Args:
-        option: That was given.
-        said: With it.
-        least: That it may be [s].
+        option: Name of the option, for the error.
+        said: Value of the option.
+        least: Shortest span that is allowed [s].
 
     Raises:
-        SettingError: It is none, or too short or too long.
+        SettingError: The value is no span of time, or too short or too long.
     """
     match = re.fullmatch(r"([0-9]{1,6}(?:\.[0-9]{1,3})?)([smhd])", said)
     seconds = float(match[1]) * _UNITS[match[2]] if match else -1.0

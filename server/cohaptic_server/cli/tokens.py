@@ -20,7 +20,7 @@ from cohaptic_server.cli.spans import seconds_of
 
 @dataclass(frozen=True, slots=True)
 class GrantOptions:
-    """What a token is for; each field is one option of the command line."""
+    """The rights that a token grants; each field is one option of the command line."""
 
     keys: Annotated[
         Path,
@@ -60,11 +60,11 @@ class GrantOptions:
     ] = False
 
     def token(self, valid: str, room: str = MAIN) -> str:
-        """The token.
+        """The signed token.
 
         Args:
-            valid: How long, as a person says it: 10m.
-            room: That it is for where no other is given.
+            valid: Validity of the token as a span of time, such as 10m.
+            room: Room of the token if --room is not given.
 
         Raises:
             SettingError: An option is out of its range.
@@ -167,18 +167,21 @@ def invite(
 
 
 def _page_of(url: str, room: str) -> str:
-    """The page that a token for a room opens; raises SettingError where it would be refused.
+    """URL of the page that a token for a room opens.
 
     Args:
         url: URL of the server, or of the room.
-        room: As it was given; empty for that of the address.
+        room: Room as it was given; empty for the room of the URL.
+
+    Raises:
+        SettingError: The room of the URL would refuse the token.
     """
     page, named = url if urlsplit(url).path else f"{url}/", room_in(url)
     if room.endswith("*"):
         if named is not None and not named.startswith(room[:-1]):
             raise SettingError("--room", room, f"one that holds in {named}, as the address says")
         return page
-    # `main` is at the root, also of a server with one room.
+    # The room `main` is at the root, also on a server with one room.
     if not room or (room == MAIN and named is None):
         return page
     return page if named == room else f"{room_url(page, room)}/"

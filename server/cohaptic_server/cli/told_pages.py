@@ -1,4 +1,4 @@
-"""Where the page is, for who has started a server: also as a QR code, for a phone beside it."""
+"""Tells the owner of a server the address of its page, also as a QR code for a phone."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from typing import TextIO
 
 from cohaptic_server.shell.listener import page_address
 
-# Bright on black, as the blocks are the light modules: dark ones on a light terminal are the other
-# way round, and not every phone reads that.
+# White on black, since the printed blocks are the light modules of the code. With the colours of a
+# light terminal the code would be inverted, and not every phone reads an inverted code.
 _COLOURS, _PLAIN = "\033[97;40m", "\033[0m"
-_BORDER = 2  # modules; four are the norm, two are read, and lines are few
+_BORDER = 2  # modules; the norm has four, phones also read two, and a terminal has few lines
 
 
 def tell_pages(url: str, others: Sequence[str], out: TextIO | None = None) -> None:
-    """Say where the page is, here and for other machines.
+    """Log the address of the page, here and for other machines, and draw a QR code.
 
     Args:
         url: URL of the server.
-        others: Addresses of it that other machines may reach; the first is drawn.
-        out: Where it is drawn, if that is a terminal; None for the standard error, as the log.
+        others: URLs of the server for other machines; the first one is drawn.
+        out: Terminal to draw on, nothing is drawn on another stream; None for standard error.
     """
     logging.info("page %s", page_address(url))
     for address in others:
@@ -35,11 +35,10 @@ def tell_pages(url: str, others: Sequence[str], out: TextIO | None = None) -> No
 
 
 def qr_code(address: str, columns: int) -> str:
-    """An address in half blocks and the colours of a terminal; empty where it is too narrow.
+    """A QR code of an address, as text in half blocks; empty if the terminal is too narrow.
 
     Args:
-        address: To be opened.
-        columns: Columns of the terminal.
+        columns: Width of the terminal [characters].
     """
     import segno
 

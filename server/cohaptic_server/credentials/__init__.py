@@ -1,1 +1,1 @@
-"""Keys and certificates in files: read, written, and read again when they change."""
+"""Files with keys, certificates and a room's journal: read, written, and reloaded on change."""

@@ -1,7 +1,7 @@
-"""The certificate of a server: loaded, checked by a handshake with itself, loaded again.
+"""The certificate of a server: loaded, checked by a handshake in memory, and reloaded.
 
-A pair that cannot work is an error before anybody connects: a client could only say that
-something is wrong.
+A pair of certificate and key that cannot work is an error before anybody connects, since a client
+could only report that something is wrong.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from typing import Any
 
 from cohaptic.errors import SettingError
 
-_EXPIRED, _NOT_YET = 10, 9  # of OpenSSL's codes
-_ALPN = ["http/1.1"]  # browsers that are offered nothing else open websockets with it
+_EXPIRED, _NOT_YET = 10, 9  # verification codes of OpenSSL
+_ALPN = ["http/1.1"]  # the only offer, so that browsers open websockets with HTTP/1.1
 
 
 class Certificate:
-    """Certificate and key in two files, and the context that serves them.
+    """Certificate and key in two files, and the TLS context that serves them.
 
     Args:
-        cert: PEM, the server's own first and then those of its issuers.
-        key: PEM, without a password.
+        cert: PEM file with the server's own certificate first, then those of its issuers.
+        key: PEM file with the key, without a password.
 
     Attributes:
-        context: TLS context of every connection; it serves what was loaded last.
-        paths: Both files.
-        ends: When the certificate ends, as it says it itself.
+        context: TLS context of every connection; serves the pair that was loaded last.
+        paths: Paths of both files.
+        ends: End of the certificate's validity, as the certificate states it.
 
     Raises:
-        SettingError: They cannot be used.
+        SettingError: The files cannot be used.
     """
 
     def __init__(self, cert: Path, key: Path) -> None:
@@ -38,12 +38,13 @@ class Certificate:
         self.context = self._newest = _context()
         _load(self.context, *self.paths)
         self.ends = _try_it(self.context, cert)
-        # Asked at each handshake, with a name or without. A context in use cannot be changed while
-        # handshakes run, and could have a new certificate with an old key for a moment.
+        # The callback runs at each handshake, with or without a server name. A context in use
+        # cannot be changed while handshakes run: for a moment, it could have a new certificate
+        # with an old key.
         self.context.sni_callback = self._choose
 
     def load(self) -> None:
-        """Serve what is in the files now; raises SettingError, and serves what it did before."""
+        """Load the files again; raises SettingError and keeps the old pair if they do not work."""
         fresh = _context()
         _load(fresh, *self.paths)
         self.ends = _try_it(fresh, self.paths[0])
@@ -55,10 +56,10 @@ class Certificate:
 
 
 def _context() -> ssl.SSLContext:
-    # TLS 1.2 and 1.3 with the ciphers that Python chooses; no certificate of the client's.
+    # TLS 1.2 and 1.3 with the ciphers that Python chooses; no client certificate.
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
-    # A client may not make the server shake hands again and again on one connection.
+    # A client must not make the server repeat the handshake again and again on one connection.
     context.options |= ssl.OP_NO_RENEGOTIATION
     context.set_alpn_protocols(_ALPN)
     return context
@@ -69,7 +70,7 @@ def _load(context: ssl.SSLContext, cert: Path, key: Path) -> None:
         if not os.access(path, os.R_OK) or not path.is_file():
             raise SettingError(name, path, "a file that can be read")
     try:
-        # Never a question on the terminal, which a server has not.
+        # The callback prevents a password prompt, since a server has no terminal.
         context.load_cert_chain(cert, key, password=_no_password)
     except _Encrypted as error:
         limit = "one without a password: openssl pkey -in IN -out OUT"
@@ -93,13 +94,13 @@ def _no_password() -> str:
 
 
 def _try_it(server: ssl.SSLContext, cert: Path) -> str:
-    """Shake hands in memory, with the certificate itself as the one that is trusted.
+    """Run a TLS handshake in memory, with the certificate itself as the trusted certificate.
 
     Returns:
-        When it ends.
+        End of the certificate's validity.
 
     Raises:
-        SettingError: It has ended, has not begun, or does not work.
+        SettingError: The certificate has expired, is not valid yet, or does not work.
     """
     client = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     client.check_hostname = False
@@ -122,7 +123,7 @@ def _try_it(server: ssl.SSLContext, cert: Path) -> str:
 
 
 def _handshake(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, Any]:
-    """The certificate that the client has verified."""
+    """Certificate that the client has verified; empty without one."""
     to_server, to_client = ssl.MemoryBIO(), ssl.MemoryBIO()
     there = client.wrap_bio(to_client, to_server)
     here = server.wrap_bio(to_server, to_client, server_side=True)

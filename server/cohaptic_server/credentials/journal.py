@@ -1,7 +1,7 @@
-"""A file to which a room writes what has to outlive its process, without ever waiting for a disk.
+"""File of a room's records that must outlive its process; the room never waits for the disk.
 
-A thread of its own writes: a disk that is busy with others' files can hold up even a short write
-for longer than a tick. What cannot be written, on a full disk, is tried again.
+A separate thread writes, since a disk that is busy with other files can delay even a short write
+for longer than a tick. A record that cannot be written, for example on a full disk, is tried again.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ from cohaptic_server.access.remembered import (
 
 log = logging.getLogger("cohaptic.server")
 
-AGAIN_AFTER = 5.0  # s between two attempts on a disk that takes nothing
-# Lines that wait for the disk: more than the budget of joins lets through in ten minutes.
+AGAIN_AFTER = 5.0  # s between two attempts while writes to the disk fail
+# Lines that wait for the disk: more than the rate limit of joins permits in ten minutes.
 MOST_WAITING = 4096
-# Lines after which those that say nothing any more are left out: twice what can count.
+# Lines after which the file is rewritten without outdated lines: twice the lines that can count.
 _LINES = 2 * (MOST_USED + MOST_REMOVED)
 _USED = b'"kind":"used"'
-_MOST_OTHERS = 16_384  # lines of who was put out that are read of a file longer than ours
-# To read and to add to; Windows would change the ends of lines.
+_MOST_OTHERS = 16_384  # lines about removals that are read from a file that is too long
+# Read and append; O_BINARY, since Windows would otherwise change the ends of lines.
 _APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-_CLOSING = 1.0  # s for what waits to be written at the end
-_MOST_BYTES = 64 * 1024 * 1024  # of a file; `_LINES` of the longest that a server makes have less
+_CLOSING = 1.0  # s for writing the waiting records at the end
+_MOST_BYTES = 64 * 1024 * 1024  # of a file; more than `_LINES` lines of the greatest length need
 
 
 class Journal:
-    """Journal of one room; nothing but `open` waits for the disk.
+    """Journal of one room; only `open`, and `close` for a short time, wait for the disk.
 
     Args:
-        folder: For the files of all rooms of a server; made, for its owner alone.
+        folder: Folder with the files of all rooms of a server; created for its owner alone.
         room: Name of the room.
-        lines: After how many lines the file is written anew.
+        lines: Number of lines after which the file is rewritten.
     """
 
     def __init__(self, folder: Path, room: str, lines: int = _LINES) -> None:
@@ -58,11 +58,11 @@ class Journal:
         self._unwritten: list[bytes] = []
         self._file = -1
         self._failed = False
-        self._lost = False  # whether one is left out already
+        self._lost = False  # whether a record was dropped already
         self._writer = threading.Thread(target=self._write, name="journal", daemon=True)
 
     def open(self) -> list[Record]:
-        """Read what earlier processes have kept, and keep from now on.
+        """Read the records that earlier processes have kept, and start to keep records.
 
         Raises:
             SettingError: The file cannot be read or written.
@@ -76,7 +76,7 @@ class Journal:
         return records
 
     def keep(self, record: Record) -> None:
-        """Write a record soon."""
+        """Queue a record to be written soon; a record beyond `MOST_WAITING` is dropped."""
         try:
             self._waiting.put_nowait(record)
         except queue.Full:
@@ -85,16 +85,16 @@ class Journal:
                 log.warning("%s: not kept any more, %d wait", self._path, MOST_WAITING)
 
     def close(self) -> None:
-        """Write what waits, unless the disk takes too long, and end."""
+        """Write the waiting records, unless the disk takes longer than `_CLOSING`, and end."""
         with contextlib.suppress(queue.Full):
             self._waiting.put_nowait(None)
         self._writer.join(_CLOSING)
 
     def _write(self) -> None:
-        """What the thread does."""
+        """Body of the writing thread."""
         going = True
         while going:
-            # At a disk that takes nothing there is something to be done even if nobody comes.
+            # While writes fail, the thread has to try again even if no new record arrives.
             again = AGAIN_AFTER if self._unwritten else None
             with contextlib.suppress(queue.Empty):
                 record = self._waiting.get(timeout=again)
@@ -113,11 +113,11 @@ class Journal:
             os.close(self._file)
 
     def _write_out(self) -> None:
-        if self._file < 0:  # it could not be opened again
+        if self._file < 0:  # the file could not be opened again
             self._write_anew()
         while self._unwritten:
             line = self._unwritten[0]
-            # The end of a line first: the one before may have been cut short by a full disk.
+            # An end of line comes first, since a full disk may have cut the previous line short.
             line = b"\n" + line if self._failed else line
             if os.write(self._file, line) != len(line):
                 raise OSError(0, "the disk is full")
@@ -127,10 +127,10 @@ class Journal:
             self._write_anew()
 
     def _in_place(self) -> bool:
-        """Whether the file is still the one that the next process will find.
+        """Whether the open file is still the file that the next process will find.
 
-        Another server that was given the same folder has put its own there, or somebody who tidies
-        up has taken it away.
+        Another server with the same folder may have replaced the file, or somebody may have deleted
+        it.
         """
         try:
             there, mine = self._path.stat(), os.fstat(self._file)
@@ -148,25 +148,25 @@ class Journal:
         self._failed = True
 
     def _write_anew(self) -> list[Record]:
-        """Write what counts into another file that takes its place; returns that."""
+        """Replace the file by a new one with the records that still count; returns them."""
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         lines = _lines_at(self._path)
         if self._file >= 0 and not self._in_place():
-            # What this process has kept is in no folder any more.
+            # The open file, with the records of this process, is no longer in the folder.
             os.lseek(self._file, 0, os.SEEK_SET)
             with os.fdopen(os.dup(self._file), "rb") as file:
                 lines += _newest_lines(file)
         records = dict.fromkeys(one for line in lines if (one := decode(line)) is not None)
         wall = self._clock.now() + self._clock.to_wall()
         counting = still_counting(records, wall)
-        # `mkstemp` makes it with mode 0600: who was put out is nobody else's business.
+        # `mkstemp` creates mode 0600, since the list of removed users is private.
         handle, name = tempfile.mkstemp(prefix=f".{self._path.name}.", dir=self._path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(b"".join(map(encode, counting)))
                 file.flush()
                 os.fsync(file.fileno())
-            # Windows moves no file that is open, and puts none in the place of one that is.
+            # Windows neither moves nor replaces a file that is open.
             if self._file >= 0:
                 os.close(self._file)
                 self._file = -1
@@ -185,7 +185,7 @@ class Journal:
 def _lines_at(path: Path) -> list[bytes]:
     if not path.exists():
         return []
-    # A pipe would be waited for, for ever; a folder has its own error.
+    # Reading a pipe could wait for ever; opening a folder gives its own error.
     if not (path.is_file() or path.is_dir()):
         raise OSError(0, "it is no file")
     with path.open("rb") as file:
@@ -193,10 +193,10 @@ def _lines_at(path: Path) -> list[bytes]:
 
 
 def _newest_lines(file: BinaryIO) -> list[bytes]:
-    """The end of a file that is longer than any of ours: that is what was written last.
+    """Newest lines of a file: all, or the last ones if the file is longer than a server writes.
 
-    To look for a word in a line takes a tenth of a microsecond, and to read it ten: a file of a
-    million lines would keep a room closed for as long. Who was put out counts from further back.
+    Searching a line for a word takes 0.1 us and parsing a line takes 10 us, so a file of a million
+    lines would delay the opening of a room. Lines about removals are read from further back.
     """
     size = os.fstat(file.fileno()).st_size
     file.seek(max(0, size - _MOST_BYTES))

@@ -1,4 +1,4 @@
-"""The file of keys, which only its owner may read."""
+"""The key file, which only its owner may read."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from cohaptic.errors import SettingError
 from cohaptic.written import at_home, text_of
 from cohaptic_server.access.keys import LEAST_BYTES, Key, KeyRing, read_keys, write_keys
 
-_MOST_BYTES = 64 * 1024  # of a file; sixteen keys have 3 kB
+_MOST_BYTES = 64 * 1024  # of a file; sixteen keys take 3 kB
 
 
 def new_key() -> Key:
-    """A key of the system's random numbers, with a name that nobody else has."""
+    """New key with a random secret and a random name, from the system's random numbers."""
     return Key(secrets.token_hex(4), secrets.token_bytes(LEAST_BYTES))
 
 
 def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
-    """The keys in a file.
+    """Key ring from a file.
 
     Args:
-        path: Path of the file; links are followed, as secrets are mounted by them.
-        insecure: Whether others may read it, as on a file system without modes.
+        path: Path of the file; links are followed, since secrets are mounted as links.
+        insecure: Whether others may be able to read the file, as on a file system without modes.
 
     Raises:
-        SettingError: It cannot be read, others may read it, or it holds no keys.
+        SettingError: The file cannot be read, others may read the file, or it holds no keys.
     """
     try:
         with at_home(path).open("rb") as file:
@@ -53,9 +53,9 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
 
 
 def _is_open(about: os.stat_result) -> bool:
-    """Whether others than the owner, and a group that was given the file to read, have it.
+    """Whether a key file is open to others than its owner and a group that may only read it.
 
-    Secrets are mounted with mode 0440 in a group of the service, and kept as root's with 0640.
+    Secrets are mounted with mode 0440 in a group of the service, or belong to root with mode 0640.
     """
     mode = stat.S_IMODE(about.st_mode)
     owner, user = about.st_uid, os.getuid()
@@ -64,18 +64,16 @@ def _is_open(about: os.stat_result) -> bool:
 
 
 def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:
-    """Write keys to a file that was never readable by others, in one step.
+    """Write keys to a file in one step; others can never read the file.
 
     Args:
-        path: Path of the file.
-        ring: The keys.
-        replace: Whether there may be a file of this name.
+        replace: Whether an existing file may be replaced.
 
     Raises:
-        SettingError: There is one, or it cannot be written.
+        SettingError: The file exists and must not be replaced, or cannot be written.
     """
     try:
-        # `mkstemp` makes it with mode 0600, in the same folder, so that it can be moved.
+        # `mkstemp` creates mode 0600, and the same folder allows the file to be moved.
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         try:
             with os.fdopen(handle, "w", encoding="ascii") as file:
@@ -85,7 +83,7 @@ def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:
             if replace:
                 os.replace(name, path)
             else:
-                os.link(name, path)  # fails where there is one
+                os.link(name, path)  # fails if the file exists
         finally:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(name)

@@ -1,4 +1,4 @@
-"""Files that are read again when they change, and when the process is asked to (SIGHUP)."""
+"""Reloads files when they change, and when the process gets SIGHUP."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cohaptic.runtime.hangup import on_hangup
 
 log = logging.getLogger("cohaptic.server")
 
-LOOK_EVERY = 2.0  # s; to look costs 10 us
+LOOK_EVERY = 2.0  # s; one check costs 10 us
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,10 @@ class Watched:
     """Some files that belong together.
 
     Args:
-        what: They are, for people.
+        what: Description of the files for people.
         paths: Paths of the files.
-        load: Reads them; raises SettingError and changes nothing where they cannot be used.
+        load: Function that reads the files; raises SettingError and changes nothing if the files
+            cannot be used.
     """
 
     what: str
@@ -37,20 +38,20 @@ class Watched:
 async def reload_changed(
     watched: Sequence[Watched], every: float = LOOK_EVERY, asked: asyncio.Event | None = None
 ) -> None:
-    """Load files again when they change or SIGHUP comes, until cancelled.
+    """Reload files when they change or SIGHUP arrives, until cancelled.
 
-    Where the terminal of this process has closed SIGHUP ends it, as SIGTERM does.
+    If the terminal of this process has closed, SIGHUP ends the process, as SIGTERM does.
 
     Args:
-        watched: What is loaded already.
-        every: How often to look whether files have changed [s].
-        asked: To be set by whoever wants them to be loaded at once, as SIGHUP does.
+        watched: Files that are loaded already.
+        every: Time between two checks for changed files [s].
+        asked: Event that requests a reload at once, as SIGHUP does; None for a private event.
     """
     asked = asyncio.Event() if asked is None else asked
     loop = asyncio.get_running_loop()
-    hangup = getattr(signal, "SIGHUP", None)  # Windows has none
+    hangup = getattr(signal, "SIGHUP", None)  # Windows has no SIGHUP
     if hangup is not None:
-        with contextlib.suppress(ValueError, RuntimeError):  # only a main thread hears signals
+        with contextlib.suppress(ValueError, RuntimeError):  # only the main thread gets signals
             loop.add_signal_handler(hangup, on_hangup(asked.set))
     seen = [_marks(one) for one in watched]
     try:
@@ -64,7 +65,7 @@ async def reload_changed(
                 if marks == seen[i] and not at_once:
                     continue
                 seen[i] = marks
-                # In a thread: a disk may take its time, and ticks do not wait for it.
+                # A thread loads the files, since a disk may be slow and ticks must not wait.
                 await asyncio.to_thread(_load, one)
     finally:
         if hangup is not None:

@@ -1,1 +1,1 @@
-"""Budgets: how much of the server one connection and one address may take. No I/O."""
+"""Rate limits and other budgets of the server for a connection and for an address. No I/O."""

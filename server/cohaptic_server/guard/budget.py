@@ -1,24 +1,24 @@
-"""Token buckets. A bucket is the time at which it is full again: one number, which is replaced.
+"""Token buckets; one number represents a bucket: the time at which it is full again [s].
 
-With rate r and burst b, whoever spends gets no more than b + r t within any time t. The clock is an
-argument. Should it be set back, a bucket that could not be so empty counts as full: nobody is
-locked out until the clock is again where it was.
+With rate r and burst b, at most b + r t tokens can be spent within any time t. The time is an
+argument. If the clock is set back, a bucket that seems emptier than possible counts as full, so
+that nobody is locked out until the clock reaches the old time again.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-FULL = float("-inf")  # a bucket that nothing was taken from
+FULL = float("-inf")  # a bucket from which nothing was taken
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Budget of one kind of thing.
+    """Rate limit of one kind of request.
 
     Args:
-        rate: How many in the long run [1/s].
-        burst: How many at once, after a pause.
+        rate: Long-term rate [1/s].
+        burst: Number at once after a pause.
     """
 
     rate: float
@@ -29,12 +29,11 @@ class Budget:
 
 
 def spend(bucket: float, amount: float, budget: Budget, now: float) -> float | None:
-    """The bucket without `amount` of its content; None if there is less in it.
+    """Bucket after `amount` tokens are taken out; None if it contains fewer tokens.
 
     Args:
-        bucket: When it is full again [s].
-        amount: How many are wanted.
-        budget: Budget of the bucket.
+        bucket: Time at which the bucket is full again [s].
+        amount: Number of tokens wanted.
         now: Time [s].
     """
     empty = now + budget.burst / budget.rate
@@ -43,12 +42,12 @@ def spend(bucket: float, amount: float, budget: Budget, now: float) -> float | N
     elif bucket > empty + 1e-3 / budget.rate:
         bucket = now
     bucket += amount / budget.rate
-    # A millionth of a token of slack, since what is left after rounding may lack as much.
+    # A slack of a millionth of a token, since rounding may reduce the content by that much.
     return bucket if bucket <= empty + 1e-6 / budget.rate else None
 
 
 def wait(bucket: float, amount: float, budget: Budget, now: float) -> float:
-    """How long until `amount` can be spent, which is at most the burst [s]."""
+    """Time until `amount` tokens, at most the burst, can be spent [s]."""
     missing = bucket - now
     if missing > (budget.burst + 1e-3) / budget.rate:
         return 0.0

@@ -1,7 +1,7 @@
-"""All budgets, with their reasons, and how an owner changes them.
+"""All budgets with their reasons, and how an owner changes them.
 
-What it costs to be told of one is measured on one core of 2026: a sample 3 us, a ping 4 us, a
-control message 16 to 60 us, a connection 20 us if it is refused and 300 us if it is served.
+Costs of handling, measured on one core of 2026: a sample 3 us, a ping 4 us, a control message 16 to
+60 us, a connection 20 us if it is refused and 300 us if it is served.
 """
 
 from __future__ import annotations
@@ -16,36 +16,36 @@ from cohaptic.errors import SettingError
 from cohaptic_server.guard.budget import Budget
 
 _RATE = re.compile(r"([0-9.]+)(?::([0-9.]+))?")
-_MOST = 1e6  # of any rate or number; beyond it, a limit is none
+_MOST = 1e6  # highest rate or number; a larger limit would limit nothing
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How much one connection, one address and all together may ask for.
+    """Limits of one connection, of one address and of all addresses together.
 
     Args:
-        samples: Small binary messages of a connection, and reads of its socket: how many for each
-            tick, and how many seconds of ticks at once. A client sends one a tick, and a path that
-            stalls delivers 10 s of them at once, as long as TCP waits (`USER_TIMEOUT_MS`).
+        samples: Small binary messages of a connection, and reads of its socket: number per tick,
+            and seconds of ticks at once. A client sends one sample per tick, and a stalled path
+            delivers 10 s of samples at once, which is how long TCP waits (`USER_TIMEOUT_MS`).
         texts: Other messages of a connection, and fragments. A person moves a slider at the rate of
             the screen for a second or two.
         beats: Pings, pongs and closes of a connection. A library pings every few seconds.
-        texts_in_all: Other messages of all connections of an address: people move few sliders.
-        points: How often one who watches points at the surface, which everybody is told.
-        points_in_all: The same of all connections of an address.
-        connections: New ones of an address, each of which is one HTTP request or one websocket. A
-            page asks for Green's functions one by one, a few hundred under a new hand.
+        texts_in_all: Other messages of all connections of an address; people move few sliders.
+        points: Points that a watcher sends, which all pages in the company are told.
+        points_in_all: Points from all connections of an address.
+        connections: New connections of an address, each of which is one HTTP request or one
+            websocket. A page asks for Green's functions one by one, a few hundred for a new hand.
         joins: Joins of an address, to touch or to watch. A classroom behind one address comes
-            within a minute; every join is news to everybody.
+            within a minute, and everybody is told every join.
         dismissals: Connections of an address that were closed because of one of the budgets above.
-            Each may have cost a burst, 5 ms at the worst; beyond this the address has to wait.
-        lines: Lines of the log, about one address.
+            Each may have cost a burst, 5 ms at worst; beyond this rate the address has to wait.
+        lines: Log lines about one address.
         open: Connections of an address at a time.
-        open_in_all: Connections at a time; fewer where the system gives fewer files.
-        waiting: Places in the queue before a full room, for an address: one that fills it would
-            leave none to others. Behind the address of a classroom there are more people.
+        open_in_all: Connections of all addresses at a time; fewer if the system allows fewer files.
+        waiting: Places of an address in the queue for a full room. An address that fills the queue
+            would leave no place to others, but several people may share a classroom's address.
         unread: Bytes of HTTP responses that an address has not taken yet; the page is 1 MB.
-        unread_in_all: The same of all addresses.
+        unread_in_all: Bytes of HTTP responses that all addresses have not taken yet.
     """
 
     samples: Budget = field(default=Budget(2, 12))
@@ -74,21 +74,21 @@ class Limits:
                 raise SettingError(f"limit {name}", value, "at least 1 at once")
 
     def samples_at(self, simulation_hz: float) -> Budget:
-        """Budget of samples of a server with so many ticks a second."""
+        """Budget of samples for a simulation rate [Hz], that is ticks per second."""
         return Budget(self.samples.rate * simulation_hz, self.samples.burst * simulation_hz)
 
     def items(self) -> list[tuple[str, Budget | int]]:
-        """Names and values."""
+        """Names and values of all limits."""
         return [(f.name, getattr(self, f.name)) for f in fields(self)]
 
     def changed(self, wishes: Iterable[str]) -> Limits:
-        """These limits with some changed.
+        """Copy of these limits with some changed.
 
         Args:
-            wishes: Each `NAME=NUMBER`, or `NAME=RATE:BURST` for what is counted a second.
+            wishes: Changes, each `NAME=NUMBER`, or `NAME=RATE:BURST` for a rate limit.
 
         Raises:
-            SettingError: There is no such limit, or it cannot have this value.
+            SettingError: There is no such limit, or the limit cannot have this value.
         """
         limits = self
         known = dict(self.items())

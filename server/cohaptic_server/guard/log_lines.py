@@ -1,4 +1,4 @@
-"""Which lines of the log are left out, so that no address fills a disk; with a count of them."""
+"""Rate limit of log lines per address, so that no address fills a disk; counts omitted lines."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _MOST_SOURCES = 1024
 class _Source:
     bucket: float = FULL
     left_out: int = 0
-    since: float = 0.0  # when the first of them was
+    since: float = 0.0  # time of the first line that was left out [s]
 
 
 class LogLines:
-    """Budgets of lines, by address.
+    """Budgets of log lines, by address.
 
     Args:
-        budget: Budget of each.
+        budget: Budget of each address.
     """
 
     def __init__(self, budget: Budget) -> None:
@@ -41,11 +41,12 @@ class LogLines:
         return spent is not None
 
     def left_out(self, now: float, after: float = 0.0) -> list[tuple[str, int]]:
-        """Addresses and how many lines about each were left out; they are counted anew from here.
+        """Addresses with the number of omitted lines about each; resets these numbers.
 
         Args:
             now: Time [s].
-            after: For those whose first line was left out so long ago [s].
+            after: Least time since the first omitted line of an address, for the address to be
+                listed [s].
         """
         due = [
             (name, known.left_out)

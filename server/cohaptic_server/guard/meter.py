@@ -1,4 +1,4 @@
-"""What one connection has sent lately, against its budgets."""
+"""Checks the recent messages of one connection against its budgets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Meter:
 
     Args:
         limits: Limits of the server.
-        simulation_hz: Its ticks per second.
+        simulation_hz: Ticks of the server per second [Hz].
     """
 
     def __init__(self, limits: Limits, simulation_hz: float) -> None:
@@ -21,7 +21,7 @@ class Meter:
         self._samples = self._texts = self._beats = FULL
 
     def sample(self, now: float) -> RemoteProtocolError | None:
-        """Count one sample, as most reads bring; why it is too many, if it is."""
+        """Count a read with one sample, the usual case; returns an error if it is one too many."""
         bucket = spend(self._samples, 1.0, self._sample_budget, now)
         if bucket is None:
             return too_many("samples", 1, self._sample_budget)
@@ -29,7 +29,7 @@ class Meter:
         return None
 
     def read(self, samples: int, texts: int, beats: int, now: float) -> RemoteProtocolError | None:
-        """Count what one read of the socket has brought.
+        """Count the messages of one read of the socket.
 
         Args:
             samples: Small binary messages.
@@ -38,10 +38,10 @@ class Meter:
             now: Time [s].
 
         Returns:
-            Why it is too much; None if it is not.
+            Error if a budget is exceeded; None if not.
         """
         limits = self._limits
-        # A read that brings less than a frame has its price as well.
+        # A read that brings less than a frame costs time as well.
         left = spend(self._samples, max(1, samples), self._sample_budget, now)
         if left is None:
             return too_many("samples", samples, self._sample_budget)
@@ -60,6 +60,6 @@ class Meter:
 
 
 def too_many(what: str, more: int, budget: Budget) -> RemoteProtocolError:
-    """What somebody is told who has spent a budget."""
+    """Error for a client that has exceeded a budget."""
     value, limit = f"too many: {more} more", f"at most {budget}"
     return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY)

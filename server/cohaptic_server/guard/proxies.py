@@ -1,7 +1,7 @@
-"""Which proxies are believed, and whom they say that a connection comes from.
+"""Trusted proxies, and the address that they give as the origin of a connection.
 
-X-Forwarded-For, and Forwarded of RFC 7239, are lists to whose end each proxy adds who came to it.
-What is before the entries of proxies that are believed anybody can have written, so both are read
+X-Forwarded-For, and Forwarded of RFC 7239, are lists; each proxy appends the address that connected
+to it. Anybody can have written the entries before those of trusted proxies, so both lists are read
 from the end.
 """
 
@@ -17,8 +17,8 @@ from cohaptic_server.guard.sources import UNKNOWN, Refusal, address_of, source_o
 
 _MOST_LINES = 8  # of one header
 _MOST_ENTRIES = 32
-# An address, in quotes and brackets or not, and behind it a port, which may be an obscured one.
-# IPv6 has a port only behind brackets.
+# An address, with or without quotes and brackets, then optionally a port, which may be obfuscated
+# (RFC 7239). An IPv6 address has a port only after brackets.
 _NODE = re.compile(
     r'"?(?:\[([0-9A-Fa-f:.]{2,45})\]|([0-9.]{7,15}))(?::[0-9A-Za-z._-]{1,32})?"?'
     r'|"?([0-9A-Fa-f:.]{2,45})"?'
@@ -31,10 +31,10 @@ Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 def network_of(said: str) -> str:
-    """An address or a network in the one way in which it is written; raises ValueError.
+    """Canonical form of an address or a network; raises ValueError.
 
     Args:
-        said: As 127.0.0.1, [::1] or 172.18.0.0/16.
+        said: Address or network, such as 127.0.0.1, [::1] or 172.18.0.0/16.
     """
     network = _network(said)
     return str(network.network_address if network.num_addresses == 1 else network)
@@ -53,30 +53,30 @@ def _network(said: str) -> Network:
 
 @dataclass(frozen=True, slots=True)
 class Proxies:
-    """Those of one server.
+    """The trusted proxies of one server.
 
     Args:
-        networks: Networks of their addresses.
+        networks: Networks of the proxies' addresses.
     """
 
     networks: tuple[Network, ...] = ()
 
     @classmethod
     def named(cls, said: Sequence[str]) -> Proxies:
-        """From addresses and networks as `network_of` takes them."""
+        """Proxies with these addresses and networks, written as for `network_of`."""
         return cls(tuple(_network(one) for one in said))
 
     def __contains__(self, source: str) -> bool:
-        """Whether a connection of this source is a proxy's, as `source_of` names sources."""
+        """Whether a source, as `source_of` names it, is a trusted proxy."""
         if not self.networks:
             return False
         address = address_of(source)
         return address is not None and any(address in network for network in self.networks)
 
     def source_of(self, host: str) -> str:
-        """Whom a connection is counted with: a proxy for itself, others as `source_of` says.
+        """Source with which a connection is counted: a proxy's own address, else as `source_of`.
 
-        Another address of a proxy's network of 64 bits is none of its.
+        Other addresses in the /64 network of a proxy do not count as the proxy.
 
         Args:
             host: Address of the other end, as a socket names it.
@@ -86,16 +86,17 @@ class Proxies:
     def visitor(
         self, proxy: str, forwarded_for: Sequence[str], forwarded: Sequence[str]
     ) -> str | Refusal:
-        """Whom a connection of a proxy is counted with: the last in its list that is no proxy.
+        """Source with which a proxy's connection is counted: the last listed one that is no proxy.
 
         Args:
-            proxy: It, as `source_of` names it.
+            proxy: Source of the proxy, as `source_of` names it.
             forwarded_for: Values of X-Forwarded-For, in their order.
             forwarded: Values of Forwarded, in their order.
 
         Returns:
-            The source, or why there is none: both lists are there and name two. One of them can be
-            the visitor's own, which its proxy passes on, and nothing tells which.
+            The source, or a refusal if both lists are present and name different sources. One of
+            them may come from the visitor and be passed on by the proxy; the server cannot tell
+            which.
         """
         lists = (
             [_host(entry) for entry in _from_the_end(forwarded_for)],
@@ -116,16 +117,16 @@ class Proxies:
             if source not in self:
                 return source
             furthest = source
-        # Somebody who is at a proxy's address is not counted with that proxy's own connections,
-        # and has no rights of this machine: what is forwarded may come from anywhere.
+        # A visitor at a proxy's address is not counted with that proxy's own connections, and has
+        # no rights of this machine, since a forwarded connection may come from anywhere.
         return f"proxy {furthest}"
 
 
 def _from_the_end(values: Sequence[str]) -> Iterator[str]:
-    """Entries of a list, the last first; commas within quotes divide nothing.
+    """Entries of a list, the last entry first; a comma within quotes does not separate entries.
 
-    Quotes are counted from the end as well: one that a stranger leaves open encloses nothing that
-    a proxy has added.
+    Quotes are counted from the end as well, so that a quote which a stranger leaves open does not
+    enclose an entry that a proxy has added.
     """
     whole = _ESCAPED.sub("_", ",".join(value for value in values[-_MOST_LINES:] if value.strip()))
     if not whole:
@@ -139,13 +140,13 @@ def _from_the_end(values: Sequence[str]) -> Iterator[str]:
 
 
 def _for(entry: str) -> str:
-    """The node of an entry of Forwarded; empty without one, or with more."""
+    """Node of an entry of Forwarded; empty if the entry has no node or several nodes."""
     pairs = (pair.partition("=") for pair in _PAIR.findall(entry))
     nodes = [value.strip() for name, _, value in pairs if name.strip().lower() == "for"]
     return nodes[0] if len(nodes) == 1 else ""
 
 
 def _host(node: str) -> str:
-    """The address of a node, without quotes, brackets and port; `unknown` where it has none."""
+    """Address of a node, without quotes, brackets and port; `unknown` if there is no address."""
     match = _NODE.fullmatch(node.strip())
     return UNKNOWN if match is None else match[1] or match[2] or match[3]

@@ -1,7 +1,7 @@
-"""What each address has asked for lately, against its budgets.
+"""Checks the recent requests of each address against its budgets.
 
-The addresses that are remembered are bounded: of those without a connection the ones that were not
-heard of for longest are forgotten first.
+The number of remembered addresses is bounded: among the addresses without connections and unread
+responses, those that have been silent for longest are forgotten first.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from cohaptic_server.guard.budget import FULL, spend, wait
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.meter import too_many
 
-_MOST_SOURCES = 4096  # half a megabyte; an attacker with more addresses spends them on the total
+_MOST_SOURCES = 4096  # half a megabyte; the limits for all addresses stop an attacker with more
 UNKNOWN = "unknown"
 
 
 def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """An address, as IPv4 where it is one in the clothes of IPv6; None if it is none."""
+    """IP address of a text, as IPv4 if it is an IPv4-mapped IPv6 address; None if invalid."""
     try:
         address = ipaddress.ip_address(host.partition("%")[0])
     except ValueError:
@@ -32,7 +32,9 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 @lru_cache(maxsize=_MOST_SOURCES)
 def source_of(host: str) -> str:
-    """Whom a connection is counted with: the address, of IPv6 the network of one subscriber (/64).
+    """Source with which a connection is counted: the IPv4 address, or the IPv6 /64 network.
+
+    One subscriber has one /64 network. An IPv6 loopback address counts as itself.
 
     Args:
         host: Address of the other end, as a socket names it.
@@ -47,12 +49,12 @@ def source_of(host: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why a connection is not taken.
+    """Refusal of a connection or of a response.
 
     Args:
-        why: A sentence.
-        retry: After how long it may be tried again [s].
-        status: Status of HTTP.
+        why: Reason of the refusal, for people.
+        retry: Time after which the client may try again [s].
+        status: HTTP status.
     """
 
     why: str
@@ -62,7 +64,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """What one address has used; the buckets as in `budget`."""
+    """Usage of one address; token buckets as in `budget`."""
 
     open: int = 0
     unread: int = 0
@@ -74,15 +76,12 @@ class _Source:
 
 
 class Sources:
-    """All addresses.
-
-    Args:
-        limits: Limits of the server.
+    """Usage and budgets of all addresses.
 
     Attributes:
-        open: Connections at present.
-        unread: Bytes of responses that nobody has taken yet.
-        refused: Connections that were not taken so far.
+        open: Number of connections at present.
+        unread: Bytes of responses that the clients have not taken yet.
+        refused: Number of connections refused so far.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -94,7 +93,7 @@ class Sources:
         return len(self._known)
 
     def enter_proxy(self, source: str, now: float) -> Refusal | None:
-        """Count a connection of a proxy, which is one of many people's, until it says whose."""
+        """Count a connection of a proxy, which serves many people, until its visitor is known."""
         if self.open >= self.limits.open_in_all:
             self.refused += 1
             return Refusal(f"open connections: at most {self.limits.open_in_all}", 5.0)
@@ -104,7 +103,7 @@ class Sources:
         return None
 
     def enter(self, source: str, now: float) -> Refusal | None:
-        """Count a new connection, unless there are too many; `leave` has to follow if it is."""
+        """Count a new connection or refuse it; `leave` must follow for a counted connection."""
         limits, known = self.limits, self._known.get(source, _Source())
         refusal = self._refusal(known, now)
         if refusal is not None:
@@ -120,17 +119,17 @@ class Sources:
         return None
 
     def leave(self, source: str) -> None:
-        """A connection that was taken has ended."""
+        """Count the end of a connection that `enter` or `enter_proxy` has counted."""
         known = self._known.get(source)
         if known is not None and known.open:
             self.open -= 1
             self._known[source] = replace(known, open=known.open - 1)
 
     def join(self, source: str, now: float) -> None:
-        """Count somebody who wants to touch or to watch.
+        """Count a join, to touch or to watch, or a change of name.
 
         Raises:
-            RemoteProtocolError: There are too many from there.
+            RemoteProtocolError: The address has exceeded its rate limit of joins.
         """
         known, budget = self._known.get(source, _Source()), self.limits.joins
         spent = spend(known.joins, 1.0, budget, now)
@@ -139,7 +138,7 @@ class Sources:
         self._keep(source, replace(known, joins=spent), now)
 
     def say(self, source: str, texts: int, now: float) -> RemoteProtocolError | None:
-        """Count control messages of an address; why they are too many, if they are."""
+        """Count control messages of an address; returns an error if they are too many."""
         known, budget = self._known.get(source, _Source()), self.limits.texts_in_all
         spent = spend(known.texts, texts, budget, now)
         if spent is None:
@@ -148,7 +147,7 @@ class Sources:
         return None
 
     def point(self, source: str, now: float) -> bool:
-        """Count somebody who points; False where too many of that address do."""
+        """Count a point from an address; returns False if the address points too often."""
         known = self._known.get(source, _Source())
         spent = spend(known.points, 1.0, self.limits.points_in_all, now)
         if spent is not None:
@@ -156,7 +155,7 @@ class Sources:
         return spent is not None
 
     def dismiss(self, source: str, now: float) -> None:
-        """A connection is closed because it asked for too much."""
+        """Count a connection that is closed because it asked for too much."""
         known, budget = self._known.get(source, _Source()), self.limits.dismissals
         spent = spend(known.dismissals, 1.0, budget, now)
         if spent is None:  # all that are open may ask for too much at once
@@ -164,13 +163,13 @@ class Sources:
         self._keep(source, replace(known, dismissals=spent), now)
 
     def respond(self, source: str, size: int, now: float) -> Refusal | None:
-        """Count a response of so many bytes, unless too much waits; `taken` has to follow."""
+        """Count a response of `size` bytes or refuse it; `taken` must follow if it is counted."""
         limits, known = self.limits, self._known.get(source, _Source())
         for waits, limit, whose in (
             (known.unread, limits.unread, f"for {source}"),
             (self.unread, limits.unread_in_all, "for all"),
         ):
-            # One response is served whatever its size: a large object's page has to come.
+            # A single response is served whatever its size, since a large object's page must load.
             if waits and waits + size > limit:
                 why = f"{waits:,} bytes {whose} are not read yet; the limit is {limit:,}"
                 return Refusal(why, 1.0)
@@ -179,7 +178,7 @@ class Sources:
         return None
 
     def taken(self, source: str, size: int) -> None:
-        """A response has left, or will not any more."""
+        """Count a response of `size` bytes that was sent, or was given up."""
         known = self._known.get(source)
         if known is not None:
             self.unread -= min(size, known.unread)
@@ -201,7 +200,7 @@ class Sources:
         self._known[source] = known
         if len(self._known) <= _MOST_SOURCES:
             return
-        # Those that were not heard of for longest; a quarter, so that it is seldom.
+        # Forget the addresses that were silent for longest; a quarter, so that this happens seldom.
         closed = [name for name, other in self._known.items() if not other.open + other.unread]
         for name in closed[: max(1, _MOST_SOURCES // 4)]:
             del self._known[name]

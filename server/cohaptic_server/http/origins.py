@@ -1,8 +1,8 @@
-"""Checks of a request's origin and host: no page from elsewhere may use a visitor's browser.
+"""Checks of a request's origin and host: no foreign page may reach us through a visitor's browser.
 
 A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
-the same, the page is the server's own; that counts only where the host is one of the server's own
-names, for a stranger's name can be made to point at any address (DNS rebinding).
+the same, the page is the server's own. That counts only if the host is one of the server's own
+names, since a stranger can make any name point at any address (DNS rebinding).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> 
     """Whether a request was meant for this server.
 
     Args:
-        host: Header of the request; None without one, which no browser does.
-        own: Address that the connection came to; None if it is not known.
+        host: Host header of the request; None if it is missing, which no browser omits.
+        own: Address of this machine that the connection came to; None if it is not known.
         allowed: Further names of the server, without ports; `.lab.example` and `*.lab.example` are
             all names below that one.
     """
@@ -49,11 +49,11 @@ def may_connect(
     """Whether a page may open a websocket.
 
     Args:
-        origin: Header of the request; None from a native client.
-        host: Header of the request; None without one.
-        own: Address that the connection came to; None if it is not known.
+        origin: Origin header of the request; None from a native client.
+        host: Host header of the request; None if it is missing.
+        own: Address of this machine that the connection came to; None if it is not known.
         hosts: Further names of the server.
-        allowed: Further origins.
+        allowed: Further origins whose pages may connect.
     """
     if origin is None or origin in allowed or _THIS_MACHINE.fullmatch(origin):
         return True
@@ -67,14 +67,15 @@ def is_of_this_machine(
 ) -> bool:
     """Whether a request may do more than touch, such as bring a file.
 
-    It must come from this machine, also through a tunnel, and from the server's own page or no page
-    at all: another page of this machine, or of a name that was made to point at it, may not.
+    The request must come from this machine, also through a tunnel, and from the server's own page,
+    an allowed origin or no page at all. Other pages of this machine are refused, and so is a page
+    of a name that was made to point at it.
 
     Args:
-        origin: Header of the request; None from a native client.
-        host: Header of the request; None without one.
+        origin: Origin header of the request; None from a native client.
+        host: Host header of the request; None if it is missing.
         peer: Address of the other end; None if it is not known.
-        allowed: Further origins.
+        allowed: Further origins whose pages may do so.
     """
     if peer is None or not _is_loopback(peer):
         return False
@@ -91,7 +92,7 @@ def _is_loopback(peer: str) -> bool:
 
 
 def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """An address, as IPv4 where it is one in the clothes of IPv6; None if it is a name."""
+    """An address, as IPv4 if it is an IPv4-mapped IPv6 address; None if the text is a name."""
     try:
         address = ipaddress.ip_address(text.partition("%")[0])
     except ValueError:
@@ -101,7 +102,7 @@ def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 def is_of_many(allowed: str) -> bool:
-    """Whether an allowed name stands for all names below it, and so is none to go to."""
+    """Whether an allowed name is a wildcard for all names below it, and so cannot be opened."""
     return allowed.startswith((".", "*."))
 
 

@@ -31,7 +31,7 @@ class PageFile:
     Args:
         kind: Media type.
         body: Content.
-        gzipped: Content compressed by gzip; None where that is not shorter.
+        gzipped: Content compressed by gzip; None if that is not shorter or the file is binary.
         hashed: Whether the name contains a hash of the content, which then never changes.
     """
 
@@ -42,7 +42,7 @@ class PageFile:
 
 
 def load_page(folder: Path = FOLDER) -> dict[str, PageFile]:
-    """All files by path on the server; empty if the page was not built."""
+    """All files of the page by path on the server; empty if the page was not built."""
     if not (folder / INDEX[1:]).is_file():
         return {}
     files = sorted(path for path in folder.rglob("*") if path.is_file())

@@ -1,4 +1,4 @@
-"""Under which names other machines reach a server: what people are given to share. No I/O."""
+"""Names under which other machines reach a server, for people to share. No I/O."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Collection, Sequence
 
 from cohaptic_server.http.origins import is_of_many
 
-# Listened on, and the versions of the internet protocol that come in there.
+# Listening addresses for all interfaces, with the IP versions of the connections that come in.
 ALL_INTERFACES = {"": (4, 6), "0.0.0.0": (4,), "::": (6,)}
 PATH = "/v1/hosts"
 
 
 def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) -> tuple[str, ...]:
-    """Names and addresses of a server, the best to share first; none where no other reaches it.
+    """Names and addresses of a server, the best to share first; () if no other machine reaches it.
 
     Args:
-        host: That it listens on.
-        names: By which browsers reach it, as its owner has said.
+        host: Host that the server listens on.
+        names: Further names of the server, as its owner has given them.
         found: Addresses of this machine.
     """
     bare = host.strip("[]")
@@ -33,11 +33,11 @@ def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) ->
 
 
 def addresses_for_others(url: str, hosts: Sequence[str]) -> tuple[str, ...]:
-    """Addresses of a server with each of these hosts in place of its own.
+    """URLs of a server with each of these hosts in place of its own.
 
     Args:
-        url: Where it listens, such as ws://0.0.0.0:8765.
-        hosts: As `hosts_for_others` gives them.
+        url: URL at which the server listens, such as ws://0.0.0.0:8765.
+        hosts: Hosts from `hosts_for_others`.
     """
     scheme, _, rest = url.partition("://")
     port = rest.rpartition(":")[2]
@@ -50,7 +50,7 @@ def _in_address(host: str) -> str:
 
 
 def _is_own(host: str) -> bool:
-    """Whether it means each machine itself."""
+    """Whether a host name or address means the local machine, on every machine."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -58,7 +58,7 @@ def _is_own(host: str) -> bool:
 
 
 def _is_shared(address: str, versions: Collection[int]) -> bool:
-    """Whether another machine can come by it; one of a link alone needs the name of a link."""
+    """Whether other machines can connect to an address; a link-local one needs a zone as well."""
     try:
         known = ipaddress.ip_address(address)
     except ValueError:

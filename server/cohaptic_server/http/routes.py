@@ -1,4 +1,4 @@
-"""From an HTTP request to its response, on the port of the websockets. No I/O."""
+"""Makes the response to an HTTP request on the port of the websockets. No I/O."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _HEADERS = (
 _FOR_EVER = "public, max-age=31536000, immutable"
 _ASK_AGAIN = "no-cache"
 _TEXT = "text/plain; charset=utf-8"
-_OF_ADDRESSES = "%/:?#[]@!$&'()*+,;=~"  # beside letters and digits
+_OF_ADDRESSES = "%/:?#[]@!$&'()*+,;=~"  # allowed in a URL beside letters and digits
 _GREEN = re.compile(r"/v1/models/([0-9a-f]{1,64})/green/([0-9]{1,9})")
 NOT_BUILT = (
     "cohaptic is running here, but its page was not built.\n\n"
@@ -42,9 +42,9 @@ class Request:
     """The parts of a request that determine the response.
 
     Args:
-        method: Such as GET.
+        method: HTTP method, such as GET.
         target: Path and query.
-        accepts: Header Accept-Encoding; empty without one.
+        accepts: Accept-Encoding header; empty if it is missing.
     """
 
     method: str
@@ -57,10 +57,10 @@ class Answer:
     """A whole response.
 
     Args:
-        status: Such as 200.
+        status: HTTP status code, such as 200.
         phrase: Name of the status.
         headers: Names and values, including the length.
-        body: Empty for HEAD.
+        body: Content; empty for HEAD.
     """
 
     status: int
@@ -71,11 +71,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class BlockNeeded:
-    """The response needs a block of Green's functions, which is to be solved first.
-
-    Args:
-        vertex: Vertex of the block.
-    """
+    """The response needs a block of Green's functions, which has to be solved first."""
 
     vertex: int
 
@@ -84,7 +80,7 @@ class Site:
     """All routes.
 
     Args:
-        page: Files by path; empty if the page was not built.
+        page: Files of the page by path; empty if the page was not built.
         model: Name of the body's Green's functions; None if it has none.
         vertices: Number of vertices of the body.
         frames: Origins whose pages may show the page in a frame.
@@ -106,7 +102,6 @@ class Site:
         """The response, or the block that it needs first.
 
         Args:
-            request: From any client.
             ticking: Whether the simulation is running.
         """
         if request.method not in ("GET", "HEAD"):
@@ -142,10 +137,10 @@ class Site:
 
 
 def framed(answer: Answer, frames: Sequence[str]) -> Answer:
-    """The same, which pages of these origins may show in a frame.
+    """The same answer, with headers that let pages of these origins show it in a frame.
 
-    X-Frame-Options knows no list of origins: it is left out, since no browser of today goes by it
-    where there is `frame-ancestors`.
+    X-Frame-Options cannot list origins, so it is left out: current browsers ignore that header if
+    there is `frame-ancestors`.
     """
     policy = ("Content-Security-Policy", _SOURCES + " ".join(frames))
     headers = (policy if header[0] == policy[0] else header for header in answer.headers)
@@ -156,10 +151,8 @@ def page(request: Request, kind: str, body: bytes, policy: str | None = None) ->
     """A response that is not cached.
 
     Args:
-        request: That is answered.
         kind: Media type.
-        body: Content.
-        policy: Content-Security-Policy in place of the page's.
+        policy: Content-Security-Policy in place of the page's; None keeps that.
     """
     whole = _answer(request, 200, "OK", kind, body, ("Cache-Control", "no-store"))
     if policy is None:
@@ -170,7 +163,7 @@ def page(request: Request, kind: str, body: bytes, policy: str | None = None) ->
 
 
 def moved(request: Request, location: str) -> Answer:
-    """A redirection that is not remembered; what no header can hold becomes %XX."""
+    """A temporary redirect; characters that a header cannot hold become %XX."""
     location = quote(location, safe=_OF_ADDRESSES)
     return text(request, 307, "Temporary Redirect", f"{location}\n", ("Location", location))
 
@@ -178,8 +171,8 @@ def moved(request: Request, location: str) -> Answer:
 def query_without_token(target: str) -> str:
     """The query of a target with its question mark, without the value of any token in it.
 
-    Addresses land in logs. The name stays, so that the page can tell its visitor where tokens
-    belong; what is behind a '#' is for no server.
+    The value is removed because addresses end up in logs. The name stays, so that the page can tell
+    its visitor where tokens belong. The part behind a '#' is dropped, since no server needs it.
     """
     _, mark, query = target.partition("#")[0].partition("?")
     fields = (field.partition("=") for field in query.split("&"))
@@ -190,7 +183,7 @@ def query_without_token(target: str) -> str:
 
 
 def green_block(request: Request, block: bytes | None) -> Answer:
-    """The response with a block; without one, which was not solved in time, a 503."""
+    """The response with a block; a 503 if `block` is None because it was not solved in time."""
     if block is None:
         message = "too many are being solved; ask again\n"
         return text(request, 503, "Service Unavailable", message, ("Retry-After", "1"))

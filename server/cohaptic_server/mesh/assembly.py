@@ -9,14 +9,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def scatter_vector(per_face: Floats, faces: Ints, n: int) -> Floats:
-    """Sum (m, 3 corners, 3) into (3 n,)."""
+    """Sum vectors of shape (m, 3 corners, 3) over the faces into one of shape (3 n,)."""
     total = np.zeros((n, 3))
     np.add.at(total, faces.ravel(), per_face.reshape(-1, 3))
     return total.ravel()
 
 
 def scatter_matrix(blocks: Floats, faces: Ints, n: int) -> sp.csr_array:
-    """Sum (m, 3 corners, 3, 3 corners, 3) into a sparse (3 n, 3 n)."""
+    """Sum blocks (m, 3 corners, 3, 3 corners, 3) over the faces into a sparse (3 n, 3 n)."""
     dof = (3 * faces[:, :, None] + np.arange(3)).reshape(len(faces), 9)
     rows, columns = np.repeat(dof, 9, axis=1).ravel(), np.tile(dof, (1, 9)).ravel()
     matrix = sp.coo_array((blocks.reshape(-1), (rows, columns)), shape=(3 * n, 3 * n))

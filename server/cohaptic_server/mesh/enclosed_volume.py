@@ -1,8 +1,8 @@
 """Volume inside a closed triangle surface, V = sum a . (b x c) / 6, with both derivatives.
 
-Its gradient times a pressure is the force of the water on the vertices; its Hessian times the
-pressure is the stiffness of a pressure that follows the surface. On a closed surface both are
-unchanged by a translation, so moving a free balloon takes no work.
+The gradient times a pressure is the force of the water on the vertices; the Hessian times the
+pressure is the stiffness of a pressure that follows the surface. On a closed surface a translation
+changes neither, so moving a free balloon takes no work.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A sphere of nearly equal triangles.
 
-The same as trimesh's, which the tests compare: importing trimesh would be a quarter of the start of
-a server.
+Tests compare this sphere with trimesh's, which is the same: importing trimesh would take a quarter
+of the start-up time of a server.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FACES = np.array(
 
 
 def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
-    """A subdivided icosahedron on a sphere; each subdivision quadruples the faces.
+    """Make a subdivided icosahedron on a sphere; each subdivision quadruples the faces.
 
     Returns:
         Vertices (n, 3) [m] and faces (m, 3); n is 42, 162, 642, 2562 for 1 to 4 subdivisions.
@@ -42,7 +42,7 @@ def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
 
 
 def _subdivided(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Four triangles from each, with a new vertex in the middle of each edge."""
+    """Cut each triangle into four, with a new vertex in the middle of each edge."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, first, edge_of = np.unique(
         len(x) * edges[:, 1] + edges[:, 0], return_index=True, return_inverse=True

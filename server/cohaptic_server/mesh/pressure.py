@@ -17,8 +17,8 @@ def pressure(
         mesh: Resting surface.
         point: Centre of the pressure, shape (3,) [m].
         radius: Contact radius [m].
-        normal: Outward unit normal of the finger, shape (3,), which presses its side of a thin part
-            only; None to press all sides.
+        normal: Outward unit normal of the finger, shape (3,), to press only the finger's side of a
+            thin part; None to press all sides.
 
     Returns:
         Vertices (k,) and weights (k,) that sum to 1.

@@ -11,10 +11,11 @@ def rigid_motions(x: Floats) -> Floats:
     """Displacement by the three translations and the three rotations about the origin.
 
     Args:
-        x: Shape (n, 3) [m].
+        x: Positions of the points, shape (n, 3) [m].
 
     Returns:
-        Shape (3 n, 6); translations of 1 m, rotations of 1 rad to first order.
+        One motion per column, shape (3 n, 6): translations by 1 m, rotations by 1 rad to first
+        order.
     """
     motions = np.zeros((len(x), 3, 6))
     motions[:, :, :3] = np.eye(3)

@@ -11,7 +11,7 @@ def spread_over(points: Floats, count: int) -> Ints:
     """Farthest-point sampling: each point is the farthest from those chosen before it.
 
     Args:
-        points: Shape (n, 3) [m].
+        points: Positions to choose from, shape (n, 3) [m].
         count: Largest number of points.
 
     Returns:

@@ -16,7 +16,7 @@ from cohaptic_server.mesh.search.nearest_search import NearestSearch
 from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints, cross
 
-# Imported where it is used: it takes 0.3 s, and a server's own searches are others.
+# Imported where it is used: the import takes 0.3 s, and a running server has its own searches.
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
@@ -31,11 +31,11 @@ class Quadrature:
     """Points spread evenly over a surface, for pressures that do not end at a vertex.
 
     Args:
-        points: Shape (q, 3) [m].
-        areas: Area that each represents, shape (q,) [m^2].
+        points: Positions of the points, shape (q, 3) [m].
+        areas: Area that each point represents, shape (q,) [m^2].
         vertices: Corners of each point's face, shape (q, 3).
-        shares: Barycentric coordinates, shape (q, 3).
-        outward: Unit normals of the faces, shape (q, 3).
+        shares: Barycentric coordinates of each point, shape (q, 3).
+        outward: Unit normal of each point's face, shape (q, 3).
     """
 
     points: Floats
@@ -54,16 +54,16 @@ class Quadrature:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The search for contacts on a surface, and where it leaves what it finds.
+    """The search for contacts on a surface, and the arrays in which it leaves a contact.
 
     Args:
-        search: It holds the contact that was found last.
-        near: For the nearest point alone.
-        field: The displacement that it looks at.
-        frame: Foot, contact point and normal of that contact, shape (3, 3).
-        under: Vertices under its pressure, shape (n,); the first `search.count` count.
-        weights: Share of each of these in its force, shape (n,).
-        place: For `search.put`, shape (3,) [m].
+        search: Contact search, which holds the contact that was found last.
+        near: Search for the nearest point alone.
+        field: Displacement field that the contact search reads.
+        frame: Foot, contact point and normal of the contact, shape (3, 3).
+        under: Vertices under its pressure, shape (n,); the first `search.count` are valid.
+        weights: Share of each of these vertices in the force, shape (n,).
+        place: Room for `search.put`, shape (3,) [m].
     """
 
     search: ContactSearch
@@ -80,15 +80,15 @@ class SurfaceMesh:
     """Vertices and faces of a resting surface, and quantities derived from them.
 
     Args:
-        vertices: Shape (n, 3) [m].
+        vertices: Resting positions, shape (n, 3) [m].
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
 
     Attributes:
-        rings: Faces round each vertex, padded with its first one, shape (n, valence).
-        around: Faces that share a vertex with each face, itself too, padded, shape (m, 3 valence).
-        quadrature: Points on the faces.
+        rings: Faces round each vertex, padded with its first face, shape (n, valence).
+        around: Faces that share a vertex with each face, itself included, padded, (m, 3 valence).
+        quadrature: Quadrature points on the faces.
         normals: Outward unit normal of each vertex, shape (n, 3).
-        split: Quadrature points of a face, as the square root of their number.
+        split: Square root of the number of quadrature points of a face.
         size: Radius of the sphere of the same area [m].
     """
 
@@ -164,7 +164,7 @@ class SurfaceMesh:
         """Mean distance between neighbours of evenly spread vertices [m].
 
         Args:
-            count: Number of vertices; the mesh's own if not given.
+            count: Number of vertices; the mesh's own number if None.
         """
         if count is None:
             return self._own_spacing

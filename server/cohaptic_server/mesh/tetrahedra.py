@@ -11,16 +11,16 @@ import scipy.sparse.csgraph
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, in CalculiX' order
-_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise seen from outside
-_FLAT = 1e-9  # volume over that of the cube of its longest edge
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, in CalculiX's order
+_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise from outside
+_FLAT = 1e-9  # largest volume of a flat tetrahedron over the cube of its longest edge
 
 
 class SeveralPiecesError(BodyError):
     """A solid is not one piece.
 
     Args:
-        count: Number of its pieces.
+        count: Number of pieces.
     """
 
     def __init__(self, count: int) -> None:
@@ -45,11 +45,11 @@ class TetMesh:
 
     @classmethod
     def checked(cls, vertices: Floats, tets: Ints) -> TetMesh:
-        """A mesh from outside: drop unused vertices, reorient inverted tetrahedra.
+        """Check a mesh from outside: drop unused vertices, reorient inverted tetrahedra.
 
         Raises:
-            SeveralPiecesError: It is in several pieces.
-            BodyError: It is empty, not finite, or has flat tetrahedra.
+            SeveralPiecesError: The mesh is in several pieces.
+            BodyError: The mesh is empty, not finite, or has flat tetrahedra.
         """
         if tets.ndim != 2 or tets.shape[1] != 4 or not len(tets):
             raise BodyError(f"a solid needs tetrahedra of four corners; these are {tets.shape}")
@@ -111,7 +111,7 @@ def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
 
 
 def quadratic_boundary(elements: Ints) -> Ints:
-    """Boundary of ten-node tetrahedra, each face cut into four at its edges' middles, (4 f, 3)."""
+    """Boundary of ten-node tetrahedra, each face cut into four at its edge middles, (4 f, 3)."""
     corner = {frozenset(pair): 4 + k for k, pair in enumerate(EDGES)}
     faces = elements[:, np.array(_FACES)].reshape(-1, 3)
     middles = np.array(
@@ -127,9 +127,10 @@ def quadratic_boundary(elements: Ints) -> Ints:
 
 
 def _numbered(rows: Ints) -> Ints:
-    """A number for each row of vertices (m, k), in the rows' order: sorted in a tenth of the time.
+    """Number rows of vertices (m, k) in the order of the rows, to sort them in a tenth of the time.
 
-    Three vertices of a mesh of two million still fit; a mesh that is factored has a tenth of that.
+    Rows of three vertices still fit in a mesh of two million vertices; a mesh that is factored has
+    a tenth of that.
     """
     n = int(rows.max(initial=0)) + 1
     if n ** rows.shape[1] > np.iinfo(np.int64).max:
@@ -151,7 +152,7 @@ def pieces(tets: Ints, n: int) -> Ints:
 def face_pieces(tets: Ints) -> Ints:
     """Number of the part in which each tetrahedron lies; parts share no face, shape (m,).
 
-    They may share a corner or an edge, about which one of them then turns as about a hinge.
+    Parts may share a corner or an edge, about which one of them then turns as about a hinge.
     """
     count = len(tets)
     key = _numbered(np.sort(tets[:, np.array(_FACES)].reshape(-1, 3), axis=1))

@@ -7,15 +7,16 @@ import numpy as np
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-_ROUND = 1e-9  # of barycentric coordinates, and of the body's size
+_ROUND = 1e-9  # rounding of barycentric coordinates, and of distances over the body's size
 _SMOOTH = 0.82  # cosine of 35 degrees, between the normals of a vertex and of a face
 
 
 def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
     """Depth under each vertex down to which its own side is the nearest, shape (k,) [m].
 
-    It is half of the thickness of a plate, and the radius of a tube or a ball. Where the other side
-    is nearer after a fiftieth of the body already, it is half of what lies straight below.
+    The depth is half of the thickness of a plate, and the radius of a tube or a ball. Where the
+    other side is nearer already after a fiftieth of the body's size, the depth is half of the
+    thickness straight below, at most that fiftieth.
     """
     steps = mesh.size * np.linspace(0.02, 1.0, 50)
     inner = mesh.vertices[vertices][:, None] - steps[:, None] * mesh.normals[vertices][:, None]
@@ -31,8 +32,8 @@ def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
 def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
     """Distance from each vertex straight through the body to the other side, shape (k,) [m].
 
-    A ray goes in against the vertex's normal, and comes out through the nearest triangle that it
-    meets from inside (Moeller, Trumbore 1997); infinite where it meets none.
+    A ray enters against the vertex's normal, and leaves through the nearest triangle that it meets
+    from inside (Moeller, Trumbore 1997); the thickness is infinite where it meets none.
     """
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     u, v = b - a, c - a
@@ -41,7 +42,7 @@ def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
         along = -mesh.normals[vertex]
         p = np.cross(along, v)
         det = np.einsum("fi,fi->f", u, p)
-        # From inside the ray and a triangle's outward normal have one sense.
+        # A ray from inside has the direction of the outward normal of the triangle that it meets.
         out = np.flatnonzero(det < 0.0)
         offset = mesh.vertices[vertex] - a[out]
         s = np.einsum("fi,fi->f", offset, p[out]) / det[out]

@@ -1,20 +1,20 @@
 """Finer tetrahedra where a body is thin, and bends more than it is squeezed.
 
 A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
-body or longer. Squeezing needs few of them. Bending is cubic between two supports, and what
+body or longer. Squeezing needs few elements. Bending is cubic between two supports; the part that
 quadratic elements cannot follow makes a plate too stiff, by two terms (docs/decisions/0065):
 
     63 % (h / R)^2 (1 + (h / t)^2 / 22)
 
-with edges up to h, on a clamped plate of radius R and thickness t. The first is the curvature that
-changes within an element. The second is the shear that an element far longer than it is thick
-cannot avoid as it bends, so that edges of thin sheets are shorter still.
+with edges up to h, on a clamped plate of radius R and thickness t. The first term is the curvature
+that changes within an element. The second term is the shear that an element far longer than it is
+thick cannot avoid as it bends, so that edges of thin sheets are shorter still.
 
 Edges become shorter in chosen places by bisection of longest edges (Rivara 1984). An edge is split
-in its middle, in all tetrahedra round it, once it is the longest in each of them; where a wanted
-edge is not, the longer ones beside it are split first. Neighbours conform after each split, and
-elements get no flatter than a bounded share of what they were. A layer one element thick is split
-along itself and not through its thickness, as its long edges lie along it.
+in its middle, in all tetrahedra round it, once it is the longest in each of them; if it is not yet,
+the longer edges beside it are split first. Neighbours conform after each split, and the flatness
+of elements stays within a bounded share of what it was. A layer one element thick is split along
+itself and not through its thickness, as its long edges lie along it.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-# Thickness of a thin part and its longest edge, as shares of the edge that is asked for. fTetWild's
-# own are up to 1.9 times as long as asked for.
+# Largest thickness of a thin part, and its longest edge, over the edge length that is asked for.
+# fTetWild's own edges are up to 1.9 times as long as asked for.
 THIN, SHORT = 1.5, 0.75
-# Up to so many times that thickness edges may be longer as a part is thicker: at twice it they are
-# as long as fTetWild's own, and a shorter `--edge` never gives a coarser plate.
+# Multiple of that thickness up to which edges grow with the thickness of a part: at twice the
+# thickness they are as long as fTetWild's own, and a shorter `--edge` never gives a coarser plate.
 FADES = 2.0
-_LOCKS = 1.0 / 22.0  # of (h / t)^2, over the first term
-_SHORTEST = 0.35  # of the longest edge: the tip of a wedge has no thickness
+_LOCKS = 1.0 / 22.0  # factor of (h / t)^2 in the second term, over the first term
+_SHORTEST = 0.35  # least share of `SHORT` edges, as the tip of a wedge has no thickness
 _OPPOSED = -0.5  # cosine of 120 degrees, between the normals of the two sides
-# Over the thickness, or over `THIN` where that is more: how far the middles of two opposed faces
-# may be from each other, one of which lies up to half of an edge beside the place straight through.
+# Largest distance between the middles of two opposed faces, over the thickness or over `THIN` if
+# that is more: one middle may lie half an edge beside the place straight through from the other.
 _BESIDE = 1.1
 _BATCH = 256  # faces whose neighbours are looked for together: 100 MB where all are neighbours
 
@@ -47,9 +47,9 @@ def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
     """Split the long edges of thin parts.
 
     Args:
-        tets: An object.
-        length: Edge that was asked for [m].
-        most: Tetrahedra that there may be; an object that has more has a fine mesh already.
+        tets: Mesh of the object.
+        length: Edge length that was asked for [m].
+        most: Largest number of tetrahedra; an object that has as many has a fine mesh already.
     """
     thickness = np.full(len(tets.vertices), np.inf)
     if len(tets.tets) < most:
@@ -58,13 +58,13 @@ def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
 
 
 def longest_wanted(thickness: Floats, length: float) -> Floats:
-    """The longest edge with which a part of some thickness bends well enough, shape (n,) [m].
+    """Longest edge with which a part of some thickness bends well enough, shape (n,) [m].
 
-    It has the error that an edge of `SHORT` has on a part of many times its thickness.
+    The error is that of a `SHORT` edge on a part many times thicker than the edge is long.
 
     Args:
-        thickness: Shape (n,) [m]; infinite where a part is not thin.
-        length: Edge that was asked for [m].
+        thickness: Thickness of the part, shape (n,) [m]; infinite where a part is not thin.
+        length: Edge length that was asked for [m].
     """
     thin, wanted = np.isfinite(thickness), np.full(len(thickness), np.inf)
     t = thickness[thin]
@@ -80,10 +80,10 @@ def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
     """Thickness of a body at the vertices of faces behind which its other side is near, (n,) [m].
 
     Args:
-        x: Vertices, shape (n, 3) [m].
-        faces: Its surface, counter-clockwise from outside, shape (m, 3).
-        most: Largest distance of the other side, along the normal of a face [m]; beyond it, and
-            inside the body, the result is infinite.
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Faces of the surface, counter-clockwise from outside, shape (m, 3).
+        most: Largest distance of the other side, along the normal of a face [m]; where the other
+            side is further, and inside the body, the result is infinite.
     """
     from scipy.spatial import cKDTree  # takes 0.3 s, and only preparing an object needs it
 
@@ -97,8 +97,8 @@ def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
         a, b = pairs["i"] + start, pairs["j"]
         opposed = np.einsum("pi,pi->p", normals[a], normals[b]) < _OPPOSED
         a, b = a[opposed], b[opposed]
-        # From one face to the other against its normal; where it is negative a narrow gap is
-        # between.
+        # Distance from one face to the other against its normal; if negative, a narrow gap lies
+        # between them.
         across = np.einsum("pi,pi->p", middles[a] - middles[b], normals[a])
         behind = (across > 0.0) & (across <= most)
         behind &= pairs["v"][opposed] <= _BESIDE * np.maximum(across, most / FADES)
@@ -109,8 +109,8 @@ def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
 
 
 _EDGES = np.array(EDGES)
-_SHRINK = 0.9  # from one excess to the next; all edges of a level are split before a shorter one
-_MOST_PASSES = 100  # for one excess; 8 were the most of plates, rods and bowls
+_SHRINK = 0.9  # from one excess to the next; all edges of a level are split before shorter ones
+_MOST_PASSES = 100  # passes for one excess; plates, rods and bowls took at most 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +118,12 @@ class Bisected:
     """Tetrahedra after edges were split.
 
     Args:
-        tets: Vertices of the mesh before come first, in their order.
-        parent: Tetrahedron before of each one, shape (m,).
+        tets: Mesh after the splits; vertices of the original mesh come first, in their order.
+        parent: Original tetrahedron that contains each one, shape (m,).
         wanted: Longest edge that is wanted at each vertex, infinite where any will do, shape (n,)
-            [m]. Between two vertices it is the longer one of theirs.
-        excess: The edges are no longer than so many times what is wanted: 1, or more where there
-            was no room, or less where nothing had to be split.
+            [m]. An edge may have the longer of the lengths of its two ends.
+        excess: Bound of the edges' lengths over the wanted ones: 1, or more if there was no room
+            for more tetrahedra, or less if nothing had to be split.
     """
 
     tets: TetMesh
@@ -136,10 +136,10 @@ def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
     """Split edges until none is longer than is wanted where it lies.
 
     Args:
-        tets: The object.
+        tets: Mesh of the object.
         wanted: Longest edge at each vertex, shape (n,) [m]; infinite where any will do. The middle
-            of an edge wants the mean of its ends.
-        most: Tetrahedra that there may be. Multiples of the wanted lengths are tried from the
+            of a split edge gets the mean of its ends.
+        most: Largest number of tetrahedra. Multiples of the wanted lengths are tried from the
             longest down, and the last one for which there is room is taken.
     """
     start = longest_over_wanted(tets, wanted)
@@ -154,7 +154,7 @@ def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
 
 
 def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
-    """The most that an edge is longer than is wanted there, as a ratio; 0 where any will do."""
+    """Largest ratio of an edge's length to the wanted one; 0 where any length will do."""
     edges = tets.tets[:, _EDGES].reshape(-1, 2)
     along = tets.vertices[edges[:, 1]] - tets.vertices[edges[:, 0]]
     ratio = np.linalg.norm(along, axis=1) / wanted[edges].max(axis=1)
@@ -162,7 +162,7 @@ def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
 
 
 def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
-    """The mesh with no edge over a multiple of what is wanted; None where there is no room."""
+    """Split until no edge is over a multiple of the wanted length; None if there is no room."""
     for _ in range(_MOST_PASSES):
         after = _split_once(mesh, excess)
         if after is None:
@@ -174,7 +174,7 @@ def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
 
 
 def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
-    """Split what can be split at once: edges longest in all of their tetrahedra; None if none."""
+    """Split edges that must be split and are longest in all their tetrahedra; None if none are."""
     x, t = mesh.tets.vertices, mesh.tets.tets
     pairs = np.sort(t[:, _EDGES].reshape(-1, 2), axis=1)
     numbers, first, of = np.unique(
@@ -182,7 +182,7 @@ def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
     )
     edges, of = pairs[first], of.reshape(-1, 6)
     lengths = np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
-    # Edges of one length have an order too, the same in all tetrahedra: one of them is longest.
+    # Edges of equal length are ordered too, alike in all tetrahedra, so that one is the longest.
     rank = np.empty(len(numbers), dtype=np.int64)
     rank[np.argsort(lengths, kind="stable")] = np.arange(len(numbers))
     place = rank[of].argmax(axis=1)
@@ -204,12 +204,15 @@ def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
 
 
 def _on_the_way(of: Ints, longest: Ints, over: Mask) -> Mask:
-    """Edges that are longest in a tetrahedron through which the way to a wanted split leads.
+    """Edges that have to be split before or with the edges over their wanted length, shape (e,).
+
+    These are the longest edges of all tetrahedra that have an edge over its wanted length, or the
+    longest edge of another such tetrahedron.
 
     Args:
         of: Edges of each tetrahedron, shape (m, 6).
-        longest: The longest of them, shape (m,).
-        over: Edges that are wanted to be split, shape (e,).
+        longest: Longest edge of each tetrahedron, shape (m,).
+        over: Whether an edge is over its wanted length, shape (e,).
     """
     needed = over[of].any(axis=1)
     while True:

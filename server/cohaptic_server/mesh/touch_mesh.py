@@ -2,9 +2,9 @@
 
 A patch holds a bounded number of vertices, while a mesh may be arbitrarily fine. A contact averages
 over its pressure: vertices much closer together than its radius carry the same information, and a
-patch of them ends before a sliding hand does. A fine mesh is therefore thinned for
-touch: evenly spread vertices of it, and the dual triangles of their Voronoi regions on the surface.
-The mesh that is shown is not thinned.
+sliding hand would run off a patch of them. A fine mesh is therefore thinned for touch, to evenly
+spread vertices and the dual triangles of their Voronoi regions on the surface. The mesh that is
+shown is not thinned.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 MAX_PATH = 0.3  # m ahead of a contact
 APART = 0.7  # least distance between two vertices of a thinned mesh, in contact radii
-_COARSE = 0.75  # share of that distance; a mesh of larger vertex spacing is not thinned
+_COARSE = 0.75  # share of that distance; a mesh with a larger vertex spacing is not thinned
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +35,14 @@ class TouchMesh:
         vertices: Indices into the whole surface, rising, shape (t,).
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
         points: Positions of the vertices at rest, shape (t, 3) [m].
-        normals: Normals of the whole surface there, shape (t, 3).
+        normals: Normals of the whole surface at these vertices, shape (t, 3).
         spacing: Mean distance between neighbours of evenly spread vertices [m].
 
     Attributes:
-        search: For the points near a place.
-        window: For the points near a path.
+        search: Search for the points near a place.
+        window: Search for the points near a path.
         found: Where `window` leaves points, as indices into `points`, shape (t,).
-        path: Where it leaves the points of a path, shape (w, 3) [m].
+        path: Where `window` leaves the points of a path, shape (w, 3) [m].
     """
 
     vertices: Ints
@@ -73,7 +73,7 @@ class TouchMesh:
 
 
 def _beside(faces: Ints, count: int) -> Ints:
-    """Vertices that share an edge with each, short rows filled up with itself, (count, valence)."""
+    """Vertices that share an edge with each vertex, padded with itself, (count, valence)."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)  # by their first vertex
     row = edges[:, 0]
@@ -87,7 +87,7 @@ def _beside(faces: Ints, count: int) -> Ints:
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
     """Thin a mesh to vertices with a least distance between them.
 
-    A mesh that is coarse enough is taken whole. Two sides of a thin part are never neighbours,
+    A mesh that is coarse enough is taken whole. The two sides of a thin part are never neighbours,
     however close: their normals distinguish them.
 
     Args:
@@ -139,7 +139,7 @@ def _dual(mesh: SurfaceMesh, chosen: Ints) -> Ints:
     )
     index = np.full(n + 1, -1, dtype=np.int64)
     index[chosen] = np.arange(len(chosen))
-    regions = index[source[mesh.faces]]  # every piece has a chosen vertex: none is unreached
+    regions = index[source[mesh.faces]]  # every piece has a chosen vertex, so all are reached
     a, b, c = regions.T
     met = regions[(a != b) & (b != c) & (c != a) & (regions.min(axis=1) >= 0)]
     _, first = np.unique(np.sort(met, axis=1), axis=0, return_index=True)

@@ -1,10 +1,10 @@
-"""From a file to a solid body, in one chain: read, check, fill, fix, factor, survey.
+"""Builds a solid body from a file in one chain: read, check, fill, fix, factor, survey.
 
-Reading, checking and filling give tetrahedra (`prepare.py`); the options select the fixed part
-(`fix_rule.py`), at whose end the tetrahedra are cut (`held_region.py`), finer ones where the object
-is thin (`mesh/thin_parts.py`); the stiffness is factored and the surface surveyed by presses all
-over it (`bodies/solid/parts.py`). The store keeps the tetrahedra as they were filled and the
-results of the last two steps.
+Reading, checking and filling give tetrahedra (`prepare.py`). They are made finer where the object
+is thin (`mesh/thin_parts.py`). The options select the fixed part (`fix_rule.py`), and the
+tetrahedra are cut where it ends (`held_region.py`). Then the stiffness is factored, and presses all
+over the surface survey it (`bodies/solid/parts.py`). The store keeps the tetrahedra as they were
+filled, and the results of the last two steps.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.store import load_or_make_parts, load_or_prepare
 from cohaptic_server.progress import Progress
 
-# Tetrahedra up to which thin parts are made finer at the default edge: about 0.6 GB, and 5 s to
-# factor. An object that has more has a fine mesh already.
+# Number of tetrahedra up to which thin parts are made finer at the default edge: factoring them
+# takes about 0.6 GB and 5 s. An object with more tetrahedra already has a fine mesh.
 _MOST_FINE, _DEFAULT_EDGE = 12_000, 0.05
 
 
@@ -40,10 +40,9 @@ class Built:
     """A solid together with the tetrahedra that it was made from.
 
     Args:
-        solid: The body.
-        prepared: Its tetrahedra, and the report on the surface in the file.
-        parts: Parts of the solid's tetrahedra; None where they have no names in the file.
-        cost: What factoring was expected to take; None if that was stored.
+        prepared: Tetrahedra of the file, and the report on its surface.
+        parts: Parts of the solid's tetrahedra; None if the file has no parts.
+        cost: Expected memory and time of factoring; None if the factor came from the store.
     """
 
     solid: Solid
@@ -58,16 +57,15 @@ def build(
     *,
     late: bool = False,
 ) -> Built:
-    """Build the solid body of a file; the slow steps are loaded from the store if they are there.
+    """Build the solid body of a file; results of slow steps come from the store if it has them.
 
     Args:
-        source: The file and its options.
         progress: Called with the phase and the share of it that is done.
         late: Whether a stored factor is read when it is first needed, and not now.
 
     Raises:
-        BodyError: The file is no object that can be touched.
-        SettingError: An option does not fit it.
+        BodyError: The file does not hold an object that can be touched.
+        SettingError: An option does not fit the file.
     """
     check_fix_given(source)
     progress("tetrahedra", 0.0)
@@ -99,18 +97,18 @@ def build(
 def held_finely(source: ObjectFile, prepared: Prepared) -> Cut:
     """Tetrahedra of a linear solid: finer where it is thin, and cut where its held region ends.
 
-    A volume mesh is taken as it is. A nonlinear solid, whose mesh a tick has to afford, is not made
-    finer either.
+    A volume mesh is not made finer. Neither is a nonlinear solid, since each tick factors its mesh.
 
     Raises:
-        BodyError: Too little of it is held.
-        SettingError: The rule that says what is held does not fit it.
+        BodyError: Too little of the object is held.
+        SettingError: The rule for the held region does not fit the object.
     """
     if prepared.surface is None:
         return hold(source, prepared.tets)
     diagonal = float(np.linalg.norm(np.ptp(prepared.tets.vertices, axis=0)))
-    # Elements of a layer go with the square of the edge. At shorter edges a part is resolved, and
-    # so many more would take memory in which the edge that was asked for fits.
+    # The number of elements in a layer falls with the square of the edge. At shorter edges thin
+    # parts are resolved already, and the limit grows with 1 / edge only: more elements would take
+    # memory that the requested edge itself needs.
     finer = _DEFAULT_EDGE / source.edge
     most = round(_MOST_FINE * min(finer, finer**2))
     cut = finer_where_thin(prepared.tets, source.edge * diagonal, most)
@@ -119,21 +117,21 @@ def held_finely(source: ObjectFile, prepared: Prepared) -> Cut:
 
 
 def moduli_of(source: ObjectFile, prepared: Prepared, held: Cut) -> Moduli:
-    """The material of each piece of a tetrahedron: that of the part that it was cut from.
+    """Moduli of each tetrahedron after the cut: those of the part that it was cut from.
 
     Raises:
-        SettingError: A part that is not there is named, or one that is there has no material.
+        SettingError: A material names a part that does not exist, or a part has no material.
         BodyError: The stiffest part is too stiff for the softest one.
     """
     return source.parts.moduli(source.material, prepared.parts, held.parent)
 
 
 def expected_cost(source: ObjectFile, prepared: Prepared) -> Cost:
-    """What it takes to make a solid of some tetrahedra.
+    """Memory and time that making a solid of the prepared tetrahedra takes.
 
     Raises:
-        BodyError: Too little of it is held.
-        SettingError: The rule that says what is held does not fit it.
+        BodyError: Too little of the object is held.
+        SettingError: The rule for the held region does not fit the object.
     """
     held = held_finely(source, prepared)
     plan = plan_of_solid(shape_of(held.tets, held.fixed, source.material))
@@ -141,10 +139,10 @@ def expected_cost(source: ObjectFile, prepared: Prepared) -> Cost:
 
 
 def check_cost(source: ObjectFile, prepared: Prepared, cost: Cost) -> None:
-    """Check that an object can be factored within its memory.
+    """Check that an object can be factored within the memory limit of its options.
 
     Raises:
-        TooCostlyError: It takes more.
+        TooCostlyError: Factoring takes more memory.
     """
     edge = None if prepared.surface is None else source.edge
     order = source.material.order
@@ -158,5 +156,5 @@ def build_solid(
     *,
     late: bool = False,
 ) -> Solid:
-    """The solid of `build`."""
+    """Build the solid body of a file, as `build` does, and return it alone."""
     return build(source, progress, late=late).solid

@@ -1,4 +1,4 @@
-"""A file becomes a nonlinear solid, on a mesh coarse enough to be solved in every tick."""
+"""Builds a nonlinear solid from a file, on a mesh coarse enough to be solved in every tick."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import VOLUMES
 
-_FORM = 1  # of what is stored; raised when a press would be computed otherwise
-# Tried in this order if the user names no edge; a strongly curved surface needs the longer ones.
+_FORM = 1  # version of the stored presses; raised when they are computed in another way
+# Edges that are tried in this order if the user gives none, as shares of the bounding box's
+# diagonal; a strongly curved surface needs the longer ones.
 EDGES = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
-FINER = (0.1, 0.07, 0.05)  # where the first of them loses thin parts
+FINER = (0.1, 0.07, 0.05)  # tried next if all of `EDGES` lose thin parts
 
 
 class TooFineError(BodyError):
     """Every mesh of a file has more nodes than a tick affords.
 
     Args:
-        source: The file.
-        nodes: Nodes of its coarsest mesh.
-        demand: Users and rate, which leave less time.
-        ways: Options with which it could be served.
+        nodes: Number of nodes of the coarsest mesh.
+        demand: Users and rate, whose period is too short for this mesh.
+        ways: Options with which the object could be served.
 
     Attributes:
-        problem: What is wrong, as the beginning of a sentence.
-        ways: As given.
+        problem: The fault, as the beginning of a sentence.
+        ways: Options with which the object could be served.
     """
 
     def __init__(self, source: ObjectFile, nodes: int, demand: Demand, ways: list[str]) -> None:
@@ -64,15 +64,15 @@ def build_rubber_solid(
     """Build the nonlinear solid of a file.
 
     Args:
-        source: The file and its options; with the default edge the first of `EDGES` is taken
-            whose mesh can be served.
+        source: The file and its options; the default edge stands for the first of `EDGES`, or
+            else of `FINER`, whose mesh can be served.
         demand: Users and rate.
         damping: B_o over K_o of eq. (9).
         progress: Called with the phase and the share of it that is done.
 
     Raises:
-        BodyError: The file is no object that can be touched, or too fine to be served so.
-        SettingError: An option does not fit it.
+        BodyError: The file does not hold an object that can be touched, or its mesh is too fine.
+        SettingError: An option does not fit the file.
     """
     return build_affordable(source, demand=demand, damping=damping, progress=progress)[1]
 
@@ -84,7 +84,7 @@ def build_affordable(
     damping: float = 0.0,
     progress: Progress = lambda phase, share: None,
 ) -> tuple[ObjectFile, RubberSolid]:
-    """The same, with the options that it was built with: those with which it is built again."""
+    """Build the nonlinear solid of a file; also return the options that build it again."""
     check_fix_given(source)
     progress("tetrahedra", 0.0)
     source, prepared, held = affordable(source, demand, progress)
@@ -96,7 +96,7 @@ def build_affordable(
     solid = RubberSolid(
         held.tets, held.fixed, source.material, name, damping=damping, table=table, moduli=moduli
     )
-    # Whoever serves or places hands needs the table, and a thin part takes half a minute.
+    # A server and a caller that places hands both need the table; a thin part takes half a minute.
     pressed = solid.vertex_compliance(lambda share: progress("pressing", share))
     if not kept:
         save_entry(path, "presses", {"table": pressed})
@@ -113,13 +113,13 @@ def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -
 def affordable(
     source: ObjectFile, demand: Demand, progress: Progress
 ) -> tuple[ObjectFile, Prepared, Cut]:
-    """The mesh that is served: the file with its edge, its tetrahedra, and they as they are held.
+    """Options with the edge that can be served, the tetrahedra, and these cut at the held region.
 
     Raises:
-        VolumeLostError: Every mesh that might be served loses too much of it.
-        TooFineError: Those that lose nothing are too fine to be served.
-        BodyError: The file is no object that can be touched.
-        SettingError: An option does not fit it.
+        VolumeLostError: Every mesh that was tried loses too much of the object.
+        TooFineError: The meshes that lose nothing are too fine to be served.
+        BodyError: The file does not hold an object that can be touched.
+        SettingError: An option does not fit the file.
     """
     order, is_volume = source.material.order, source.path.suffix.lower() in VOLUMES
     is_default_edge = source.edge == ObjectFile(source.path).edge
@@ -128,7 +128,7 @@ def affordable(
     coarsest: tuple[ObjectFile, Prepared, Cut] | None = None
     for edge in edges + FINER if edges is EDGES else edges:
         if edge < edges[0] and coarsest is not None:
-            break  # a finer one is of use only where the first of them lost thin parts
+            break  # a finer mesh helps only if all coarser ones lost thin parts
         tried = replace(source, edge=edge)
         try:
             prepared = load_or_prepare(tried, progress)

@@ -1,6 +1,7 @@
 """Builds every body, from its name or from a file.
 
-A body's module is imported when the body is built: a server of the balloon needs nothing of files.
+A body's module is imported when the body is built, so that a server of the balloon does not load
+the modules for files.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ def _spring(damping: float) -> Body:
     return Spring(SpringSettings(b_o=damping * SpringSettings().k_o))
 
 
-_PARTS = ("name", "mesh", "contact_radius", "respond")  # of the Protocol `Body`
-# Constructors from B_o over K_o, by name and by whether the body is nonlinear.
+_PARTS = ("name", "mesh", "contact_radius", "respond")  # members of the Protocol `Body`
+# Constructors that take B_o over K_o, by name and by whether the body is nonlinear.
 _NAMED: dict[tuple[str, bool], Callable[[float], Body]] = {
     (BALLOON, False): _balloon,
     (BALLOON, True): _rubber_balloon,
@@ -69,18 +70,18 @@ def build_body(
         options: Options of an object from a file; their own path is replaced by `name`.
         nonlinear: Whether the deformation is finite.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
-        hz: Ticks per second, in which an object with mass swings.
+        hz: Ticks per second, for the integration of an object with mass.
         demand: Users and rate, by which the mesh of a nonlinear solid is chosen.
         progress: Called with the phase of preparing a file, and the share of it that is done.
-        late: As for `build`.
+        late: Whether a stored factor is read when it is first needed, and not now.
 
     Raises:
         SettingError: The name is not in the catalogue, or an option does not fit the body.
-        BodyError: The file is no object that can be touched.
+        BodyError: The file does not hold an object that can be touched.
         ExtensionError: The package that adds the body is broken.
     """
     if nonlinear and not use("kernels"):
-        # A tick would take a second: the loops over elements are only fast as compiled modules.
+        # Without compiled modules the loops over elements would take a second in each tick.
         limit = f"linear here: a nonlinear one needs compiled modules ({describe('kernels')})"
         raise SettingError("body with --nonlinear", repr(name), limit)
     if is_file(name):
@@ -99,14 +100,14 @@ def build_body(
 
 
 def _added(name: str, damping: float) -> Body:
-    """A body that a package adds; raises ExtensionError where it makes none."""
+    """Make a body that a package adds; raises ExtensionError if the package returns none."""
     make: Any = load(GROUP, name, type, FunctionType)
     package = adder(GROUP, name)
     try:
         made = make()
     except CohapticError:
         raise
-    except Exception as error:  # code of others: one sentence says whose it is
+    except Exception as error:  # the code of a package: the error names the package
         raise ExtensionError(GROUP, name, package, f"{type(error).__name__}: {error}") from error
     absent = [part for part in _PARTS if not hasattr(made, part)]
     if absent:
@@ -124,7 +125,7 @@ def _from_file(
     progress: Progress,
     late: bool,
 ) -> Body:
-    """The solid in a file; arguments and errors as for `build_body`."""
+    """Build the solid in a file; arguments and errors as for `build_body`."""
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_rubber_solid
     from cohaptic_server.objects.demand import Demand

@@ -1,7 +1,7 @@
-"""For how many users and at which rate an object is prepared, and what of it a tick affords.
+"""Users and rate for which an object is prepared, and the number of nodes that a tick affords.
 
-A tick of a linear solid is O(contacts) and not O(mesh): what users and rate bound is their product,
-and no coarser mesh helps. A nonlinear solid is factored in every tick, and its mesh is bounded.
+A tick of a linear solid is O(contacts) and not O(mesh): the period bounds the number of users, and
+a coarser mesh does not help. A nonlinear solid is factored in every tick, which bounds its mesh.
 """
 
 from __future__ import annotations
@@ -13,24 +13,25 @@ from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
 
 MAX_USERS = 64
 MIN_HZ, MAX_HZ = 10.0, 200.0
-# Of a period, what ticks of a linear solid may take in the median: the rest is for the wire and for
-# slow ticks. The sixteen users of a room at 60 Hz are within it.
+# Share of a period that the median tick of a linear solid may take: the rest is for the network and
+# for slow ticks. The sixteen users of a room at 60 Hz are within it.
 SHARE_OF_PERIOD = 0.65
-# Of a tick with mesh patches, and of each user in it [s]. With hands at rest 0.2 to 0.3 ms a user
-# were measured on solids of 1,600 to 15,700 tetrahedra, without growth; with hands that slide at
-# 0.2 m/s over 137,000 tetrahedra 6.0 ms for 8 on a server (docs/performance.md). A user of a
-# nonlinear solid took 0.3 to 0.6 ms more at 900 to 3,200 nodes.
+# Time of a tick with mesh patches, and of each user in it [s]. With hands at rest 0.2 to 0.3 ms for
+# each user were measured on solids of 1,600 to 15,700 tetrahedra, independent of their number; with
+# hands that slide at 0.2 m/s over 137,000 tetrahedra it was 6.0 ms for 8 users on a server
+# (docs/performance.md). Each user of a nonlinear solid took 0.3 to 0.6 ms more at 900 to 3,200
+# nodes.
 _TICK, _USER = 0.6e-3, 0.6e-3
 _IN_NODES = 2  # users in the measurement of `tick_seconds`
-_FEWEST_NODES = 300  # of a nonlinear solid: a torus has 541 at --edge 0.3
+_FEWEST_NODES = 300  # nodes of the coarsest nonlinear solid: a torus has 541 at --edge 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What an object is prepared for.
+    """Number of users and tick rate that an object is prepared for.
 
     Args:
-        users: Who touch it at once.
+        users: Number of users who touch the object at once.
         hz: Ticks per second.
         nonlinear: Whether the deformation is finite.
 
@@ -54,11 +55,11 @@ class Demand:
         return 1.0 / self.hz
 
     def affords(self, nodes: int) -> bool:
-        """Whether an object of so many nodes can be served."""
+        """Whether an object with this number of nodes can be served."""
         return self.expected_tick(nodes) <= self._allowed
 
     def expected_tick(self, nodes: int) -> float:
-        """Time of a tick: of a linear solid the median, of a nonlinear one the slow ones [s]."""
+        """Time of a tick: the median for a linear solid, a slow tick for a nonlinear one [s]."""
         if not self.nonlinear:
             return _TICK + _USER * self.users
         return tick_seconds(nodes) + _USER * max(0, self.users - _IN_NODES)
@@ -68,10 +69,10 @@ class Demand:
         return self.period if self.nonlinear else SHARE_OF_PERIOD * self.period
 
     def check(self) -> None:
-        """Check that there can be a mesh that is served so, before one is made.
+        """Check, before meshing, that the coarsest mesh can be served to these users at this rate.
 
         Raises:
-            SettingError: There is none.
+            SettingError: Even the coarsest mesh takes too long.
         """
         if self.affords(_FEWEST_NODES):
             return

@@ -1,14 +1,15 @@
-"""fTetWild in a process of its own, which can be watched, stopped and kept within its memory.
+"""Runs fTetWild in a process of its own, which can be watched, stopped and limited in memory.
 
-In the process of the caller it holds Python's lock until it is done: no bar moves, no Ctrl-C is
-heard, and where it fails it takes the caller with it. Here the caller reads what it prints, ends it
-at once, and on Linux the system keeps it within its memory. If the caller is killed, the next line
-that it prints ends it too (not on Windows, where it runs to its end); its folder then stays behind.
+In the caller's process fTetWild would hold Python's lock until it ends: the progress bar would
+stand still, Ctrl-C would have no effect, and a crash would end the caller. In a process of its own
+the caller reads its output and can end it at once, and on Linux the system limits its memory. If
+the caller is killed, the next line that fTetWild prints ends it too (on Windows it runs to its
+end); its folder then stays behind.
 
-Its progress is read from what it prints: its phases, and the passes of its optimisation. How many
-passes it will make is not known, since it stops when its worst element is good enough:
-4 on a torus of 3,000 triangles, 10 on a noisy scan of 60,000. Each pass therefore takes the same
-share of what is left, and the share of the whole never goes back.
+Progress is read from the output: the phases, and the passes of the optimisation. The number of
+passes is unknown in advance, since fTetWild stops when its worst element is good enough: 4 on a
+torus of 3,000 triangles, 10 on a noisy scan of 60,000. Each pass is therefore counted as the same
+share of the remaining progress, and the total share never decreases.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-# Shares of the time of a scan of 60,000 triangles at the end of each phase, in the order of their
-# lines; a clean surface of 3,000 differs by 0.1.
+# Share of the run's time at the end of each phase, in the order of the lines, measured on a scan of
+# 60,000 triangles; a clean surface of 3,000 differs by 0.1.
 _PHASES = (
     ("collapsing ", 0.09),  # the surface was simplified within the envelope
     ("triangle insertion start", 0.1),
@@ -42,9 +43,9 @@ _PHASES = (
     ("edge collapsing done!", 0.2),
 )
 _OPTIMISED = 0.2  # share at which the passes begin
-_POST = 0.93  # at which they are over
-_PASS = 0.18  # share of what is left of the passes that each takes
-# Shares of a pass at the end of its four steps.
+_POST = 0.93  # share at which the passes end
+_PASS = 0.18  # share of the remaining passes' time that each pass takes
+# Shares of a pass at the end of the first three of its four steps.
 _STEPS = {"edge splitting": 0.02, "edge collapsing": 0.5, "edge swapping": 0.65}
 _COMPLETED = 0.98
 
@@ -53,8 +54,8 @@ class FillLog:
     """Reads the lines of one run of fTetWild.
 
     Attributes:
-        share: Share of the time of the run, roughly; from 0 to 1, never falling.
-        passes: Passes of the optimisation that were begun.
+        share: Approximate share of the run's time, from 0 to 1; it never decreases.
+        passes: Number of optimisation passes that have begun.
     """
 
     def __init__(self) -> None:
@@ -62,7 +63,7 @@ class FillLog:
         self._post = False
 
     def read(self, line: str) -> float:
-        """The share after a line."""
+        """Read a line and return the share after it."""
         self.share = max(self.share, self._share(line))
         return self.share
 
@@ -88,9 +89,9 @@ class FillLog:
 
 
 _EVERY = 0.1  # s between two looks at the process
-_OUT_OF_MEMORY = 3  # exit status
+_OUT_OF_MEMORY = 3  # exit status of the process
 _INPUT, _OUTPUT = "surface.npz", "tetrahedra.npz"
-_VERBOSE = 2  # level of fTetWild's log that has its phases
+_VERBOSE = 2  # level at which fTetWild's log contains its phases
 
 
 class FillLimitError(BodyError):
@@ -106,18 +107,18 @@ def fill(
     seconds: float = math.inf,
     progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Floats, Ints]:
-    """Vertices and tetrahedra that fTetWild makes of a surface.
+    """Fill a surface by fTetWild; vertices, shape (k, 3) [m], and tetrahedra, shape (t, 4).
 
     Args:
         x: Vertices, shape (n, 3) [m].
         faces: Triangles, shape (m, 3).
         options: Options of `pytetwild.tetrahedralize`.
-        memory: Most that it may take [bytes]; kept by the system, on Linux.
-        seconds: Longest time [s].
+        memory: Limit of fTetWild's memory [bytes]; enforced by the system, on Linux only.
+        seconds: Limit of the time [s].
         progress: Receives the share that is done, about ten times a second.
 
     Raises:
-        FillLimitError: It would take more memory or time.
+        FillLimitError: Filling would take more memory or time.
         BodyError: fTetWild failed.
     """
     with tempfile.TemporaryDirectory(prefix="cohaptic-fill-") as scratch:
@@ -130,7 +131,7 @@ def fill(
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            cwd=folder,  # fTetWild leaves files where it runs
+            cwd=folder,  # fTetWild leaves files in its working directory
             env=os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1"},
             text=True,
             errors="replace",
@@ -148,11 +149,11 @@ def fill(
 def _watch(
     process: subprocess.Popen[str], seconds: float, progress: Callable[[float], None]
 ) -> str:
-    """Report while a process runs, and end it; the last line of its errors."""
+    """Report progress until a process ends or its time is over; the last line of its errors."""
     log, last = FillLog(), [""]
 
     def lines(stream: IO[str] | None) -> Iterator[str]:
-        # Ctrl-C while a thread is being started closes what it is to read before it reads.
+        # Ctrl-C while a thread is being started closes the stream before the thread reads it.
         with contextlib.suppress(ValueError):
             yield from cast(IO[str], stream)
 
@@ -177,14 +178,14 @@ def _watch(
     finally:
         process.kill()
         for reader in readers:
-            if reader.is_alive():  # an interruption may come before it was started
+            if reader.is_alive():  # an interruption may come before the thread was started
                 reader.join()
     progress(1.0)
     return last[0]
 
 
 def _runs(process: subprocess.Popen[str]) -> bool:
-    """Whether a process runs, after a moment in which it may end."""
+    """Whether a process still runs after a wait of `_EVERY` [s]."""
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(_EVERY)
         return False
@@ -192,10 +193,10 @@ def _runs(process: subprocess.Popen[str]) -> bool:
 
 
 def main(folder: Path, memory: float, options: dict[str, float]) -> None:
-    """What the process does: read a surface, fill it, write the tetrahedra."""
+    """Run in the process of its own: read a surface, fill it, write the tetrahedra."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the caller, who ends this process
     if sys.platform != "win32":
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # ends it where nobody reads any more
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # ends the process once its reader is gone
     from pytetwild.pytetwild import tetrahedralize
 
     with np.load(folder / _INPUT) as given:
@@ -208,7 +209,7 @@ def main(folder: Path, memory: float, options: dict[str, float]) -> None:
     try:
         found_x, tets = tetrahedralize(x, faces, **chosen)
     except (MemoryError, RuntimeError) as error:
-        # Where memory is at its limit a thread cannot be started either, which has other words.
+        # At the memory limit starting a thread fails as well, with another message.
         if isinstance(error, RuntimeError) and "temporarily unavailable" not in str(error):
             raise
         os._exit(_OUT_OF_MEMORY)

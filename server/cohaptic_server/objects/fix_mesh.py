@@ -18,16 +18,16 @@ from cohaptic_server.objects.surface.checks import edge_counts
 from cohaptic_server.objects.surface.surface_file import read_surface
 
 MAX_FIX_TRIANGLES = 100_000  # a rough surface is enough to select vertices
-_PAIRS_PER_BLOCK = 2**21  # pairs of a point and a triangle, 50 MB for each vector of them
+_PAIRS_PER_BLOCK = 2**21  # pairs of a point and a triangle; one array of vectors takes 50 MB
 
 
 def fixed_within(path: Path, y: Floats, faces: Ints, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which vertices lie inside the closed surface of a file, shape (n,).
+    """Whether each vertex lies inside the closed surface of a file, shape (n,).
 
     Args:
         path: File of the surface, for the error.
-        y: Its vertices, as `read_fix_mesh` gives them.
-        faces: Its triangles.
+        y: Vertices of the surface from `read_fix_mesh`, shape (m, 3) [m].
+        faces: Triangles of the surface, shape (f, 3).
         x: Vertices of the object, shape (n, 3) [m].
 
     Raises:
@@ -46,11 +46,10 @@ def read_fix_mesh(path: Path, scale: float) -> tuple[Floats, Ints]:
     """Read the closed surface of a file: vertices, shape (m, 3) [m], and triangles, shape (f, 3).
 
     Args:
-        path: The file.
-        scale: Metres in one unit of it.
+        scale: Metres in one unit of the file.
 
     Raises:
-        BodyError: The file has no closed surface.
+        BodyError: The file has no closed surface, or too many triangles.
     """
     if not path.is_file():
         raise BodyError(f"{path}: there is no such file")
@@ -69,7 +68,7 @@ def read_fix_mesh(path: Path, scale: float) -> tuple[Floats, Ints]:
 
 
 def inside(y: Floats, faces: Ints, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which points are inside a closed surface, shape (n,).
+    """Whether each point is inside a closed surface, shape (n,).
 
     Args:
         y: Vertices of the surface, shape (m, 3).

@@ -33,15 +33,15 @@ _UNITS = {"m": 1.0, "": 1.0, "cm": 0.01, "mm": 0.001}
 
 
 def fixed_vertices(source: ObjectFile, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which vertices of an object are fixed, shape (n,).
+    """Whether each vertex of an object is fixed, shape (n,).
 
     Args:
-        source: The object, with its rule or its second surface.
+        source: File with a rule in `fix`, or a surface in `fix_mesh`.
         x: Vertices that span the object's bounding box, shape (n, 3) [m].
 
     Raises:
-        SettingError: No rule is given, or it fixes nothing or everything.
-        BodyError: The second surface cannot be read, or is not closed.
+        SettingError: Not exactly one of the two is given, or nothing or everything is fixed.
+        BodyError: The surface of `fix_mesh` cannot be read, or is not closed.
     """
     check_fix_given(source)
     if source.fix_mesh is None:
@@ -53,12 +53,12 @@ def hold(source: ObjectFile, tets: TetMesh) -> Cut:
     """Cut an object where its held region ends.
 
     Args:
-        source: The object, with its rule or its second surface.
-        tets: Its tetrahedra.
+        source: File with a rule in `fix`, or a surface in `fix_mesh`.
+        tets: Tetrahedra of the object.
 
     Raises:
-        SettingError: No rule is given, or it fixes nothing or everything.
-        BodyError: The second surface cannot be read, or is not closed.
+        SettingError: Not exactly one of the two is given, or nothing or everything is fixed.
+        BodyError: The surface of `fix_mesh` cannot be read, or is not closed.
     """
     check_fix_given(source)
     x = tets.vertices
@@ -74,7 +74,7 @@ def check_fix_given(source: ObjectFile) -> None:
     """Check that exactly one of --fix and --fix-mesh is given, before any file is read.
 
     Raises:
-        SettingError: Neither is given, or both.
+        SettingError: Neither of the two options is given, or both are.
     """
     if source.fix_mesh is None and not source.fix.strip():
         expected = 'a rule, or the object floats away: "z < 10%"'
@@ -84,7 +84,7 @@ def check_fix_given(source: ObjectFile) -> None:
 
 
 def fixed_by_rule(rule: str, x: Floats) -> npt.NDArray[np.bool_]:
-    """Which vertices a rule fixes, shape (n,).
+    """Whether a rule fixes each vertex, shape (n,).
 
     Args:
         rule: The rule, as the user wrote it.
@@ -107,7 +107,7 @@ def fixed_by_rule(rule: str, x: Floats) -> npt.NDArray[np.bool_]:
 
 
 def _by_rule(rule: str, x: Floats, points: Floats) -> npt.NDArray[np.bool_]:
-    """Which points a rule holds, shape (n,); shares are of the extent of x."""
+    """Whether a rule holds each point, shape (n,); percentages refer to the extent of x."""
     fixed = np.zeros(len(points), dtype=np.bool_)
     for part in re.split(r"\bor\b", rule, flags=re.IGNORECASE):
         within = np.ones(len(points), dtype=np.bool_)

@@ -1,10 +1,10 @@
-"""Cuts tetrahedra where the held region ends, so that a rule is met to the metre and not the node.
+"""Cuts tetrahedra where the held region ends, so that the rule holds exactly and not to a node.
 
-Holding the vertices inside a region lets go of all of the element that leads out of it: a beam
-held at "x < 10%" was up to one edge longer than the rule says, 5 to 8 % too soft (decision 34).
-Edges with one end inside the region are split where they leave it, each in all of its tetrahedra,
-the longest edge first: splitting one edge at a time keeps neighbours conforming, and no tetrahedron
-is left with a corner inside and another one outside.
+If only vertices inside the region were held, elements that lead out of it would be free over their
+whole length: a beam held at "x < 10%" was up to one edge longer than the rule says, and 5 to 8 %
+too soft (decision 34). Edges with one end inside the region are therefore split where they leave
+it, each in all of its tetrahedra, the longest edge first. Splitting one edge at a time keeps
+neighbours conforming, and afterwards no tetrahedron has corners both inside and outside.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import numpy as np
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-Region = Callable[[Floats], Mask]  # which of some points, shape (n, 3) [m], are held
-# Share of an edge below which its end is taken for the place where the region ends: a split closer
-# to it makes slivers, and the error is that share of an edge.
+Region = Callable[[Floats], Mask]  # from points, shape (n, 3) [m], to whether each is held
+# If the region ends within this share of an edge from a vertex, the vertex itself is taken as its
+# end: a split so close would make slivers. The error is at most this share of the edge.
 NEAR = 0.1
-_HALVINGS = 10  # of an edge, to find where it leaves the region: to a thousandth of its length
+_HALVINGS = 10  # bisections, which find the end of the region to a thousandth of the edge
 _HELD, _ON, _FREE = -1, 0, 1
 
 
@@ -30,9 +30,9 @@ class Cut:
     """Tetrahedra that end where the held region ends.
 
     Args:
-        tets: The object; vertices of the mesh before come first, in their order.
-        fixed: Which vertices do not move, shape (n,).
-        parent: Tetrahedron before the cut of each one, shape (m,).
+        tets: The object; the vertices of the uncut mesh come first, in their order.
+        fixed: Whether each vertex is held, shape (n,).
+        parent: Index of the uncut tetrahedron that each tetrahedron comes from, shape (m,).
     """
 
     tets: TetMesh
@@ -44,14 +44,13 @@ def cut_at(tets: TetMesh, inside: Mask, region: Region) -> Cut:
     """Split tetrahedra where a region ends.
 
     Args:
-        tets: The object.
-        inside: Which of its vertices are inside the region, shape (n,).
-        region: The region.
+        inside: Whether each vertex of the object is inside the region, shape (n,).
+        region: Function that says which points are inside the region.
     """
     x, t = tets.vertices, tets.tets
     pairs = np.sort(t[:, np.array(EDGES)].reshape(-1, 2), axis=1)
     edges = np.unique(pairs[inside[pairs[:, 0]] != inside[pairs[:, 1]]], axis=0)
-    # From the inside out, so that a share counts from the held end.
+    # Each edge points outwards, so that a share counts from the held end.
     edges = np.where(inside[edges[:, :1]], edges, edges[:, ::-1])
     share = _leaves(x[edges[:, 0]], x[edges[:, 1]], region)
     side = np.where(inside, _HELD, _FREE)
@@ -79,12 +78,12 @@ def _leaves(start: Floats, end: Floats, region: Region) -> Floats:
 
 
 def _split(t: Ints, side: Ints, rank: dict[tuple[int, int], int], n: int) -> tuple[Ints, Ints]:
-    """Tetrahedra with the ranked edges split, and the one that each comes from.
+    """Split tetrahedra at the ranked edges; also the index of the one that each comes from.
 
     Args:
-        t: Shape (m, 4).
-        side: Side of each vertex.
-        rank: Rank of the edges to split, from the first; edge k gets vertex n + k.
+        t: Vertices of each tetrahedron, shape (m, 4).
+        side: `_HELD`, `_ON` or `_FREE` for each vertex, shape (n,).
+        rank: Rank of each edge to split, in the order of splitting; edge k gets vertex n + k.
         n: Number of vertices.
     """
     sides = side[t]
@@ -109,7 +108,7 @@ def _split(t: Ints, side: Ints, rank: dict[tuple[int, int], int], n: int) -> tup
 
 
 def _halves(corners: list[int], a: int, b: int, middle: int) -> list[list[int]]:
-    """The two parts of a tetrahedron split at an edge; itself if it does not have the edge."""
+    """Two halves of a tetrahedron split at an edge; only the tetrahedron if it lacks the edge."""
     if a not in corners or b not in corners:
         return [corners]
     return [[middle if k == end else k for k in corners] for end in (a, b)]

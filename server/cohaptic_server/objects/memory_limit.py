@@ -1,7 +1,8 @@
-"""A limit on the memory that reading a file may take, where the system can set one.
+"""Limits the memory that reading a file may take, where the system can set a limit.
 
-A mesh file says how many of everything are in it, and readers allocate by its word: 644 bytes of
-.msh made one ask for 4 GiB. No check of headers covers all formats, and the system's limit does.
+A mesh file declares its counts, and readers allocate memory for them without a check: a .msh file
+of 644 bytes made a reader ask for 4 GiB. Checks of headers cannot cover all formats; the system's
+limit does.
 """
 
 from __future__ import annotations
@@ -13,22 +14,19 @@ from pathlib import Path
 
 from cohaptic.errors import BodyError
 
-# Reading text into Python's lists takes about 30 bytes for each of the file.
+# Reading text into Python's lists takes about 30 bytes of memory for each byte of the file.
 _PER_BYTE = 64
 _LEAST = 2**30  # bytes; libraries map some hundred megabytes when they are imported
 
 
 @contextlib.contextmanager
 def reading_limited(path: Path) -> Generator[None]:
-    """Limit the memory of this process, within the block, by the size of a file that is read.
+    """Limit the memory of this process within the block, in proportion to the file's size.
 
-    Only Linux limits it. A limit that is there already and lower stays.
-
-    Args:
-        path: The file.
+    The limit exists on Linux only. A lower limit that is set already stays.
 
     Raises:
-        BodyError: More would have been taken.
+        BodyError: Reading would have taken more memory.
     """
     allowed = _LEAST + _PER_BYTE * path.stat().st_size
     try:
@@ -43,7 +41,7 @@ def reading_limited(path: Path) -> Generator[None]:
 
 @contextlib.contextmanager
 def _address_space(more: int) -> Generator[None]:
-    """Allow this process so many bytes of address space beyond those that it has."""
+    """Limit the address space of this process to what it uses now and `more` bytes."""
     if sys.platform != "linux":
         yield
         return

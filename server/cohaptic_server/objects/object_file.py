@@ -11,8 +11,8 @@ from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.parts.materials import PartMaterials
 from cohaptic_server.touchable import MAX_MEMORY, MAX_TIME
 
-MAX_READ = 5_000_000  # triangles of a file; with --simplify a scan may have so many
-MAX_TRIANGLES = 300_000  # of a surface; filling so many takes minutes
+MAX_READ = 5_000_000  # triangles that a file may have if --simplify is given, as for a scan
+MAX_TRIANGLES = 300_000  # triangles of a surface to be filled; filling so many takes minutes
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,15 +25,15 @@ class ObjectFile:
         scale: Metres in one unit of the file.
         edge: Target edge length of a tetrahedron, as a share of the bounding box's diagonal.
         repair: Whether fTetWild may close an open surface and resolve self-intersections.
-        material: Material and discretisation; of several parts, those that have no own material.
+        material: Material and discretisation; also for parts without a material of their own.
         fix_mesh: Closed surface in the same units; vertices inside it are fixed.
         simplify: Number of triangles that the surface is simplified to first; 0 keeps them all.
-        shell: Thickness that an open sheet is given [m]; 0 takes the surface for that of a volume.
-        max_memory: Most memory that preparing it may take, the program included [bytes].
-        max_time: Longest time that filling it may take [s].
+        shell: Thickness given to an open sheet [m]; 0 if the surface is that of a volume.
+        max_memory: Limit of the memory for preparing the object, the program included [bytes].
+        max_time: Limit of the time for filling the object [s].
         parts: Materials of parts, by their names in the file.
-        labels: Labels of a label map, those that are the object: `3`, a name, or `3=tumour`.
-        inertia: Its density, if it has any, and the damping of its swings.
+        labels: Labels of a label map that form the object: `3`, a name, or `3=tumour`.
+        inertia: Density of the object, if it has any, and damping of its natural modes.
 
     Raises:
         SettingError: An option is out of its range.

@@ -1,4 +1,4 @@
-"""A mesh file becomes checked tetrahedra: read, check, fill. Every error is one sentence."""
+"""Turns a mesh file into checked tetrahedra: read, check, fill. Every error is one sentence."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class Prepared:
         tets: The object [m].
         surface: Report on the surface; None for a volume mesh.
         triangles: Number of triangles in the file.
-        simplified: Number of triangles after simplification; 0 without any.
-        deviation: Largest distance of the surface in the file from that of the tetrahedra [m].
-        words: On how a label map was read, a phrase for each thing that was done.
-        parts: Parts of the tetrahedra, with the names in the file; None for an object without any.
+        simplified: Number of triangles after simplification; 0 if a surface was not simplified.
+        deviation: Largest distance from the surface in the file to that of the tetrahedra [m].
+        parts: Parts of the tetrahedra, with their names in the file; None if there are no parts.
+        words: Phrases about how a label map was read, one for each change to its voxels.
     """
 
     tets: TetMesh
@@ -70,11 +70,10 @@ def prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) 
     """Read a file, check it and fill its surface with tetrahedra.
 
     Args:
-        source: The file and its options.
         progress: Called with the phase and the share of it that is done.
 
     Raises:
-        BodyError: The file is no object that can be touched.
+        BodyError: The file does not hold an object that can be touched.
     """
     check_file(source.path)
     if source.path.suffix.lower() in VOLUMES:
@@ -109,8 +108,8 @@ def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
         x, faces = thicken(x, in_one_sense(x, faces), source.shell / source.scale)
         surfaces = (PartSurface("", x, faces),)
     originals = surfaces
-    # What is said of the file is said of the file: where even the slowest way of simplifying it
-    # makes crossings of its own, filling untangles them.
+    # The report describes the surface in the file and not the simplified one: crossings that even
+    # the slowest simplification adds are untangled by filling.
     report = examine_all(surfaces) if triangles <= MAX_TRIANGLES else None
     if source.simplify and len(faces) > source.simplify:
         progress("simplifying", 0.0)
@@ -118,7 +117,7 @@ def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
         x, faces = joined(surfaces)
         simplified = len(faces)
     check_count(path, len(faces))
-    # A file of more triangles is only known as it is after it was simplified.
+    # A file with more triangles than the limit is examined only after simplification.
     culprit = "" if report else f"after --simplify {source.simplify}, which may have made this, "
     report = report or examine_all(surfaces)
     check_surface(f"{path}: {culprit}", report, repair=source.repair)
@@ -137,7 +136,7 @@ def _prepare_scan(source: ObjectFile, progress: Progress) -> Prepared:
     source.parts.check([surface.name for surface in originals if surface.name])
     progress("simplifying", 0.0)
     surfaces = simplified_to(originals, source.simplify or FEWER)
-    # What fills the surface is compared with the voxels.
+    # The volume of the tetrahedra is later compared with that of the voxels.
     volume = float(scan.volumes.sum())
     report = replace(examine(surfaces[0].x, surfaces[0].faces), volume=volume)
     check_surface(f"{source.path}: the surface of its labels: ", report, repair=source.repair)
@@ -164,7 +163,7 @@ def _parts_of(
     surfaces: Sequence[PartSurface],
     tets: TetMesh,
 ) -> tuple[Parts | None, float]:
-    """The part of each tetrahedron, and how far the surfaces in the file are from theirs [m]."""
+    """Part of each tetrahedron, and the largest distance from the file's surfaces to theirs [m]."""
     in_metres = [source.scale * one.x for one in originals]
     if len(surfaces) == 1:
         x = in_metres[0][np.unique(originals[0].faces)]
@@ -194,7 +193,7 @@ def _filled(
     progress: Progress,
     scan: ScanSurfaces | None = None,
 ) -> TetMesh:
-    """The tetrahedra of surfaces in units of the file, within its time and memory."""
+    """Fill surfaces in units of the file within the limits of time and memory; tetrahedra [m]."""
     x, faces = joined(surfaces)
     carved = scan is not None and len(surfaces) > 1
     expected = tetrahedra_expected(x, faces, report.volume, source.edge)
@@ -221,7 +220,7 @@ def _filled(
             " --max-time"
         ) from error
     except NothingFitsError as error:
-        # A thin part is lost at a large edge, and this may be all of it: a shorter one may do.
+        # A large edge loses thin parts. If the whole object is thin, a shorter edge may fill it.
         thin = 2.0 * envelope(source.edge)
         size = source.scale * float(np.linalg.norm(np.ptp(x, axis=0)))
         shorter = "Take a smaller --edge, or thicken" if source.edge > FINEST else "Thicken"
@@ -242,16 +241,16 @@ def _filled(
 
 
 def _crosses(x: Floats, faces: Ints) -> bool:
-    """Whether a surface still passes through itself without the triangles that are there twice."""
+    """Whether a surface with crossings still has them once repeated triangles are removed."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return len(first) == len(faces) or examine(x, faces[first]).intersecting > 0
 
 
 def check_file(path: Path) -> None:
-    """Check that a file is there, and of a kind that is read.
+    """Check that a file exists, is not empty and is of a kind that can be read.
 
     Raises:
-        BodyError: It is not.
+        BodyError: The file fails one of these checks.
     """
     kind = kind_of(path.name)
     if kind not in KINDS:

@@ -18,22 +18,22 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill_process import fill
 from cohaptic_server.objects.fix_mesh import inside
 
-FINEST = 0.05  # share of the bounding box's diagonal; shorter edges have no narrower envelope
-ENVELOPE = 1e-3  # the envelope of edges up to that, as a share of the diagonal
-_MAX_ENVELOPE = 0.04  # share of the diagonal
+FINEST = 0.05  # share of the bounding box's diagonal; shorter edges have the same envelope
+ENVELOPE = 1e-3  # envelope for edges up to `FINEST`, as a share of the diagonal
+_MAX_ENVELOPE = 0.04  # largest envelope, as a share of the diagonal
 # Energy of the worst element (AMIPS; a regular one has 3) at which fTetWild stops. Where sheets
-# cross or stick together some element is never better than this, and fTetWild makes everything
-# around it finer, over and over: twenty crossing cubes became 78,000 tetrahedra with 10 and 23,000
-# with 30, whose worst one still has a hundredth of a regular one's volume (decision 43).
+# cross or stick together some elements stay worse than 10, and fTetWild refines everything around
+# them again and again: twenty crossing cubes became 78,000 tetrahedra with 10 and 23,000 with 30,
+# whose worst one still has a hundredth of a regular one's volume (decision 43).
 _WORST, _WORST_OF_CROSSING = 10.0, 30.0
-_MOST = 0.8  # share of the volume; crumbs beside a piece that has more may be left out
-# Share of the volume of what hangs on it by a corner or an edge, and is left out too: it would turn
-# about that without a force. Where the sheets of a scan cross there were two such of 0.0005.
+_MOST = 0.8  # share of the volume; smaller pieces beside a piece with more may be left out
+# Share of the volume below which a crumb that hangs on by a corner or an edge is left out: it would
+# turn about that without a force. Two crumbs of 0.0005 occurred where sheets of a scan cross.
 _CRUMB = 0.01
 
 
 class NothingFitsError(BodyError):
-    """No tetrahedron fits inside a surface: it has no inside, or one below the envelope."""
+    """No tetrahedron fits into a surface that encloses nothing or is thinner than the envelope."""
 
 
 def envelope(edge: float) -> float:
@@ -67,17 +67,17 @@ def tetrahedralise(
         x: Vertices of the surface, shape (n, 3) [m].
         faces: Triangles of the surface, shape (m, 3).
         edge: Target edge length, as a share of the bounding box's diagonal.
-        largest: Whether the piece that has most of the volume is kept, if one has, of several.
-        crossing: Whether the surface passes through itself: its worst elements may be worse.
-        within: A closed surface, part of what is filled: only the tetrahedra in it are kept,
-            whatever else is enclosed. None keeps all that is enclosed.
-        blur: Distance within which the surface itself is not known [m]; the envelope may have it.
-        memory: Most that filling may take [bytes].
-        seconds: Longest time of it [s].
+        largest: Whether to keep only the largest of several pieces, if it has most of the volume.
+        crossing: Whether the surface passes through itself; worse elements are then accepted.
+        within: Closed surface among those that are filled; only tetrahedra inside it are kept.
+            None keeps every enclosed tetrahedron.
+        blur: Uncertainty of the surface's position [m]; the envelope is at least this wide.
+        memory: Limit of the memory for filling [bytes].
+        seconds: Limit of the time for filling [s].
         progress: Receives the share that is done.
 
     Raises:
-        FillLimitError: It takes more memory or time.
+        FillLimitError: Filling takes more memory or time.
         NothingFitsError: pytetwild returned no tetrahedron.
         BodyError: pytetwild is not installed, or returned several pieces.
     """
@@ -86,8 +86,8 @@ def tetrahedralise(
             "filling a surface with tetrahedra needs pytetwild; install it with:"
             " pip install 'cohaptic[objects]'"
         )
-    # fTetWild does not make the same mesh twice, which is why the store keeps it: it seeds a
-    # shuffle from the system's source of random numbers, and nothing sets that (decision 33).
+    # fTetWild does not make the same mesh twice, which is why the store keeps it: a shuffle is
+    # seeded from the system's random numbers, and no option sets that seed (decision 33).
     known = min(_MAX_ENVELOPE, blur / float(np.linalg.norm(np.ptp(x, axis=0))))
     options = {
         "edge_length_fac": edge,
@@ -105,13 +105,13 @@ def tetrahedralise(
 
 
 def largest_piece(x: Floats, tets: Ints) -> Ints:
-    """The tetrahedra of the piece with most of the volume; all of them if none has.
+    """Tetrahedra of the piece with most of the volume; those of all pieces if there is none.
 
-    Crumbs that share no face with the rest of their piece are left out.
+    Crumbs that share no face with the rest of their piece are left out in both cases.
 
     Args:
         x: Vertices, shape (n, 3).
-        tets: Shape (m, 4).
+        tets: Vertices of each tetrahedron, shape (m, 4).
     """
     piece = pieces(tets, len(x))[tets[:, 0]]
     volume = np.bincount(piece, np.abs(volumes(x, tets)))

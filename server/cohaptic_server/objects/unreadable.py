@@ -1,4 +1,4 @@
-"""The sentence about a file that a library could not read, whatever its reader has raised."""
+"""Makes the error about a file that a library could not read, for any error of its reader."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 
 from cohaptic.errors import BodyError, one_line
 
-# Their text names what a program did, such as "list index out of range", or is empty: it says
-# nothing to whoever has the file. Texts of all others were written to be read.
+# The texts of these errors describe the program, such as "list index out of range", or are empty:
+# they do not help the user. The texts of all other errors were written for users.
 _OF_PROGRAMS = (
     ArithmeticError, AssertionError, AttributeError, LookupError, NameError,
     RecursionError, StopIteration, TypeError, UnicodeError, struct.error,
@@ -16,21 +16,20 @@ _OF_PROGRAMS = (
 
 
 def unreadable(path: Path, kind: str, error: Exception) -> BodyError:
-    """The error about a file that is not read.
+    """Make the error about a file that cannot be read.
 
     Args:
-        path: The file.
-        kind: What it should have been, such as `mesh`.
-        error: That its reader has raised.
+        kind: Expected kind of file, such as `mesh`.
+        error: Error that the reader of the file raised.
     """
     return BodyError(f"{path}: this is no {kind} that can be read: {damaged(error)}")
 
 
 def damaged(error: BaseException) -> str:
-    """Why a reader gave up, as far as that can be said; part of a sentence.
+    """Part of a sentence: why a reader failed, as far as its error tells.
 
     Args:
-        error: That it has raised.
+        error: Error that the reader raised.
     """
     said = "" if isinstance(error, (*_OF_PROGRAMS, SystemExit)) else one_line(str(error)).strip()
     why = "it is damaged, locked, or of another kind than its name says"

@@ -1,6 +1,6 @@
-"""Reads the tetrahedra of a volume mesh, through meshio.
+"""Reads the tetrahedra of a volume mesh and their groups, through meshio.
 
-Its groups of cells are physical groups of Gmsh, or cell data that counts materials.
+The groups of cells are physical groups of Gmsh, or cell data that number the materials.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cohaptic_server.objects.memory_limit import reading_limited
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
 from cohaptic_server.objects.unreadable import damaged
 
-# Names under which programs store the part of a cell, in small letters, the first one found counts.
+# Names under which programs store the part of a cell, in lower case; the first one found counts.
 _KNOWN = (
     "gmsh:physical",
     "medit:ref",
@@ -41,7 +41,7 @@ _KNOWN = (
 
 
 def groups_of(path: Path, mesh: Any, kinds: tuple[str, ...]) -> Parts | None:
-    """The groups of the cells of some kinds, in the order of the blocks; None if there are none.
+    """Groups of all cells of the given types, in the order of the blocks; None if there are none.
 
     Args:
         path: The file, for an error.
@@ -49,7 +49,7 @@ def groups_of(path: Path, mesh: Any, kinds: tuple[str, ...]) -> Parts | None:
         kinds: Types of cells that count.
 
     Raises:
-        BodyError: There are too many groups, or they are not whole numbers.
+        BodyError: There are too many groups, or their numbers are not whole or exceed 2^53.
     """
     chosen = [k for k, cells in enumerate(mesh.cells) if cells.type in kinds]
     by_name = {str(name).lower(): (str(name), data) for name, data in mesh.cell_data.items()}
@@ -62,7 +62,7 @@ def groups_of(path: Path, mesh: Any, kinds: tuple[str, ...]) -> Parts | None:
 
 
 def _names(mesh: Any) -> dict[int, str]:
-    """Names of the physical groups of volumes, by their number."""
+    """Names of the physical groups of volumes, by group number."""
     found: dict[int, str] = {}
     for name, value in dict(mesh.field_data).items():
         pair = np.asarray(value).reshape(-1)
@@ -89,7 +89,7 @@ def _parts(path: Path, name: str, values: Any, names: dict[int, str]) -> Parts |
     return Parts(said, np.asarray(of, dtype=np.int64).reshape(-1))
 
 
-_START = 4096  # bytes in which a file says what it is
+_START = 4096  # bytes at the start of a file that show its format
 _TETRAHEDRA = ("tetra", "tetra10")
 
 
@@ -98,8 +98,8 @@ class VolumeMesh(NamedTuple):
 
     Args:
         x: Vertices, shape (n, 3) in units of the file.
-        tets: Shape (m, 4).
-        parts: Parts of the tetrahedra; None where the file groups them in no way.
+        tets: Vertices of each tetrahedron, shape (m, 4).
+        parts: Parts of the tetrahedra; None if the file does not group them.
     """
 
     x: Floats
@@ -108,7 +108,7 @@ class VolumeMesh(NamedTuple):
 
 
 def read_volume(path: Path) -> VolumeMesh:
-    """Read vertices and tetrahedra, and the groups that they are in.
+    """Read vertices and tetrahedra, and the groups of the tetrahedra.
 
     Only the corners of ten-node tetrahedra are kept; a solid adds its own midside nodes.
 
@@ -116,7 +116,7 @@ def read_volume(path: Path) -> VolumeMesh:
         path: A file of one of `VOLUMES`.
 
     Raises:
-        BodyError: The file is not a mesh, or has no tetrahedra in it.
+        BodyError: The file cannot be read, has no or invalid tetrahedra, or has other solid cells.
     """
     try:
         import meshio
@@ -128,7 +128,7 @@ def read_volume(path: Path) -> VolumeMesh:
             " pip install 'cohaptic[objects]'"
         ) from error
     try:
-        # meshio prints, and scripts read a server's output.
+        # meshio prints messages, which must not mix with the server's output that scripts read.
         silent = io.StringIO()
         with (
             reading_limited(path),
@@ -148,7 +148,7 @@ def read_volume(path: Path) -> VolumeMesh:
             counts[str(cells.type)] += len(cells.data)
     except BodyError:
         raise
-    # meshio's readers raise errors of many kinds, and the last where none accepts the file.
+    # meshio's readers raise errors of many kinds, and SystemExit if none accepts the file.
     except (Exception, SystemExit) as error:
         words = _instead(path) or f": {damaged(error)}"
         raise BodyError(f"{path}: this is no mesh that can be read{words}") from error
@@ -176,16 +176,16 @@ def _loaded(path: Path, read: Any) -> Any:
 
 
 class _Ending(io.BufferedReader):
-    """A file that is read to its end once: meshio asks one that was cut off for more, for ever."""
+    """A file that can be read at its end once: meshio would read a cut-off file there for ever."""
 
     _ended = False
 
     def read(self, size: int | None = -1, /) -> bytes:
-        """As of a file; raises EOFError where nothing has come before."""
+        """Read up to `size` bytes; raises EOFError if an earlier call has returned nothing."""
         return self._next(super().read(size))
 
     def readline(self, size: int | None = -1, /) -> bytes:
-        """The same."""
+        """Read a line; raises EOFError if an earlier call has returned nothing."""
         return self._next(super().readline(size))
 
     def _next(self, data: bytes) -> bytes:
@@ -196,10 +196,10 @@ class _Ending(io.BufferedReader):
 
 
 def _instead(path: Path) -> str:
-    """What a file that cannot be read is instead, and what to do; empty if its start does not say.
+    """Words on what an unreadable file is instead, and what to do; empty if its start does not say.
 
-    Files of other programs have these suffixes too: surfaces that VTK wrote, meshes of MuJoCo and
-    Fluent, and grids with fields that meshio does not know.
+    Other programs' files have the same suffixes: surfaces from VTK, meshes from MuJoCo and Fluent,
+    and grids with fields that meshio does not know.
     """
     with path.open("rb") as file:
         start = file.read(_START)
@@ -217,12 +217,12 @@ def _instead(path: Path) -> str:
 
 
 def _is_solid(kind: str) -> bool:
-    """Whether cells of a kind, as meshio names it, fill a volume and are no tetrahedra."""
+    """Whether cells of a kind, as meshio names it, fill a volume but are not tetrahedra."""
     return kind.startswith(("hexa", "wedge", "pyramid", "polyhedron", "VTK_LAGRANGE_HEX"))
 
 
 def _check(path: Path, x: Floats, tets: Ints) -> None:
-    """Refuse tetrahedra that are none, or that are there twice."""
+    """Refuse tetrahedra with invalid or repeated vertices, and tetrahedra that occur twice."""
     if tets.min() < 0 or tets.max() >= len(x):
         raise BodyError(f"{path}: a tetrahedron names vertex {tets.max()} of {len(x)}")
     if not np.isfinite(x).all():

@@ -1,1 +1,1 @@
-"""The users and watchers of one body: a protocol state machine for each, and for the room."""
+"""Users and watchers of one body: one protocol state machine for each of them and for the room."""

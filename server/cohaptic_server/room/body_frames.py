@@ -1,4 +1,4 @@
-"""A body as the protocol describes it: its bounding sphere, and the frames of its meshes."""
+"""The protocol's description of a body: bounding sphere, and frames of the meshes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cohaptic_server.numeric import Floats, Ints, vec3
 
 
 def describe(body: Body) -> BodyInfo:
-    """Name and size of a body for a welcome; its sphere is centred on its bounding box."""
+    """Name and size of a body for a welcome; the sphere is centred on the body's bounding box."""
     x = body.mesh.vertices
     center = 0.5 * (x.min(axis=0) + x.max(axis=0))
     radius = float(((x - center) ** 2).sum(axis=1).max() ** 0.5)
@@ -58,21 +58,21 @@ class BodyFrames:
             raise RemoteProtocolError("message", "Watch", f"Hello alone: {reason}")
 
     def check_geometry(self, geometry: str) -> None:
-        """Raise RemoteProtocolError if the body is too large for patches of this geometry."""
+        """Raise RemoteProtocolError if the body is too large for patches of a geometry."""
         if geometry == "mesh" and not self.has_touch_mesh:
             mesh = self._touched_body.mesh
             limit = f"plane or sphere: {_too_large(mesh.vertices, mesh.faces)}"
             raise RemoteProtocolError("geometry", geometry, limit)
 
     def rest_mesh(self) -> bytes:
-        """Frame of the resting mesh, exact."""
+        """Frame of the exact resting mesh."""
         if self._rest_mesh is None:
             mesh = self._touched_body.body.mesh
             self._rest_mesh = _encode(mesh.vertices, mesh.faces)
         return self._rest_mesh
 
     def shown_mesh(self) -> bytes:
-        """Frame of the resting mesh, quantised; exact where it cannot be."""
+        """Frame of the quantised resting mesh; of the exact mesh if a face repeats a vertex."""
         if self._shown_mesh is None:
             mesh = self._touched_body.body.mesh
             quantised = QuantisedMesh.of(mesh.vertices, mesh.faces.astype(np.int64))
@@ -83,7 +83,7 @@ class BodyFrames:
     def touch_mesh(self) -> bytes:
         """Frame of the touch mesh, for a user of mesh patches.
 
-        All else that mesh patches need is computed as well, since a tick has no time for that.
+        The method also computes all else that mesh patches need, since a tick has no time for it.
         """
         if self._touch_mesh is None:
             _ = self._touched_body.touch_compliance, self._touched_body.windows
@@ -92,9 +92,9 @@ class BodyFrames:
         return self._touch_mesh
 
     def prepare(self) -> None:
-        """Encode the frames that the body can have, before users are there to wait for them.
+        """Encode the possible frames of the body in advance, so that users do not wait for them.
 
-        The search for contacts is made ready too: on a fine mesh that takes longer than a tick.
+        The method also prepares the contact search, which takes longer than a tick on a fine mesh.
         """
         _ = self._touched_body.body.mesh.contacts, self._touched_body.body.mesh.near_tree
         if self.has_rest_mesh:

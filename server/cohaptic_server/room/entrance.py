@@ -1,4 +1,4 @@
-"""The entrance of one room: the budget of joins, the token, and what it allows. No I/O."""
+"""Entrance of one room: checks the rate limit of joins, the token and its grants. No I/O."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from cohaptic_server.room.removed import Removed
 
 
 class Entrance:
-    """Who may come in.
+    """Decides which clients may come into a room.
 
     Args:
-        sources: Budgets of addresses, which may not let too many join.
-        admission: Admission of the server; without one anybody comes in.
-        room: Name of the room; that of the only one if not given.
-        keep: Called with what has to outlive this process.
+        sources: Budgets of addresses, which limit the rate of joins.
+        admission: Admission of the server; None if everybody may come in.
+        room: Name of the room; None for the name of the main room.
+        keep: Function that stores records which must outlive this process.
 
     Attributes:
-        removed: Who was put out.
+        removed: Users who were put out of the room.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class Entrance:
             self.admission.keep = keep
 
     def recall(self, records: Iterable[Record], now: float, to_wall: float) -> None:
-        """Take up what earlier processes have kept; times as for `enter`."""
+        """Take over the records that earlier processes have kept; times as for `enter`."""
         for record in records:
             if isinstance(record, Removal):
                 self.removed.recall(record, now, now + to_wall)
@@ -52,21 +52,22 @@ class Entrance:
                 self.admission.recall(record)
 
     def enter(self, peer: Peer, first: Hello | Watch, now: float, to_wall: float) -> str | None:
-        """Learn who somebody is, and let it in.
+        """Identify a client by its token, and let the client in.
 
         Args:
-            peer: Who has sent its first message; its `guest` is set.
-            first: The message.
+            peer: Peer that has sent its first message; its `guest` and `ends` are set.
+            first: First message of the peer.
             now: Time [s].
-            to_wall: Offset of that time to the machine's wall clock [s].
+            to_wall: Offset of `now` to the machine's wall clock [s].
 
         Returns:
-            Token with which it comes back; None for one who needs none.
+            Token with which the client comes back; None if the client needs no token.
 
         Raises:
-            RemoteProtocolError: It may not come in.
+            RemoteProtocolError: The client may not come in.
         """
-        # Counted before the token is looked at, so that a flood of wrong ones is bounded.
+        # The join is counted before the token is checked, so that a flood of wrong tokens is
+        # bounded.
         self.sources.join(peer.source, now)
         wall = now + to_wall
         guest = self.admission.admit(first.token, self.room, wall)
@@ -81,20 +82,23 @@ class Entrance:
         return self.check(peer, first.name if isinstance(first, Hello) else "", now, to_wall)
 
     def begin(self, peer: Peer, now: float, to_wall: float) -> None:
-        """Count the invitation of one who was let in just now, and has a seat or a place."""
+        """Count the invitation of a client as used, once the client has a seat or a place."""
         self.admission.begin(peer.guest, now + to_wall)
 
     def check(self, peer: Peer, name: str, now: float, to_wall: float) -> str | None:
-        """Let somebody in whose `guest` is known: one who comes, or who has waited for a seat.
+        """Let a client in whose `guest` is known: a new client, or one that waited for a seat.
 
         Args:
-            peer: Who it is.
-            name: That it touches by; empty for one who watches.
+            peer: Peer that comes in.
+            name: Name that the client touches under; empty if the client watches.
             now: Time [s].
-            to_wall: As for `enter`, and the result.
+            to_wall: Offset as for `enter`.
+
+        Returns:
+            Token as for `enter`.
 
         Raises:
-            RemoteProtocolError: It was put out.
+            RemoteProtocolError: The client was put out.
         """
         self.removed.check(peer.guest, name, peer.source, now)
         return self.admission.session_token(peer.guest, now + to_wall)

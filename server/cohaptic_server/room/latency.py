@@ -1,10 +1,10 @@
-"""Latency injected between one user and the server, both ways, as if its path were longer.
+"""Latency injected between one user and the server, both ways, as if the network path were longer.
 
 Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): when
 a line becomes shorter, no message overtakes an earlier one. Nothing here sleeps; the shell asks
 which messages are due, and when to ask again.
 
-Watchers may inject latency where the server allows it, and everybody in the room hears of it.
+Watchers may inject latency if the server allows it, and all watchers are told the latency.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ class UserLatency:
         self._down: DelayLine[Data] = DelayLine(LinkSettings(seed=2 * seed + 1))
 
     def set(self, delay: float, jitter: float) -> None:
-        """Set delay and jitter of later messages, each way [s]; those in flight keep theirs."""
+        """Set delay and jitter of later messages, each way [s]; messages in flight keep theirs."""
         self.delay, self.jitter = delay, jitter
         for line in (self._up, self._down):
             line.settings = replace(line.settings, delay=delay, jitter=jitter)
 
     @property
     def gone(self) -> bool:
-        """Whether no message is delayed any more and none is in flight."""
+        """Whether delay and jitter are zero and no message is in flight."""
         return self.delay == self.jitter == 0.0 and not self._up and not self._down
 
     def push_up(self, data: Data, now: float) -> None:
@@ -68,11 +68,11 @@ class UserLatency:
 
 
 def refusal(peer: Peer, *, allowed: bool) -> ProtocolError | None:
-    """Why a watcher may not inject latency; None if it may.
+    """Reason why a watcher may not inject latency; None if the watcher may.
 
     Args:
-        peer: Who watches.
-        allowed: Whether the server lets anybody.
+        peer: Peer that watches.
+        allowed: Whether the server allows injected latency at all.
     """
     if not allowed:
         limit = "none: start the server with --allow-latency to inject latency"
@@ -86,13 +86,13 @@ def refusal(peer: Peer, *, allowed: bool) -> ProtocolError | None:
 def set_latency(
     peers: Iterable[Peer], watchers: Iterable[Watcher], change: SetLatency, outcome: Outcome
 ) -> None:
-    """Delay the messages of a user from now on, and tell who watches.
+    """Delay the messages of a user from now on, and tell the watchers.
 
     Args:
-        peers: Users of the room.
+        peers: Peers of the room.
         watchers: Watchers of the room.
-        change: What was asked for.
-        outcome: To which the tasks of the shell are added.
+        change: Number of the user, with the new delay and jitter.
+        outcome: Receives the tasks of the shell.
     """
     latency = (change.delay, change.jitter)
     for other in peers:
@@ -105,7 +105,7 @@ def set_latency(
 
 
 def latencies(peers: Iterable[Peer]) -> Iterator[Latency]:
-    """Latencies of all users who have some."""
+    """Latencies of all users whose delay or jitter is not zero."""
     for peer in peers:
         delay, jitter = peer.latency
         if peer.user is not None and (delay, jitter) != (0.0, 0.0):

@@ -1,7 +1,7 @@
 """Joining, watching, laws and injected latency of one room, as a state machine without I/O.
 
 The shell reports connections, messages and the time, and carries out the `Outcome` of each. The
-messages themselves, and the closing of a connection, wait in the session of each peer.
+messages to a peer, and the closing of its connection, wait in the peer's session.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
 MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
-# With which a session ends that has done nothing wrong: its path or its machine was slow, or the
-# server had another object. As where the connection was lost, its name and seat are kept.
+# Close codes of a session that ends without a fault of its client: the path or the machine was
+# slow, the object changed, or the server stops. Name and seat are kept as for a lost connection.
 _NO_FAULT = {
     CloseCode.TOO_SLOW.value,
     CloseCode.OBJECT_CHANGED.value,
@@ -39,14 +39,14 @@ class Lobby:
     """All peers of one room.
 
     Args:
-        room: The users.
-        audience: The watchers.
-        entrance: Who may come in, and what for.
+        room: Room with the users.
+        audience: Watchers of the room.
+        entrance: Entrance that checks tokens and grants; None if everybody may come in.
 
     Attributes:
-        peers: In the order in which they connected.
-        reception: That takes them in.
-        gathering: Who of them knows of whom.
+        peers: Peers in the order in which they connected.
+        reception: Reception that lets the peers into the room.
+        gathering: Company of the watching peers: followed views and pointing.
     """
 
     def __init__(self, room: Room, audience: Audience, entrance: Entrance | None = None) -> None:
@@ -66,9 +66,9 @@ class Lobby:
 
         Args:
             now: Time [s].
-            subprotocol: That was chosen for the websocket.
-            offered: All that the client offered; None without any.
-            source: Whom the connection is counted with.
+            subprotocol: Subprotocol chosen for the websocket; None without one.
+            offered: All subprotocols that the client offered; None if it offered none.
+            source: Address with which the connection is counted.
         """
         session = ServerSession(now)
         if subprotocol != SUBPROTOCOL:
@@ -81,10 +81,10 @@ class Lobby:
         """Handle one message.
 
         Args:
-            peer: From whom it is.
-            data: The message.
+            peer: Sender of the message.
+            data: Message of the peer.
             now: Time [s].
-            to_wall: Offset of that time to the machine's wall clock [s].
+            to_wall: Offset of `now` to the machine's wall clock [s].
         """
         session = peer.session
         if peer.user is not None and isinstance(data, bytes) and not isinstance(session, Watcher):
@@ -111,11 +111,11 @@ class Lobby:
 
     @property
     def sleeps(self) -> bool:
-        """Whether nobody would notice that there are no ticks: nobody is here, the object rests."""
+        """Whether the room can skip ticks unnoticed: no peer is here, and the object is at rest."""
         return not self.peers and self.room.at_rest
 
     def pass_over(self, ticks: int, now: float) -> None:
-        """So many ticks have passed in its sleep, the last of them just now [s]."""
+        """Count `ticks` ticks that passed while the room slept, the last one at time `now` [s]."""
         self._ticked = now
         self.room.pass_over(ticks)
 
@@ -143,21 +143,21 @@ class Lobby:
 
     @property
     def watching(self) -> list[Peer]:
-        """Peers who watch."""
+        """Peers that watch."""
         return [peer for peer in self.peers if peer.watches]
 
     def update_scene(self) -> None:
-        """Take the world of the newest tick as the scene for all watchers, and who is here."""
+        """Update the scene for all watchers to the newest tick, and tell news of the company."""
         self.audience.see(self.room.world, self.room.patches, self._ticked)
         self.gathering.step(self._ticked)
 
     def show(self, peer: Peer, now: float, *, clear: bool) -> Outcome:
-        """Queue the newest scene for a watcher, if it is due.
+        """Queue the newest scene for a watcher, if the scene is due.
 
         Args:
-            peer: Who watches.
+            peer: Peer that watches.
             now: Time [s].
-            clear: Whether all that was written to it has left the process.
+            clear: Whether all earlier writes to the peer have left the process.
         """
         outcome = Outcome([peer])
         watcher = peer.session
@@ -170,7 +170,7 @@ class Lobby:
         return outcome
 
     def report_scene(self) -> Outcome:
-        """Log once why the scene cannot be shown to anybody."""
+        """Log once the reason why the scene cannot be shown."""
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
@@ -180,7 +180,7 @@ class Lobby:
         return outcome
 
     def begin_mesh(self, peer: Peer) -> bytes:
-        """Frame of the resting mesh for a new watcher; the room's latencies wait behind it."""
+        """Frame of the resting mesh for a new watcher; queues the room's latencies behind it."""
         peer.needs_mesh = False
         assert isinstance(peer.session, Watcher)
         for latency in latencies(self.peers):
@@ -192,10 +192,10 @@ class Lobby:
         """Show the scene to a watcher that has the mesh.
 
         Args:
-            peer: Who watches.
+            peer: Peer that watches.
             now: Time [s].
-            taken: Whether it took all of the mesh within `MESH_TIMEOUT`.
-            clear: Whether all that was written to it has left the process.
+            taken: Whether the peer took all of the mesh within `MESH_TIMEOUT`.
+            clear: Whether all earlier writes to the peer have left the process.
         """
         if not taken:
             limit = f"all of it taken within {MESH_TIMEOUT:g} s"
@@ -208,8 +208,8 @@ class Lobby:
         """Remove a connection that has ended.
 
         Args:
-            peer: Who was connected.
-            reason: That it gave for closing, or its fault; empty without one.
+            peer: Peer whose connection has ended.
+            reason: Reason that the peer gave for closing, or its error; empty without a reason.
         """
         outcome = Outcome()
         self.peers.remove(peer)
@@ -235,7 +235,7 @@ class Lobby:
     def stop(
         self, code: CloseCode = CloseCode.SERVER_STOPS, reason: str = "the server stops"
     ) -> Outcome:
-        """End every session; without arguments because the server stops."""
+        """End every session; by default, because the server stops."""
         for peer in self.peers:
             peer.session.stop(code, reason)
         return Outcome(list(self.peers))
@@ -288,7 +288,7 @@ class Lobby:
                 else:
                     session.fail(error)
             case SetView():
-                pass  # the session's own
+                pass  # the session has handled this message
             case _:
                 self.gathering.hear(session, request, peer.source, now)
 
@@ -307,7 +307,10 @@ class Lobby:
 
 
 def _is_lost(peer: Peer, reason: str) -> bool:
-    """Whether a connection has ended that neither its client nor a fault of it has ended."""
+    """Whether a connection was lost, or ended for a reason in `_NO_FAULT`, so its name is kept.
+
+    A close by the client without a reason counts as a lost connection.
+    """
     close = peer.session.close
     if close is None:
         return not reason

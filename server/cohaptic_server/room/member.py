@@ -1,6 +1,6 @@
-"""A user as its room knows it, and those who are muted.
+"""The room's record of a user, and the list of muted users.
 
-A muted user stays muted when it leaves and comes back. The list of them is bounded.
+A muted user stays muted after leaving and coming back. The list of muted users is bounded.
 """
 
 from __future__ import annotations
@@ -16,22 +16,23 @@ from cohaptic_server.world.state import Touch
 
 @dataclass(slots=True)
 class Member:
-    """The room's record of a user; only the room changes it.
+    """The room's record of a user; only the room changes the record.
 
     Args:
-        user: Number, which is never used twice.
-        hello: Settings of the user, with its later changes.
-        heard: Time of the newest message from it [s].
-        claim: To its name.
-        max_force: Most of its force that the body gets, by its device and its token [N].
-        muted: Whether the body gets none of it.
+        user: Number of the user, which is never used twice.
+        hello: Settings of the user, including later changes.
+        heard: Time of the newest sample, or of joining [s].
+        claim: Claim of the user to the name.
+        max_force: Limit on the user's force on the body, by the device and the token [N].
+        muted: Whether the user's force is kept from the body.
 
     Attributes:
-        joined: When it came [s].
+        joined: Time at which the user joined [s].
         touch: Newest sample; None before the first.
-        used, seen: Samples that were the newest at a tick, and the sequence number of the last.
-        gains: That the user chose itself; None for the server's.
-        geometry: Geometry of its patches.
+        used, seen: Number of samples that were the newest at a tick, and the sequence number of
+            the last of them.
+        gains: Gains that the user chose; None for the server's gains.
+        geometry: Geometry of the user's patches.
     """
 
     user: int
@@ -54,11 +55,11 @@ class Member:
 
 
 def chosen_gains(fixed: FixedGains | None) -> Gains | None:
-    """As the loop computes with them; None for the server's."""
+    """Gains that the user chose, as the control loop takes them; None for the server's gains."""
     return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)
 
 
-MOST_MUTED = 256  # of whom the oldest is forgotten first; only an administrator adds to it
+MOST_MUTED = 256  # the oldest entry is dropped first; only an administrator adds entries
 
 
 class Muted:
@@ -71,19 +72,19 @@ class Muted:
         return len(self._who)
 
     def add(self, name: str, claim: Claim) -> None:
-        """Mute somebody."""
+        """Add a user to the muted users."""
         self.take_out(name, claim)
         self._who = [*self._who, (name, claim)][-MOST_MUTED:]
 
     def take_out(self, name: str, claim: Claim) -> None:
-        """Mute somebody no more."""
+        """Remove a user from the muted users."""
         self._who = [one for one in self._who if not _is_same(one, name, claim)]
 
     def holds(self, name: str, claim: Claim) -> bool:
-        """Whether somebody is muted, by its name, its secret or its session."""
+        """Whether a user is muted, judged by its name, its secret or its session."""
         return any(_is_same(one, name, claim) for one in self._who)
 
 
 def _is_same(one: tuple[str, Claim], name: str, claim: Claim) -> bool:
-    # Without a secret a claim is its address, which others may share.
+    # A claim without a secret is only an address, which several users may share.
     return looks_like(one[0], name) or (claim.is_secret and claim.is_of(one[1]))

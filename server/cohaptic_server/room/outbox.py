@@ -1,12 +1,13 @@
 """Queue of messages to one peer: events in order, the newest state, and the newest patch.
 
-A patch that was not sent yet is replaced by the next one, so that a client that cannot keep up gets
-fewer patches and never older ones. Events (a welcome, an answer, an error) are never dropped; a
-client for which `MAX_EVENTS` of them wait is disconnected and told why.
+A new patch replaces a patch that was not sent yet, so that a client that cannot keep up gets fewer
+patches but no outdated ones. Events (a welcome, an answer, an error) are never dropped; if more
+than `MAX_EVENTS` events would wait, the client is disconnected and told why.
 
-What others do is no event of this client's, and would let them disconnect it: who is here is state.
-A user who came and left while nothing could be written is not told of; for one who stays, and for
-one who was there before, each kind of news is told once. So as much waits as two rooms have users.
+News about other users is state, not an event; otherwise the others could fill the queue and so
+disconnect this client. A user who came and left while nothing could be written is not mentioned.
+For each other user, one message of each kind waits at most. So the users of the room, before and
+now, bound the waiting state.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.watch_messages import PutOut, Watching
 
 MAX_EVENTS = 64
-_STATE = (UserJoined, UserLeft, Restraints, PutOut, Place)  # of which the newest waits
+_STATE = (UserJoined, UserLeft, Restraints, PutOut, Place)  # only the newest message waits
 
 
 class Outbox:
@@ -34,16 +35,16 @@ class Outbox:
     """
 
     def __init__(self) -> None:
-        self._waiting: dict[object, str | bytes] = {}  # in order; of an event the key is a number
+        self._waiting: dict[object, str | bytes] = {}  # in order; the key of an event is a number
         self._events = 0
-        self._newest_user = 0  # of those whom the client was told, or is to be; numbers rise
-        self._unknown: set[int] = set()  # users of whose coming it was not told yet
+        self._newest_user = 0  # highest number that the client was told or will be; numbers rise
+        self._unknown: set[int] = set()  # users whose joining the client was not told yet
         self._patch: bytes | None = None
         self.patches_skipped = 0
 
     @property
     def empty(self) -> bool:
-        """Whether nothing waits."""
+        """Whether no message waits."""
         return self._patch is None and not self._waiting
 
     def put(self, message: ControlMessage) -> bool:
@@ -63,15 +64,15 @@ class Outbox:
             del self._waiting[UserJoined, user]
             return True
         key = (type(message), user)
-        self._waiting.pop(key, None)  # to the end: the order is that of the newest news
+        self._waiting.pop(key, None)  # moves to the end, since the newest news determine the order
         self._waiting[key] = encode_control(message)
         return True
 
     def put_event(self, data: str | bytes) -> bool:
-        """Queue an event: text, or a frame that no later one replaces (the resting mesh).
+        """Queue an event: text, or a frame that no later frame replaces (the resting mesh).
 
         Returns:
-            False when the queue is full, which ends the session.
+            Whether the queue had room; a full queue ends the session.
         """
         if self._events >= MAX_EVENTS:
             return False
@@ -80,7 +81,7 @@ class Outbox:
         return True
 
     def put_patch(self, frame: bytes) -> None:
-        """Queue a patch in place of the one that waits."""
+        """Queue a patch in place of a patch that waits."""
         if self._patch is not None:
             self.patches_skipped += 1
         self._patch = frame
@@ -89,8 +90,8 @@ class Outbox:
         """Remove and return the messages to write now: events and state, then the patch.
 
         Args:
-            clear: Whether the last write has left the process. If not, nothing is returned, and
-                what waits can be replaced by what is newer.
+            clear: Whether the last write has left the process. If not, the list is empty, and newer
+                messages can still replace waiting ones.
         """
         if not clear:
             return []

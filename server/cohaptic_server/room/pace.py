@@ -1,8 +1,8 @@
-"""When ticks are due, which of them were missed, and whether the machine keeps up. Without a clock.
+"""Due times of ticks, missed ticks, and whether the machine keeps up. Without a clock.
 
-A tick is missed when its patches leave after the next tick was due: from then on its users act on a
-surface that should have been replaced. A tick that is left out, because the one before took so long
-that its own successor is due, is missed as well.
+A tick is missed when its patches leave after the next tick was due, since users then act on an
+outdated surface. A tick that is left out, because the previous tick ran until the tick after it was
+due, is missed as well.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from cohaptic.status.histogram import Histogram
 from cohaptic.status.quantiles import Tally
 from cohaptic_server.numeric import Mask
 
-WINDOW = 10.0  # s; over less, one process that starts elsewhere looks like a slow machine
-# Share of missed ticks in a window from which on the machine does not keep up. A desktop misses one
-# tick in hundreds for reasons that pass; at one in ten, hands feel the surface lag all the time.
+WINDOW = 10.0  # s; in a shorter window, the start of another process looks like a slow machine
+# Share of missed ticks in a window at which the machine does not keep up. A desktop misses one
+# tick in hundreds for passing reasons; at one in ten, hands feel the surface lag all the time.
 TOO_MANY = 0.1
 
 
@@ -23,18 +23,18 @@ def is_missed(due: float, written: float, period: float) -> bool:
     """Whether a tick was missed.
 
     Args:
-        due: When it was due [s].
-        written: When the last of its patches was written [s].
+        due: Time at which the tick was due [s].
+        written: Time at which the last patch of the tick was written [s].
         period: Simulation period [s].
     """
     return written > due + period
 
 
 def next_tick(due: float, now: float, period: float) -> tuple[float, int]:
-    """When the next tick is due [s], and how many before it are left out.
+    """Time at which the next tick is due [s], and number of ticks left out before it.
 
     Args:
-        due: When the last one was due [s].
+        due: Time at which the last tick was due [s].
         now: Time [s].
         period: Simulation period [s].
     """
@@ -44,10 +44,10 @@ def next_tick(due: float, now: float, period: float) -> tuple[float, int]:
 
 
 def passed_over(due: float, now: float, period: float) -> tuple[float, int]:
-    """When the last tick was due that a room has slept through [s], and how many there were.
+    """Due time of the last tick that a room has slept through [s], and number of such ticks.
 
     Args:
-        due: When the last one before them was due [s].
+        due: Time at which the last tick before the sleep was due [s].
         now: Time [s].
         period: Simulation period [s].
     """
@@ -56,18 +56,19 @@ def passed_over(due: float, now: float, period: float) -> tuple[float, int]:
 
 
 class TickMeters:
-    """Counts the ticks of a server; a fresh one starts from nothing.
+    """Counts the ticks of a server, from zero.
 
     Attributes:
-        ticks: Due so far, those that were left out or slept through as well.
-        missed: Number of missed periods of these.
-        left_out: Those of the missed ticks that were left out.
-        slept: Those of the other ticks that a room slept through.
+        ticks: Number of ticks due so far, including ticks that were left out or slept through.
+        missed: Number of missed ticks among `ticks`.
+        left_out: Number of the missed ticks that were left out.
+        slept: Number of the other ticks, which a room slept through.
         cost: Time from each tick's start until its patches are written [s].
         late: Delay of each tick's start [s].
         watch_cost: Time for serving the watchers after a tick [s].
-        costs, delays: `cost` and `late` in buckets with fixed edges, for those who collect them.
-        deep, fast: Times a user's force was limited in a tick, as `world.users.Applied` counts.
+        costs, delays: `cost` and `late` in buckets with fixed edges, for monitoring.
+        deep, fast: Number of times that a tick limited a user's force, by the reasons in
+            `world.users.Applied`.
     """
 
     def __init__(self) -> None:
@@ -83,12 +84,12 @@ class TickMeters:
         self.left_out += count
 
     def pass_over(self, count: int) -> None:
-        """Count ticks that a room has slept through; they were not missed."""
+        """Count ticks that a room has slept through; these ticks were not missed."""
         self.ticks += count
         self.slept += count
 
     def limit(self, deep: Mask, fast: Mask) -> None:
-        """Count the forces that a tick has limited, as `world.users.Applied` has them."""
+        """Count the forces that a tick has limited, as marked in `world.users.Applied`."""
         self.deep += int(np.count_nonzero(deep))
         self.fast += int(np.count_nonzero(fast))
 
@@ -96,9 +97,9 @@ class TickMeters:
         """Count a tick.
 
         Args:
-            due: When it was due [s].
-            started: When it began [s].
-            written: When the last of its patches was written [s].
+            due: Time at which the tick was due [s].
+            started: Time at which the tick began [s].
+            written: Time at which the last patch of the tick was written [s].
             period: Simulation period [s].
         """
         self.ticks += 1
@@ -123,14 +124,14 @@ class Pace:
         self._keeps_up = True
 
     def see(self, ticks: int, missed: int) -> str:
-        """What there is to say, empty in general; a change is said once.
+        """Message about a change between keeping up and not keeping up; empty without a change.
 
         Args:
-            ticks: Due since the last call.
-            missed: Number of missed periods of these.
+            ticks: Number of ticks due since the last call.
+            missed: Number of these ticks that were missed.
         """
         if ticks > self._window:
-            # The process or the machine was halted for longer than a window, which is not slowness.
+            # The process or the machine was halted for longer than a window and is not slow.
             self._ticks = self._missed = 0
             return ""
         self._ticks += ticks

@@ -1,4 +1,4 @@
-"""The peers of a room, and the tasks that an event at one of them leaves to the shell."""
+"""The peers of a room, and the tasks for the shell that result from an event."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
 
-_LONGEST_LINE = 400  # characters; a name, a reason and our own words
+_LONGEST_LINE = 400  # characters; enough for a name, a reason and the server's own words
 
 
 @dataclass(eq=False)
@@ -17,15 +17,16 @@ class Peer:
     """The client at the other end of one connection.
 
     Attributes:
-        session: Its half of the protocol; a watcher replaces the session that it began as.
-        user: Number in the room; None before it has joined, and for a watcher.
+        session: Server's half of the protocol with the client; a `Watcher` replaces the first
+            session if the client watches.
+        user: User number in the room; None before the client has joined, and for a watcher.
         latency: Injected delay and jitter, each way [s].
         needs_mesh: Whether the resting mesh must be sent next.
-        source: Whom its connection is counted with.
-        guest: Who it is, once its first message has said so.
-        ends: When its session is over [s]. On the clock of this process, so that a wall clock that
-            is set ends nobody's.
-        farewell: Whether it has closed the connection itself, in order.
+        source: Address with which the connection is counted.
+        guest: Identity and grants of the client, known from its first message on.
+        ends: Time at which the session is over [s], on the clock of this process, so that a change
+            of the wall clock ends no session.
+        farewell: Whether the client itself has closed the connection properly.
     """
 
     session: ServerSession | Watcher
@@ -39,7 +40,7 @@ class Peer:
 
     @property
     def watches(self) -> bool:
-        """Whether it is a watcher."""
+        """Whether the peer is a watcher."""
         return isinstance(self.session, Watcher)
 
 
@@ -49,10 +50,10 @@ class LogLine:
 
     Args:
         text: Text of the line.
-        warning: Whether it tells of a problem.
-        source: Whom it is about; too many lines about one are left out.
-        event: What has happened, in a word for machines.
-        user: Name of who it happened to; empty for who has none.
+        warning: Whether the line reports a problem.
+        source: Address that the line is about; lines above the rate limit of one are left out.
+        event: Machine-readable name of the event.
+        user: Name of the user whom the event concerns; empty if there is no name.
     """
 
     text: str
@@ -79,9 +80,9 @@ class Outcome:
     def say(
         self, event: str, text: str, source: str = "", *, user: str = "", warning: bool = False
     ) -> None:
-        """Add a line to the log, as one printable line: it may quote strangers."""
+        """Add one line to the log, made printable, since the text may quote strangers."""
         line = one_line(text, _LONGEST_LINE)
         self.log.append(LogLine(line, warning, source, event, one_line(user, _LONGEST_LINE)))
 
 
-NOTHING = Outcome()  # of a sample: nobody adds to it, and the shell passes over it
+NOTHING = Outcome()  # outcome of a sample: nothing is added to it, and the shell skips it

@@ -1,4 +1,4 @@
-"""Takes people into a room: to touch, or to watch. No I/O."""
+"""Lets people into a room, to touch or to watch. No I/O."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
-# Connections of one session that watch. A page has one; more are of a tab that was duplicated, and
-# of paths that have broken and whose end is not known yet.
+# Watching connections of one session. A page has one; further ones come from duplicated tabs, and
+# from broken paths whose end the server does not know yet.
 MOST_PAGES = 4
 
 
 class Reception:
-    """Lets users into one room.
+    """Lets users and watchers into one room.
 
     Args:
-        room: The users.
-        audience: The watchers.
-        entrance: Who may come in, and what for.
-        peers: All of the room; the lobby's own list.
+        room: Room with the users.
+        audience: Watchers of the room.
+        entrance: Entrance that checks tokens and grants.
+        peers: All peers of the room; the list that the lobby maintains.
 
     Attributes:
-        waiting: Who waits for a seat.
+        waiting: Clients that wait for a seat.
     """
 
     def __init__(
@@ -51,15 +51,15 @@ class Reception:
         to_wall: float,
         outcome: Outcome,
     ) -> None:
-        """Let somebody touch, or wait for a seat, or end its session.
+        """Let a client touch or wait for a seat, or end the client's session.
 
         Args:
-            peer: Who has sent its hello.
-            session: Session of it.
-            hello: The message.
+            peer: Peer that has sent its hello.
+            session: Protocol session of the peer.
+            hello: Hello of the peer.
             now: Time [s].
-            to_wall: Offset of that time to the machine's wall clock [s].
-            outcome: To which the tasks of the shell are added.
+            to_wall: Offset of `now` to the machine's wall clock [s].
+            outcome: Receives the tasks of the shell.
         """
         try:
             session_token = self.entrance.enter(peer, hello, now, to_wall)
@@ -83,7 +83,7 @@ class Reception:
     def come(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
     ) -> None:
-        """Seat one who has waited and was called; the arguments are those of `join`."""
+        """Seat a client that has waited and was called; arguments as for `join`."""
         hello = self.waiting.called(peer)
         if hello is None:
             session.fail(RemoteProtocolError("message", "Come", "nothing before it is called"))
@@ -120,13 +120,13 @@ class Reception:
         told = f"{hello.name} joined with {hello.law.value}"
         outcome.say("joined", told, peer.source, user=hello.name)
         tell_others(self.peers, peer, joined, outcome)
-        if self.room.members[welcome.user].muted:  # under another number than before
+        if self.room.members[welcome.user].muted:  # the user is new under this number
             tell_restraints(self.room, self.peers, outcome)
         elif self.room.restrains:
             tell_restraints(self.room, [peer], outcome)
 
     def watch(self, peer: Peer, watch: Watch, now: float, to_wall: float, outcome: Outcome) -> None:
-        """Let somebody watch, or end its session; the arguments are those of `join`."""
+        """Let a client watch, or end the client's session; arguments as for `join`."""
         watcher = Watcher(watch, has_model=self.audience.model is not None)
         peer.session = watcher
         try:
@@ -144,7 +144,7 @@ class Reception:
         peer.needs_mesh = True
 
     def _check_pages(self, peer: Peer) -> None:
-        """Raise RemoteProtocolError where one more page of a session may not watch."""
+        """Raise RemoteProtocolError if no further page of the peer's session may watch."""
         session = peer.guest.session
         pages = [one for one in self.peers if one.watches and one.session.hears_news]
         count = sum(one.guest.session == session for one in pages)
@@ -155,7 +155,7 @@ class Reception:
 
 
 def tell_others(peers: Iterable[Peer], peer: Peer, news: ServerControl, outcome: Outcome) -> None:
-    """Tell everybody but one."""
+    """Send news to all peers except `peer`."""
     for other in peers:
         if other is not peer and other.session.hears_news:
             other.session.send(news)

@@ -1,4 +1,4 @@
-"""Who was put out of a room, and for how long; the list is bounded."""
+"""Bounded list of the users who were put out of a room, and for how long."""
 
 from __future__ import annotations
 
@@ -13,51 +13,52 @@ from cohaptic_server.access.remembered import MOST_REMOVED, Pardon, Record, Remo
 from cohaptic_server.room.seats.names import looks_like
 
 _NAME: TypeAdapter[str] = TypeAdapter(Name)
-KICKED_FOR = 300.0  # s; long enough to calm down, and to be told why
+KICKED_FOR = 300.0  # s; enough for the user to calm down and to be told the reason
 
 
 class Removed:
-    """Who may not come back into one room.
+    """The users who may not come back into one room.
 
     Args:
-        keep: Called with each who is put out, for processes to come.
+        keep: Function that stores each removal and pardon for later processes; None for no storage.
     """
 
     def __init__(self, keep: Callable[[Record], None] | None = None) -> None:
         self._keep = keep
-        # Beside each the time until which it holds on this process's clock [s]: a wall clock that
-        # is stepped shortens and lengthens nothing while the process runs.
+        # Each removal with its end on the clock of this process [s], so that a step of the wall
+        # clock changes no removal while the process runs.
         self._removals: list[tuple[Removal, float]] = []
 
     def __len__(self) -> int:
         return len(self._removals)
 
     def recall(self, removal: Removal, now: float, wall: float) -> None:
-        """Keep somebody out whom an earlier process has put out.
+        """Keep a user out whom an earlier process has put out.
 
         Args:
-            removal: Who it is.
+            removal: Record of the earlier process.
             now: Time [s].
             wall: Unix time [s].
         """
         if removal.until is None:
             self._add(removal, float("inf"), now)
         elif removal.counts(wall):
-            # A wall clock that was set back meanwhile keeps nobody out for longer than a kick.
+            # A kick ends within KICKED_FOR even if the wall clock was set back meanwhile.
             self._add(removal, now + min(removal.until - wall, KICKED_FOR), now)
 
     def add(
         self, guest: Guest, name: str, source: str, now: float, wall: float, *, ban: bool
     ) -> None:
-        """Keep somebody out.
+        """Keep a user out from now on.
 
         Args:
-            guest: Who it is.
-            name: That it touched by.
-            source: Whom its connection is counted with; it counts for one without a token alone.
+            guest: Identity of the user.
+            name: Name that the user touched under.
+            source: Address with which the user's connection is counted; compared only for users
+                without a token.
             now: Time [s].
             wall: Unix time [s].
-            ban: Whether for good.
+            ban: Whether the user is kept out for good.
         """
         removal = Removal(
             session=guest.session,
@@ -72,10 +73,11 @@ class Removed:
             self._keep(removal)
 
     def pardon(self, name: str, now: float, wall: float) -> bool:
-        """Let those come back who were put out by a name; returns whether there were any.
+        """Let users come back who were put out under a name; returns whether there were any.
 
         Args:
-            name: That they touched by, or one that looks like it: it keeps out whoever has it.
+            name: Name that the users touched under, or one that looks like it; such names keep
+                users out as well.
             now: Time [s].
             wall: Unix time [s].
         """
@@ -89,10 +91,10 @@ class Removed:
         return True
 
     def names(self, now: float) -> tuple[str, ...]:
-        """By which those touched who may not come back yet, each once, the newest last.
+        """Names of the users who may not come back yet, each name once, the newest last.
 
-        What is no name is left out: a journal may have it of another version, or of a person's own
-        hand, and nothing could carry it.
+        Invalid names are left out, since no message could carry them. A journal of another version,
+        or one edited by hand, may contain them.
         """
         names = (one.name for one, until in self._removals if until > now)
         return tuple(dict.fromkeys(name for name in names if _is_name(name)))
@@ -100,18 +102,18 @@ class Removed:
     def _add(self, removal: Removal, until: float, now: float) -> None:
         counting = [one for one in self._removals if one[1] > now]
         if len(counting) >= MOST_REMOVED:
-            # The oldest who would come back anyway; a ban goes only where all are bans.
+            # Drop the oldest kick, which would end anyway; drop a ban only if all are bans.
             kicks = [k for k, (_, until) in enumerate(counting) if until < float("inf")]
             del counting[kicks[0] if kicks else 0]
         self._removals = [*counting, (removal, until)]
 
     def check(self, guest: Guest, name: str, source: str, now: float) -> None:
-        """Raise Denied for one who was put out and whose time is not over.
+        """Raise Denied for a user who was put out and whose time is not over.
 
         Args:
-            guest: Who it is.
-            name: That it wants to touch by; empty for one who watches.
-            source: Whom its connection is counted with.
+            guest: Identity of the user.
+            name: Name that the user wants to touch under; empty if the user watches.
+            source: Address with which the user's connection is counted.
             now: Time [s].
         """
         for one, until in self._removals:
@@ -137,6 +139,6 @@ def _is_same(one: Removal, guest: Guest, name: str, source: str) -> bool:
         return not guest.session and source == one.source
     if guest.session == one.session:
         return True
-    # A ban takes the invitation with it, but nobody who came with it before.
+    # A ban also covers the user's invitation, except sessions that began with it before the ban.
     banned = one.until is None
     return banned and guest.invitation == one.invitation and guest.since >= one.at

@@ -1,9 +1,9 @@
 """The users of one body and their newest samples: a state machine without I/O.
 
-A sample is state: each user writes only its own, the newest replaces the last, and silence lets it
-go. Joining and leaving are events.
+A sample is state: each user writes only its own sample, a new sample replaces the last one, and the
+force of a user that stays silent fades. Joining and leaving are events.
 
-The number of users is bounded by the room's own limit, and by its share of the server's seats.
+The room's own limit and the room's share of the server's seats bound the number of users.
 """
 
 from __future__ import annotations
@@ -41,16 +41,17 @@ from cohaptic_server.world.users import WorldState
 
 @dataclass(slots=True)
 class Seating:
-    """Seats for users, or for watchers.
+    """Seats of a room for users, or for watchers.
 
     Args:
-        most: Most seats of the room.
-        who: Such as "users".
-        instead: What who finds no seat can do.
+        most: Largest number of seats of the room.
+        who: Word for the people, such as "users", for messages.
+        instead: Text that tells a client without a seat what to do instead.
 
     Attributes:
-        held: Seats of the server that the room holds; None where it has them to itself.
-        wanted: That it is to hold; those in use are given back when somebody leaves.
+        held: Seats of the server that the room holds; None if the room does not share the seats.
+        wanted: Number of seats that the room should hold; the room gives back further seats that
+            are in use when somebody leaves.
     """
 
     most: int
@@ -60,12 +61,12 @@ class Seating:
     wanted: int = 0
 
     def allow(self, wanted: int, used: int) -> None:
-        """Hold so many from now on, or as many more as are in use."""
+        """Hold `wanted` seats from now on, or `used` seats if that is more."""
         self.wanted = wanted
         self.held = max(wanted, used)
 
     def give_back(self, used: int) -> int:
-        """Hold no more than is wanted or in use; returns how many that are."""
+        """Give back seats that are neither wanted nor in use; returns the number still held."""
         if self.held is None:
             return self.most
         self.held = min(self.held, max(self.wanted, used))
@@ -73,16 +74,16 @@ class Seating:
 
     @property
     def limit(self) -> int:
-        """How many may sit now."""
+        """Number of seats that can be taken at present."""
         return self.most if self.held is None else min(self.most, self.held)
 
     def check(self, present: int, kept: int = 0, promised: int = 0) -> None:
-        """Raise RemoteProtocolError if there is no seat for one more.
+        """Raise RemoteProtocolError if there is no seat for one more person.
 
         Args:
-            present: How many are here.
-            kept: How many more seats wait for those whose connections were just lost.
-            promised: How many more are for those who came before and wait.
+            present: Number of people in the room.
+            kept: Number of further seats kept for people whose connections were just lost.
+            promised: Number of further seats promised to people who came earlier and wait.
         """
         limit = self.limit
         if present + kept + promised < limit:
@@ -101,8 +102,8 @@ class Seating:
         raise RemoteProtocolError(name, count, words + self.instead, CloseCode.ROOM_FULL)
 
 
-RESET_AFTER = 2.0 * RELEASE_TIME  # s; by then every force has faded
-STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next one
+RESET_AFTER = 2.0 * RELEASE_TIME  # s; every force has faded by then
+STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next sample
 
 
 class Room:
@@ -110,22 +111,22 @@ class Room:
 
     Args:
         body: The deformable object.
-        settings: Settings of the server.
-        first_user: Number of the first user; more than those of rooms before.
+        first_user: Number of the first user; larger than all user numbers of earlier rooms.
 
     Attributes:
         world: State after the last tick.
         members: Users in the room, by number.
-        patches: Patches of the last tick, by user.
-        frames: Meshes of the body, encoded.
-        next_user: Number of who comes next.
-        frozen: Whether the body takes nobody's force.
-        left_alone: Since when no administrator has been there while it is frozen [s]; None before.
-        force_budget: Most of all forces together [N]; None for no limit but the world's.
-        seats, watch_seats: Numbers of seats of users, and of watchers.
-        queue: Who waits for a seat.
-        muted: Whom an administrator has muted.
-        kept: Names of those whose connections were lost.
+        patches: Patches of the last tick, by user number.
+        frames: Encoded meshes of the body.
+        next_user: Number of the next user that joins.
+        frozen: Whether the body takes no forces at all.
+        left_alone: Last time at which an administrator was in the frozen room, or else the time at
+            which the freeze was first seen [s]; None before that.
+        force_budget: Limit on the sum of all forces [N]; None for the world's limit only.
+        seats, watch_seats: Seats of users, and of watchers.
+        queue: People who wait for a seat.
+        muted: Users whom an administrator has muted.
+        kept: Names of users whose connections were lost.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -150,7 +151,7 @@ class Room:
         self.force_budget: float | None = None
         self._reset_at: float | None = None
 
-    # Above 60 lines: what a hello may ask for is checked in one place.
+    # Above 60 lines: the method checks in one place all that a hello may ask for.
     def join(
         self,
         hello: Hello,
@@ -163,19 +164,19 @@ class Room:
         """Add a user.
 
         Args:
-            hello: Hello of the user.
             now: Time [s].
-            source: Whom its connection is counted with.
-            guest: Who it is.
-            called: Whether it has waited, and a seat was kept for it.
+            source: Address with which the user's connection is counted.
+            guest: Identity and grants of the user.
+            called: Whether the user has waited, and the room keeps a seat for it.
 
         Returns:
-            Its welcome, the message for the others, and what is told of those whose place it
-            takes: by the same name, or of the same session. The caller ends their sessions.
+            The welcome for the user, the message for the others, and a leave message for each
+            member that the user replaces, because that member has the same name or the same
+            session. The caller ends the sessions of the replaced members.
 
         Raises:
-            RemoteProtocolError: The name is in use, the room is full, or the client asks for gains
-                or a geometry that it cannot have.
+            RemoteProtocolError: The name is in use, the room is full, or the client asks for gains,
+                a law or a geometry that it cannot have.
         """
         holder = next((m for m in self.members.values() if m.hello.name == hello.name), None)
         self._check_gains(hello.fixed_gains)
@@ -186,7 +187,7 @@ class Room:
             self.kept.check(hello.name, claim, now)
         elif not may_replace(holder.claim, now - holder.heard, claim):
             self.check_name(hello.name)
-        # A session has one seat, whatever it calls itself: its token may have been passed on.
+        # A session has one seat under all its names, since its token may have been passed on.
         replaced = [m for m in self.members.values() if m is holder or claim.is_session_of(m.claim)]
         self.check_name(hello.name, [member.user for member in replaced])
         if not replaced:
@@ -213,10 +214,10 @@ class Room:
         return welcome, UserJoined(user=user, name=hello.name), left
 
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
-        """Keep the newest sample of a user."""
+        """Store the newest sample of a user."""
         member = self.members[user]
         hello = member.hello
-        # By position: names would take as long again as all the rest.
+        # Positional arguments, since keyword arguments would double the time of this method.
         member.touch = Touch(
             user,
             hello.law,
@@ -241,8 +242,8 @@ class Room:
         """Change the control law of a user's local model.
 
         Raises:
-            RemoteProtocolError: It asks for gains that this server does not let users choose, or
-                for a law that the room does not have.
+            RemoteProtocolError: The change asks for gains, which this server does not let users
+                choose, or for a law that the room does not have.
         """
         self._check_gains(change.fixed_gains)
         self._check_law(change.law)
@@ -270,13 +271,14 @@ class Room:
     def leave(
         self, user: int, reason: str = "left", lost: float | None = None, *, seat: bool = True
     ) -> UserLeft | None:
-        """Remove a user, whose force then fades in the world; None if it is not in the room.
+        """Remove a user, whose force then fades; returns None if the user is not in the room.
 
         Args:
-            user: Its number.
-            reason: For the others.
-            lost: When its connection was lost, and its name is kept for it [s]; None if it ended.
-            seat: Whether its seat is kept as well then.
+            user: Number of the user.
+            reason: Reason that the other users are told.
+            lost: Time at which the connection was lost [s], so that the room keeps the user's name;
+                None if the connection was ended on purpose.
+            seat: Whether the room keeps the seat of a lost connection as well.
         """
         member = self.members.pop(user, None)
         if member is None:
@@ -287,11 +289,11 @@ class Room:
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def check_name(self, name: str, but: Collection[int | None] = ()) -> None:
-        """Raise RemoteProtocolError where somebody goes by a name, or by one that looks like it.
+        """Raise RemoteProtocolError if a user has this name, or one that looks like it.
 
         Args:
-            name: That is wanted.
-            but: Numbers of users that are passed over.
+            name: Name that a client wants.
+            but: Numbers of users whose names do not count.
         """
         others = [m.hello.name for m in self.members.values() if m.user not in but]
         if any(looks_like(name, other) for other in others):
@@ -304,45 +306,45 @@ class Room:
         return UserLeft(user=member.user, name=name, reason="replaced by its return")
 
     def seated(self, now: float) -> int:
-        """How many seats are taken: of users, of those who may be about to come back or come in."""
+        """Number of seats in use: users, seats kept for lost connections, and called people."""
         return len(self.members) + self.kept.seats(now) + self.queue.called
 
     def call(self, now: float) -> tuple[int, ...]:
-        """Keep seats that are free for those who wait; returns who is called."""
+        """Keep free seats for people who wait; returns the queue numbers that are called."""
         taken = len(self.members) + self.kept.seats(now)
         self.queue, called = self.queue.call(self.seats.limit - taken, now)
         return called
 
     def name_of(self, user: int) -> str:
-        """Name of a user; its number for one who is not in the room."""
+        """Name of a user; the number as text if the user is not in the room."""
         return self.members[user].hello.name if user in self.members else str(user)
 
     @property
     def restrains(self) -> bool:
-        """Whether an administrator keeps anything from the body."""
+        """Whether an administrator keeps the force of any user from the body."""
         return self.restraints != Restraints()
 
     @property
     def restraints(self) -> Restraints:
-        """What an administrator keeps from the body."""
+        """Forces that an administrator keeps from the body: all (frozen), or of muted users."""
         muted = tuple(user for user, member in self.members.items() if member.muted)
         return Restraints(frozen=self.frozen, muted=muted)
 
     def take_over(self, before: Room) -> None:
-        """Have the seats and names of a room before this, and what an administrator ordered."""
+        """Take over seats, kept names and an administrator's orders from the previous room."""
         self.seats, self.watch_seats, self.kept = before.seats, before.watch_seats, before.kept
         self.muted, self.frozen = before.muted, before.frozen
         self.force_budget = before.force_budget
 
     def reset(self, now: float) -> None:
-        """Put the body back to where it was at the beginning, once every force has faded."""
+        """Reset the body to its initial state, once every force has faded (`RESET_AFTER`)."""
         self._reset_at = now + RESET_AFTER
 
     def tick(self, now: float) -> dict[int, Patch]:
         """Advance the world by one period; returns the patch of each user by number.
 
-        A user whose samples have stopped still gets patches, without force: it may be listening
-        behind a stalled uplink.
+        A user whose samples have stopped exerts no force, but still gets patches, since the client
+        may still receive behind a stalled uplink.
         """
         if self._reset_at is not None and now >= self._reset_at:
             self.world, self._reset_at = WorldState(self.world.tick), None
@@ -351,7 +353,7 @@ class Room:
             if member.touch is not None and member.touch.seq != member.seen:
                 member.seen = member.touch.seq
                 member.used += 1
-        # Who is muted lets go as one does whose samples have stopped: its force fades.
+        # The force of a muted user fades like that of a user whose samples have stopped.
         touches = [
             replace(touch, fresh=False)
             if released or member.muted or now - member.heard > STALE_AFTER
@@ -367,10 +369,10 @@ class Room:
 
     @property
     def at_rest(self) -> bool:
-        """Whether a tick would change its number alone."""
-        waits = self.frozen or self._reset_at is not None  # for something that ticks do
+        """Whether a tick would change nothing but the tick number."""
+        waits = self.frozen or self._reset_at is not None  # the end of either needs ticks
         return not (self.members or waits) and is_at_rest(self.world)
 
     def pass_over(self, ticks: int) -> None:
-        """So many ticks have passed while it was at rest."""
+        """Count `ticks` ticks that have passed while the room was at rest."""
         self.world, self.patches = pass_over(self.world, ticks), {}

@@ -1,4 +1,4 @@
-"""One client's session as a state machine without I/O.
+"""Protocol session of one client, as a state machine without I/O.
 
     AWAIT_HELLO --hello--> GREETED --accept--> JOINED --bye, close--> CLOSED
                               |                  |
@@ -8,8 +8,8 @@
       +--watch--> WATCHES, continued by another state machine (`watch/watcher.py`)
 
 The lobby passes each message to `receive` and handles the events; the shell writes the messages of
-`take`, and closes the connection when `close` is set. A violation of the protocol raises nothing:
-it becomes an error message to this client and a close code, and affects nobody else.
+`take`, and closes the connection when `close` is set. A protocol violation raises no exception: the
+client gets an error message and a close code, and other clients are not affected.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class ServerSession:
         state: State of the session.
         close: Code and reason once the connection is to be closed; None before.
         outbox: Messages that wait for the client.
-        problem: Why the newest patch was left out; empty when it was not.
+        problem: Reason why the newest patch was left out; empty if it was sent.
     """
 
     def __init__(self, now: float) -> None:
@@ -98,15 +98,15 @@ class ServerSession:
             self._end(1000, "bye")
 
     def receive_sample(self, data: bytes) -> ContactSample | None:
-        """The sample in a frame of a client that has joined; None once the session has ended.
+        """Sample in a frame of a client that has joined; None once the session has ended.
 
-        It passes by the events, since it comes at the rate of the simulation.
+        Samples bypass the list of events, since they arrive at the rate of the simulation.
         """
         if self.state is not State.JOINED:
             return None
         try:
             sample = ContactSample.decode(data)
-            # A stream keeps order, so a decreasing sequence number is the client's error.
+            # A stream keeps order, so a sequence number that does not increase is a client error.
             if sample.seq <= self._last_seq:
                 limit = f"more than the last one, {self._last_seq}"
                 raise RemoteProtocolError("seq of a contact sample", sample.seq, limit)
@@ -122,16 +122,17 @@ class ServerSession:
         return events
 
     def queue(self) -> None:
-        """The room is full, and the client waits for a seat."""
+        """Let the client wait for a seat, since the room is full."""
         assert self.state is State.GREETED
         self.state = State.QUEUED
 
     def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
-        """Join the client, once the room has accepted it.
+        """Let the client join, once the room has accepted it.
 
         Args:
-            welcome: To the client.
-            rest_mesh: Frame of the touch mesh at rest, for a client of mesh patches.
+            welcome: Welcome for the client.
+            rest_mesh: Frame of the touch mesh at rest, for a client of mesh patches; None for
+                other clients.
         """
         assert self.state in (State.GREETED, State.QUEUED)
         self.state = State.JOINED
@@ -147,7 +148,7 @@ class ServerSession:
         self._end(error.code.value, str(error))
 
     def stop(self, code: CloseCode, reason: str) -> None:
-        """End the session because the server, or its object, is there no more."""
+        """End the session because the server stops or its object has changed."""
         if self.state is not State.CLOSED:
             self._end(code.value, reason)
 
@@ -157,7 +158,7 @@ class ServerSession:
         return self.state is State.JOINED
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """Messages to write now: events, then a patch; none unless the path is `clear`."""
+        """Remove and return the messages to write now, as for `Outbox.take`."""
         return self.outbox.take(clear=clear)
 
     def send(self, message: ControlMessage) -> None:
@@ -170,10 +171,10 @@ class ServerSession:
             self._end(CloseCode.TOO_SLOW.value, reason)
 
     def send_patch(self, patch: Patch) -> None:
-        """Queue the newest patch; one that the wire cannot carry is left out.
+        """Queue the newest patch; a patch with numbers beyond the wire format is left out.
 
-        That happens, for example, when others push the body out of the range of coordinates. The
-        user stays in the room, and its client fades its force for want of patches.
+        That happens, for example, when others push the body out of the coordinate range. The user
+        stays in the room, and the client fades its force because no patches arrive.
         """
         if self.state is not State.JOINED:
             return
@@ -184,7 +185,7 @@ class ServerSession:
             self.problem = str(error)
 
     def next_deadline(self) -> float | None:
-        """Time by which `handle_timer` must be called [s]; None without a deadline."""
+        """Time at which `handle_timer` must be called [s]; None without a deadline."""
         return self._deadline if self.state is State.AWAIT_HELLO else None
 
     def handle_timer(self, now: float) -> None:

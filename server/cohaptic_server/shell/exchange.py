@@ -1,4 +1,4 @@
-"""Exchanges the object of a server for another one, each with the process that solves for it."""
+"""Exchanges the object of a server for another one, together with its solving process."""
 
 from __future__ import annotations
 

@@ -66,7 +66,6 @@ class Gate:
     """Gate of one server.
 
     Args:
-        limits: All budgets.
         simulation_hz: Ticks of the server per second.
         proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
 

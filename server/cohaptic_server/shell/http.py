@@ -79,7 +79,7 @@ class GreenBlocks:
         return len(self._solving)
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
-        """Block of a vertex; None if it was not solved within `patience` [s], or cannot be."""
+        """Block of a vertex; None if it is not solved within `patience` [s], or never."""
         if vertex in self._kept:
             self._kept.move_to_end(vertex)
             return self._kept[vertex]

@@ -228,7 +228,7 @@ def page_address(url: str) -> str:
 def _select_subprotocol(
     further: Collection[str], _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    """Our subprotocol or another version of it, since a browser without any is told no reason."""
+    """Our subprotocol or another version of it; without one a browser reports no reason."""
     if (special := next((name for name in offered if name in further), None)) is not None:
         return special
     others = (name for name in offered if name.startswith(FAMILY))

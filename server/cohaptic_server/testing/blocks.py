@@ -9,16 +9,14 @@ import numpy as np
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints
 
-_GRADING = 1.8  # exponent that draws layers of the core towards its face
+_GRADING = 1.8  # exponent that moves layers of the core towards its face
 
 
 def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
-    """Six tetrahedra in each cell of a grid, about the diagonal that points away from x = y = 0.
+    """Fill each cell of a grid with six tetrahedra about the diagonal that points from x = y = 0.
 
     Args:
-        xs: Rising positions of the planes across x [m].
-        ys: Across y [m].
-        zs: Across z [m].
+        xs, ys, zs: Rising positions of the planes across x, y and z [m].
     """
     shape = (len(xs), len(ys), len(zs))
     x = np.stack(np.meshgrid(xs, ys, zs, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -44,7 +42,7 @@ def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
 
 
 def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetMesh:
-    """A block that stands on z = 0, its foot centred on the origin.
+    """Make a block that stands on z = 0, its foot centred on the origin.
 
     Args:
         size: Length along x, y, z [m].
@@ -56,10 +54,10 @@ def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> TetM
 
 
 def half_ball(core: Floats, shells: Floats) -> TetMesh:
-    """A half ball below z = 0 that approximates a half space, fine near its centre.
+    """Make a half ball below z = 0 that approximates a half space, fine near its centre.
 
-    The core is a grid of cubes projected radially, cube k onto the half sphere of `core[k]`; the
-    shells continue its triangles outwards, each with the same number of elements.
+    The core is a grid of cubes projected radially, cube k onto the half sphere of radius `core[k]`;
+    the shells continue the core's triangles outwards, each with the same number of elements.
 
     Args:
         core: Rising radii of the core, the first of them 0, shape (k + 1,) [m].

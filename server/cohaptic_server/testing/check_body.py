@@ -3,9 +3,9 @@
     check_body(MyBody())              # a linear body: displacements add up
     check_body(MyRubber(), linear=False)
 
-Each law is a function that asserts it; an error names the broken one. They are the invariants of
-science 3.6, as far as they can be observed through the `Body` Protocol, and those properties of a
-body on which the control laws of science 3.1 and 3.3 rely.
+Each law is a function that asserts the law; an error names the broken one. The laws are the
+invariants of science 3.6, as far as the `Body` Protocol shows them, and those properties of a body
+on which the control laws of science 3.1 and 3.3 rely.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.contacts import depth, depths, pressed, settled, soft_contacts
 
-_EXACT = 1e-6  # relative; columns are kept in single precision
-_TANGENT = 2e-3  # relative; differences of a nonlinear body, dropped loads of a viscous one
+_EXACT = 1e-6  # relative tolerance; columns are kept in single precision
+_TANGENT = 2e-3  # relative; for differences of a nonlinear body, dropped loads of a viscous body
 _TABLE = 0.05  # relative; a client scales the table by the exact C_ii of each patch
 _TABLE_PRESSES = 12  # vertices of the table that are pressed on, roughly
 _DIFFERENCE = 0.02  # step of a force difference over the force
@@ -34,10 +34,9 @@ class Subject:
     """A body under check and the loads that press it.
 
     Args:
-        body: The body.
         linear: Whether displacements under several loads add up.
         loads: A few distant contacts, each with a force of its own.
-        forces: Their forces, shape (c,) [N].
+        forces: Forces of the loads, shape (c,) [N].
         scale: Displacement that the loads cause, for tolerances [m].
     """
 
@@ -70,7 +69,7 @@ def compliance_is_symmetric_and_definite(subject: Subject) -> None:
 
 
 def own_force_dents_inward(subject: Subject) -> None:
-    """A contact moves along its own force, at once and in the end."""
+    """A contact moves along its own force, at once and in the steady state."""
     for load in subject.loads:
         first = depth(load, subject.body.respond([load]))
         last = depth(load, settled(subject.body, [load]))
@@ -79,7 +78,7 @@ def own_force_dents_inward(subject: Subject) -> None:
 
 
 def reciprocity(subject: Subject) -> None:
-    """A small force at one contact moves another as much as the same force there moves the one."""
+    """A small force at contact i moves contact j as much as the same force at j moves i."""
     share = 0.01
     loads = pressed(subject.loads, np.full(len(subject.loads), share * subject.forces.min()))
     moved = np.array([depths(loads, settled(subject.body, [load])) for load in loads])
@@ -90,7 +89,7 @@ def reciprocity(subject: Subject) -> None:
 def compliance_is_the_steady_tangent(subject: Subject) -> None:
     """C is the derivative of the steady depths by the forces, at the present loads.
 
-    Delays act on the steady compliance (science 3.1); a C below half of it is not safe (3.3).
+    Delays act on the steady compliance (science 3.1); a C below half of that is not safe (3.3).
     """
     body, loads = subject.body, subject.loads
     steady = settled(body, loads)
@@ -147,7 +146,7 @@ def energy_is_paid_for(subject: Subject) -> None:
 
 
 def energy_is_a_potential(subject: Subject) -> None:
-    """Between steady states the energy changes by the work along the way, there and back."""
+    """Between steady states the energy changes by the work done, while loading and unloading."""
     body, loads = subject.body, subject.loads
     shares = np.concatenate([np.linspace(0.0, 1.0, 9), np.linspace(1.0, 0.0, 9)[1:]])
     states: list[tuple[Floats, Floats, float]] = []
@@ -163,7 +162,7 @@ def energy_is_a_potential(subject: Subject) -> None:
 
 
 def order_of_loads_does_not_matter(subject: Subject) -> None:
-    """A permutation of the loads permutes C and leaves the rest."""
+    """A permutation of the loads permutes C and does not change the rest of the response."""
     body, loads = subject.body, subject.loads
     order = [*range(1, len(loads)), 0]
     one, two = body.respond(loads), body.respond([loads[i] for i in order])
@@ -174,7 +173,7 @@ def order_of_loads_does_not_matter(subject: Subject) -> None:
 
 
 def response_depends_on_its_arguments_only(subject: Subject) -> None:
-    """The same loads and the same earlier response give the same, whatever was asked between."""
+    """The same loads and earlier response give the same response, whatever was asked in between."""
     body, loads = subject.body, subject.loads
     before = body.respond(loads[:1])
     earlier = np.array(before.displacement)
@@ -190,7 +189,7 @@ def response_depends_on_its_arguments_only(subject: Subject) -> None:
 
 
 def steady_state_does_not_depend_on_the_way(subject: Subject) -> None:
-    """From rest or from another press: the same equilibrium."""
+    """The equilibrium from rest is the same as from another press."""
     body, loads = subject.body, subject.loads
     cold = settled(body, loads)
     warm = settled(body, loads, settled(body, loads[:1]))
@@ -199,7 +198,7 @@ def steady_state_does_not_depend_on_the_way(subject: Subject) -> None:
 
 
 def parts_of_a_response_agree(subject: Subject) -> None:
-    """`at` and `without` say the same as `displacement` and C (the x_free of science 3.3)."""
+    """`at` and `without` agree with `displacement` and C (the x_free of science 3.3)."""
     body, loads = subject.body, subject.loads
     response = settled(body, loads)
     some = np.arange(0, len(body.mesh.vertices), 3)
@@ -231,7 +230,7 @@ def a_hand_comes_to_rest(subject: Subject) -> None:
 
 
 def table_is_of_contacts(subject: Subject) -> None:
-    """`vertex_compliance`, where a body has it, is C_ii of presses centred at the vertices."""
+    """The `vertex_compliance` of a body that has one is C_ii of presses centred at the vertices."""
     body = subject.body
     if not isinstance(body, Surveyed):
         return
@@ -271,18 +270,18 @@ LAWS: tuple[Law, ...] = (
 
 
 def _near(values: Floats, expected: Floats | float, tolerance: float, name: str) -> None:
-    """Assert that values agree; NaN never does."""
+    """Assert that values agree; NaN never agrees."""
     gap = float(np.abs(np.asarray(values) - expected).max(initial=0.0))
     assert gap <= tolerance, f"{name} differ by {gap:g}, more than {tolerance:g}"
 
 
 def _tolerance(subject: Subject) -> float:
-    """For displacements [m]."""
+    """Tolerance of displacements [m]."""
     return _EXACT * subject.scale
 
 
 def _energy_scale(subject: Subject) -> float:
-    """Work of the loads over their depth [J]."""
+    """Sum of the forces times the displacement that they cause [J]."""
     return float(subject.forces.sum()) * subject.scale
 
 

@@ -20,7 +20,7 @@ R_co = TypeVar("R_co", bound=Response, covariant=True)
 
 
 def press_vertex(body: Body, vertex: int, force: float) -> Load:
-    """A press against the normal, centred at a vertex, with the body's contact radius."""
+    """Return a press against the normal, centred at a vertex, with the body's contact radius."""
     mesh = body.mesh
     vertices, weights = pressure(
         mesh, mesh.vertices[vertex], body.contact_radius, mesh.normals[vertex]
@@ -29,10 +29,10 @@ def press_vertex(body: Body, vertex: int, force: float) -> Load:
 
 
 def soft_contacts(body: Body, count: int) -> list[Load]:
-    """Presses of zero force, far from each other, where the body is not fixed.
+    """Return presses of zero force, far from each other, where the body is not fixed.
 
     Raises:
-        ValueError: The body has too few of them.
+        ValueError: The body has too few such places.
     """
     vertices = spread_over(body.mesh.vertices, _CANDIDATES)
     loads = [press_vertex(body, int(k), 0.0) for k in vertices]
@@ -44,7 +44,7 @@ def soft_contacts(body: Body, count: int) -> list[Load]:
 
 
 def pressed(loads: Sequence[Load], forces: Sequence[float] | Floats) -> list[Load]:
-    """The same contacts with other forces [N]."""
+    """Return the same contacts with other forces [N]."""
     return [replace(load, force=float(force)) for load, force in zip(loads, forces, strict=True)]
 
 
@@ -59,15 +59,15 @@ def depths(loads: Sequence[Load], response: Response) -> Floats:
 
 
 class Responding(Protocol[R_co]):
-    """A body by the type of its response."""
+    """A body that is generic in the type of its response."""
 
     @property
     def name(self) -> str:
-        """Name for people."""
+        """Name of the body for messages."""
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> R_co:
-        """As `Body.respond`."""
+        """Return the response as `Body.respond` does."""
         ...
 
 
@@ -79,18 +79,16 @@ def settled(
     tolerance: float = 1e-11,
     ticks: int = 400,
 ) -> R_co:
-    """The steady response to constant loads.
+    """Return the steady response to constant loads.
 
     Args:
-        body: The body.
-        loads: The constant loads.
-        before: Response to start from.
-        tolerance: Largest change of any vertex in the last tick, and in the one before it: what
-            swings is still for a moment where it turns [m].
+        before: Response to start from; None for rest.
+        tolerance: Largest change of any vertex in the last tick and in the tick before it, since a
+            swinging body is still for a moment where it turns [m].
         ticks: Largest number of ticks.
 
     Raises:
-        AssertionError: The body moves on after that many ticks.
+        AssertionError: The body still moves after that many ticks.
     """
     response, change = body.respond(loads, before), np.inf
     for _ in range(ticks):

@@ -1,7 +1,7 @@
 """A ring of soft tissue of any size: fine at its surface, coarse inside.
 
-Most vertices lie on the surface, which is touched; each layer below has half as many. Tests and
-benchmarks press on it, as on the meshes of `blocks.py`.
+Most vertices lie on the surface, which is touched; each layer below has half as many vertices.
+Tests and benchmarks press on the ring, as on the meshes of `blocks.py`.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ _CORE = 6  # vertices round the innermost tube
 
 
 def ring(along: int, across: int) -> TetMesh:
-    """A solid torus about the z axis.
+    """Make a solid torus about the z axis.
 
     Args:
-        along: Vertices of the surface along the ring.
-        across: Vertices of the surface round the tube.
+        along: Number of vertices of the surface along the ring.
+        across: Number of vertices of the surface round the tube.
     """
     n, m, radius = along, across, TUBE
     above = np.arange(n * m).reshape(n, m)
@@ -44,7 +44,7 @@ def ring(along: int, across: int) -> TetMesh:
 
 
 def fixed(mesh: TetMesh) -> Mask:
-    """The vertices that stand on the table and do not move, shape (n,)."""
+    """Find the vertices that stand on the table and do not move, shape (n,)."""
     return np.asarray(mesh.vertices[:, 2] < FOOT)
 
 
@@ -68,7 +68,7 @@ def _halved(above: Ints, below: Ints) -> list[Ints]:
 def _prisms(a: Ints, b: Ints, c: Ints) -> list[Ints]:
     """Tetrahedra of prisms: triangles (k, l) extruded along their second axis, which is periodic.
 
-    A side is cut from its earlier corner to the later one of the next triangle. The corners have
+    A side is cut from its earlier corner to the later corner of the next triangle. The corners have
     one order everywhere (along rows, then down), so that neighbours cut a common side alike.
     """
     d, e, f = (np.roll(p, -1, axis=1) for p in (a, b, c))

@@ -1,7 +1,7 @@
-"""From the forces that users request to those that the body gets in a tick (science 3.8).
+"""The forces that the body gets in a tick, from those that users request (science 3.8).
 
 A request is limited, passes the room's lag, and is slowed down where it would move other hands too
-fast. A probe that jumps leaves its force behind, to fade where it was.
+fast. When a probe jumps, its force stays at the old contact and fades there.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cohaptic_server.world.state import NEGLIGIBLE, Release
 from cohaptic_server.world.users import Applied, Tracked, WorldState
 
 # Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its
-# own; three radii are one and a half diameters, deeper than anybody presses on purpose.
+# own; three radii are one and a half diameters, deeper than any user presses on purpose.
 MAX_INDENTATION = 3.0
 MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow the room is
 
@@ -38,7 +38,7 @@ def update_releases(
     Args:
         state: The world after the last tick.
         tracked: Users with their contacts in this tick.
-        fade: Decrease of a share in one tick.
+        fade: Decrease in one tick of the share of a force that is left.
         max_move: Distance that a hand can move a contact in one tick [m].
 
     Returns:
@@ -78,13 +78,12 @@ def apply_forces(
         released: Users whose force still fades at a previous contact; they press nowhere else.
         dt: Simulation period N T [s].
         max_move: Distance that a hand can move a contact in one tick [m].
-
     """
     n, last = len(tracked.touches), state.users.applied
     if not n:
         return Applied(tracked.presence, tracked.requested, tracked.tangential)
     C = _previous_coupling(state, *_rows_before(state, tracked, max_move))
-    # Of a contact whose coupling is not known yet it is infinite.
+    # Infinite for a contact whose coupling is not known yet.
     c_ii = C.diagonal().copy()
     presence, requested, previous = tracked.presence, tracked.requested, np.zeros(n)
     here = tracked.before >= 0
@@ -116,7 +115,7 @@ def apply_forces(
     # K of each hand, at most 1 / C_ii where that is known.
     device = tracked.settings[1]
     stiffness = np.where(c_ii < np.inf, np.minimum(device, 1.0 / c_ii), device)
-    # A hand that feels no force cannot be moved, so nobody is slowed down for its sake.
+    # A hand that feels no force cannot be moved, so no user is slowed down for its sake.
     C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
     share = allowed_shares(change, stiffness, C, EFFECT_RATE * dt)
     tangential = was + share[:, None] * (along - was) if tracked.rough else along
@@ -125,9 +124,9 @@ def apply_forces(
 
 
 def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:
-    """Row of each user in the last tick, and whether anybody's contact is new at its place.
+    """Row of each user in the last tick, shape (n,), and whether any contact is new at its place.
 
-    For who was not there, or further away than a hand can move a contact, it is -1. Shape (n,).
+    The row is -1 for a user who was not there or further away than a hand can move a contact.
     """
     rows = np.empty_like(tracked.before)
     old = state.users.tracked.contacts.frames
@@ -162,17 +161,18 @@ def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Fl
 def _previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
     """C between users in the last tick, shape (n, n) [m/N].
 
-    For a user who was not at its contact then, it is not known. The effect of such a user on others
-    is set to infinity; the effect of others on it to zero, since it holds no force there yet.
+    C is not known for a user who was not at its contact then. The effect of such a user on others
+    is set to infinity; the effect of others on that user to zero, since it holds no force there
+    yet.
 
     Args:
         state: The world after the last tick.
-        rows: Rows of the users in it; -1 for who was not at its contact, shape (n,).
-        anybody: Whether there is such a one.
+        rows: Row of each user in that tick; -1 for one who was not at its contact, shape (n,).
+        anybody: Whether there is such a user.
     """
     n = len(rows)
     if not anybody and n == len(state.coupling) and (rows[1:] > rows[:-1]).all():
-        return state.coupling.copy()  # nobody came, left or jumped
+        return state.coupling.copy()  # no user came, left or jumped
     C = np.full((n, n), np.inf)
     C[rows < 0] = 0.0
     np.fill_diagonal(C, np.inf)

@@ -1,10 +1,10 @@
 """Contact of a probe with a body: its point on the surface, the pressure under it, the normal.
 
 A contact is found on the surface *free of the client's own force*, so that pressing harder does not
-move the contact point. It is the point from which the probe lies along the normal, with point,
-displacement and normal averaged over the pressure. The nearest point of a faceted surface would
-jump from face to face under a probe that sinks in; the average slides. Points of the surface are
-given on the resting mesh, and the probe is taken back by the displacement there.
+move the contact point. From the contact point, the probe lies along the normal; point, displacement
+and normal are averaged over the pressure. The nearest point of a faceted surface would jump from
+face to face under a probe that sinks in; the average slides. Points of the surface are given on the
+resting mesh, and the search subtracts the displacement there from the probe's position.
 
 Facets lie below the smooth surface that they approximate, by half a millimetre on a balloon of 642
 vertices. The contact point is therefore lifted to the smooth surface through the vertices with
@@ -30,7 +30,7 @@ from cohaptic_server.world.displacement_field import CachedField, Field
 MAX_CONTACT_HEIGHT = 0.03  # m above the surface; a probe higher up applies no force
 TOLERANCE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
 # m beside the normal within which a previous contact is kept, so that most ticks of a pressing hand
-# have nothing to search. On a fingertip's curvature it turns the force by 0.2 %.
+# need no search. On a surface as curved as a fingertip this offset turns the force by 0.2 %.
 KEEP_DISTANCE = 6e-5
 _NO_VERTICES = np.zeros(0, dtype=np.int64)
 _NO_VALUES = np.zeros((0, 3))
@@ -44,7 +44,7 @@ class Contact:
         frame: Point on a facet of the resting mesh [m], contact point on the smooth resting surface
             above it [m], and outward unit normal of the free surface, averaged over the pressure;
             shape (3, 3).
-        vertices: Under the pressure, rising, shape (k,).
+        vertices: Vertices under the pressure, rising, shape (k,).
         weights: Share of each vertex in the pressure, shape (k,); they sum to 1.
         slope: Decrease of the probe's offset beside the normal per distance that the contact moves
             along the surface: 1 on a plane, and less where the normal turns, such as at an edge
@@ -96,11 +96,11 @@ class Contacts(NamedTuple):
     """Contacts of the users of a room, in the order in which compiled loops take them.
 
     Args:
-        frames: As that of a contact, shape (n, 3, 3).
-        slopes: Shape (n,).
-        starts: Where each contact begins in the next two, and the last one's end, shape (n + 1,).
-        vertices: Under the contacts, user after user, shape (k,) or longer.
-        weights: Weights of these, as those of a contact, shape (k,) or longer.
+        frames: Frame of each contact, as in `Contact`, shape (n, 3, 3).
+        slopes: Slope of each contact, shape (n,).
+        starts: Where each contact begins in `vertices`, and where the last ends, shape (n + 1,).
+        vertices: Vertices under the contacts, user after user, shape (k,) or longer.
+        weights: Share of each vertex in its contact's pressure, shape (k,) or longer.
     """
 
     frames: Floats
@@ -111,7 +111,7 @@ class Contacts(NamedTuple):
 
     @classmethod
     def of(cls, contacts: Sequence[Contact]) -> Contacts:
-        """The arrays of some contacts."""
+        """Return the arrays of some contacts."""
         starts = np.zeros(len(contacts) + 1, dtype=np.int64)
         np.cumsum([len(contact.vertices) for contact in contacts], out=starts[1:])
         return cls(
@@ -123,13 +123,13 @@ class Contacts(NamedTuple):
         )
 
     def at(self, i: int) -> Contact:
-        """One of them."""
+        """Return contact `i`."""
         own = slice(self.starts[i], self.starts[i + 1])
         slope = float(self.slopes[i])
         return Contact(self.frames[i], self.vertices[own], self.weights[own], slope)
 
     def put(self, i: int, contact: Contact) -> Contacts:
-        """The contacts up to one of them, which is written behind those before it."""
+        """Write contact `i` behind those before it; return the arrays, lengthened where needed."""
         start, count = int(self.starts[i]), len(contact.vertices)
         self.frames[i], self.slopes[i] = contact.frame, contact.slope
         self.starts[i + 1] = end = start + count
@@ -160,12 +160,12 @@ def locate(
 
     Args:
         mesh: Resting surface.
-        probe: Tip [m].
+        probe: Position of the tip [m].
         free: Displacement of the vertices without this probe's own force.
         radius: Radius of the pressure [m].
         hint: Contact of the last tick; None to search the whole surface.
-        tolerance: Distance along the surface to which the contact is found [m]; None for that of a
-            tick.
+        tolerance: Distance along the surface to which the contact is found [m]; None for the
+            tolerance of a tick.
     """
     final, keep = (TOLERANCE, KEEP_DISTANCE) if tolerance is None else (tolerance, tolerance)
     search = mesh.contacts.search
@@ -197,7 +197,7 @@ def place_on(mesh: SurfaceMesh, contact: Contact, free: Field) -> Vec3:
 
 
 def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
-    """The same contact with its normal on a surface displaced by `free`."""
+    """Return the same contact with its normal on a surface displaced by `free`."""
     search = mesh.contacts.search
     known = _known(free)
     search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
@@ -225,7 +225,7 @@ def _known(field: Field) -> _Known:
 
 
 def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
-    """The field also at the corners of all faces round the contact to which the search has come."""
+    """Return the field known also at the corners of all faces round the search's contact."""
     found = mesh.contacts
     under = found.under[: found.search.count]
     vertices = union(known.vertices, mesh.faces[mesh.rings[under]].ravel())
@@ -233,7 +233,7 @@ def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
 
 
 def _found(mesh: SurfaceMesh, same: Contact | None) -> Contact:
-    """The contact that was found; the vertices and weights of `same` if it is where that was."""
+    """Return the contact found, with the vertices and weights of `same` unless that is None."""
     found = mesh.contacts
     frame, search = found.frame.copy(), found.search
     if same is not None:

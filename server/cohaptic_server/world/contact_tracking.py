@@ -40,7 +40,7 @@ _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
 # fro; `equilibrium` takes half steps for the same reason.
 RELAXATION = 0.5
 _NOT_MEASURED = LoopDelay()
-_USUAL = 48  # vertices under a contact, for which there is room at first
+_USUAL = 48  # vertices under a contact for which arrays have room at first
 
 
 def track_contacts(
@@ -57,7 +57,7 @@ def track_contacts(
         body: The deformable object.
         state: The world after the last tick.
         touches: Newest samples of the users, n of them.
-        before: Row of each in the last tick; -1 for who was not there, shape (n,).
+        before: Row of each user in the last tick; -1 for a user who was not there, shape (n,).
         presence: Share of each force that counts, 0 to 1, shape (n,).
         time: Time of this tick.
     """
@@ -92,12 +92,12 @@ def _follow(
     """Follow each contact on its relaxed surface.
 
     Returns:
-        The contacts, the surfaces on which they were found, by the rows of the last tick, and the
+        The contacts; the surfaces on which they were found, by the rows of the last tick; and the
         contact points on the free surfaces, shape (n, 3) [m].
     """
     n, last, found = len(tips), state.users.tracked, body.mesh.contacts
     observed, old = state.users.observed, last.contacts
-    if observed is None:  # nobody is followed without a field
+    if observed is None:  # no contact is followed without a field
         known, there = NOWHERE_KNOWN, np.full(n, -1)
     else:
         windows = observed.windows
@@ -136,11 +136,11 @@ def _follow(
 def _places_to_follow(
     state: WorldState, touches: Sequence[Touch], before: Ints, probes: Floats
 ) -> Floats:
-    """What each contact follows: the tip, or the point that a finger holds, shape (n, 3) [m].
+    """Place that each contact follows: the tip, or the point that a finger holds, (n, 3) [m].
 
     A finger that sticks must stay on its material point, however far its own force and the others
-    have moved both, and the surface may turn under it (science 3.10). Its anchor is taken to where
-    the others have displaced it.
+    have moved both, and the surface may turn under the finger (science 3.10). The contact follows
+    the finger's anchor, displaced as the others have displaced its contact point.
     """
     held = [i for i, touch in enumerate(touches) if touch.anchor is not None and before[i] >= 0]
     observed = state.users.observed
@@ -178,9 +178,9 @@ def _loop_delay(
         return delay
     if 0 < touch.tick <= state.tick:
         late = (time.number - touch.tick) * time.period
-        # The first sample after an outage names a patch of before, which says nothing of the loop.
+        # The first sample after an outage names a patch from before, which does not time the loop.
         return delay.measured(late, time.now) if faded_in or late <= TOO_LONG else delay
-    # It names none, as before its first patch, or one that there has not been.
+    # The sample names no patch, as before the first one, or a patch that was never made.
     return delay.waited(time.period) if faded_in else delay
 
 

@@ -4,13 +4,14 @@ A tick evaluates the surface round its contacts only, so that its cost does not 
 Vertices near a contact are evaluated once for all readers (`CachedField`); others are evaluated
 each time that they are asked for.
 
-The free surface round a contact is shown as it is, but for a bulge that its probe would slide off.
-Between two fingers that pinch a thin part, each would find the bulge that the other would make
-alone: on a plate of 3 mm that 1.5 N pinch by 1 mm it is 18 mm high and as sharp as a fingertip,
-while the plate itself stays flat. A probe that lies deeper below a bulge than its radius of
-curvature has its nearest point beside it: the two contacts run away from each other, and come back
-a loop delay later. In the theory of small displacements no surface turns so far. So the bulge is
-shown flatter about the contact, whose own place and compliance stay as they are.
+The free surface round a contact is shown as it is, except for a bulge that its probe would slide
+off. Of two fingers that pinch a thin part, each would find the bulge that the other would make
+alone: on a plate of 3 mm that 1.5 N pinch by 1 mm the bulge is 18 mm high and as sharp as a
+fingertip, while the plate itself stays flat. A probe that lies deeper below a bulge than the
+bulge's radius of curvature has its nearest point beside the bulge: the two contacts run away from
+each other, and come back a loop delay later. In the theory of small displacements no surface turns
+so far. The bulge is therefore shown flatter about the contact, whose own place and compliance stay
+as they are.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.loops.free_surfaces import flatten
 
-# Largest product q of the depth of a probe and the curvature of the bulge over it. A contact then
-# moves by q / (1 - q) of the way that the one on the other side does: by a third, so that they come
-# to rest whatever the delay. From a half on they drive each other away.
+# Largest product q of the depth of a probe and the curvature of the bulge over it. A contact moves
+# by q / (1 - q) of the distance that the contact on the other side moves: by a third here, so that
+# both come to rest whatever the delay. From q = 1/2 on the two drive each other away.
 LARGEST_PRODUCT = 0.25
-_BULGE_ROOM = np.zeros((6, 8))  # for the equations of one bulge after the other
+_BULGE_ROOM = np.zeros((6, 8))  # room for the equations of one bulge after the other
 
 
 class Field(Protocol):
@@ -42,7 +43,7 @@ class Field(Protocol):
 
 
 class ZeroField:
-    """Displacement of a body that nobody has touched yet."""
+    """Displacement of a body that no user has touched yet."""
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
         """Zeros, shape (..., 3) [m]."""
@@ -54,7 +55,7 @@ class FreeField:
     """Displacement of the surface without one user's own force (science 3.3).
 
     Args:
-        response: Response of the body to everybody.
+        response: Response of the body to all loads.
         forces: Magnitudes of the user's own loads, shape (k,) [N].
         loads: Position of these loads among the response's; an empty slice gives the displacement
             with every force.
@@ -79,8 +80,8 @@ class CachedField:
     """A field with known values round a contact.
 
     Args:
-        vertices: Whose values are known, ascending, shape (k,).
-        values: Their displacement, shape (k, 3) [m].
+        vertices: Vertices whose values are known, ascending, shape (k,).
+        values: Displacement of these vertices, shape (k, 3) [m].
         elsewhere: Field that answers for all other vertices.
     """
 
@@ -94,7 +95,7 @@ class CachedField:
             return self.values
         if not len(self.vertices):
             return self.elsewhere[vertices]
-        # `take` with clipping is the fastest lookup: half of a tick's time is spent in such ones.
+        # `take` with clipping is the fastest look-up; look-ups take half of a tick's time.
         position = self.vertices.searchsorted(vertices)
         missing = self.vertices.take(position, mode="clip") != vertices
         displacement = self.values.take(position, 0, mode="clip")
@@ -107,9 +108,9 @@ class KnownFields(NamedTuple):
     """Fields of several users, each known at some vertices, as compiled loops take them.
 
     Args:
-        starts: Where each user's vertices begin, and the last one's end, shape (n + 1,).
+        starts: Where each user's vertices begin, and where the last ones end, shape (n + 1,).
         vertices: Vertices of each user, ascending, shape (k,) or longer.
-        values: Their displacement, shape (k, 3) or longer [m].
+        values: Displacement of these vertices, shape (k, 3) or longer [m].
     """
 
     starts: Ints
@@ -119,7 +120,7 @@ class KnownFields(NamedTuple):
 
 NOWHERE_KNOWN = KnownFields(
     np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 3))
-)  # fields of nobody
+)  # fields of no users
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +128,7 @@ class FlatterField:
     """A field whose differences from the displacement of a contact are reduced.
 
     Args:
-        field: Displacement.
+        field: Field before the reduction.
         moved: Displacement of the contact, shape (3,) [m].
         share: Share of the differences, 0 to 1.
     """
@@ -149,18 +150,18 @@ def flatten_bulges(
     depths: Floats,
     contact_radius: float,
 ) -> Floats:
-    """Show the free surface round each contact with no bulge that its probe would slide off.
+    """Flatten the free surface round each contact where its probe would slide off a bulge.
 
-    A surface on which the contact is stable stays as it is, which is everywhere but on parts that
-    others bend as sharply as a fingertip.
+    A surface on which the contact is stable stays as it is. Only parts that others bend as sharply
+    as a fingertip are flattened.
 
     Args:
         mesh: Resting surface.
         fields: Displacement of each user's surface without its own force; flattened in place.
         frames: Foot, point and normal of each contact, shape (n, 3, 3).
         x_free: Contact points on these surfaces, which stay where they are, shape (n, 3) [m].
-        depths: Depths of the probes below these; at 0 nothing is flattened, shape (n,) [m].
-        contact_radius: Contact radius of the pressure under a contact [m].
+        depths: Depths of the probes below these points; at 0 nothing is flattened, shape (n,) [m].
+        contact_radius: Radius of the pressure under a contact [m].
 
     Returns:
         Displacement of each contact [m], and the share of the differences from it that is left, 1

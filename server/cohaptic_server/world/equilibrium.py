@@ -24,15 +24,15 @@ from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.lags.turning import root_of_gain
 from cohaptic_server.world.loads import Press, contact_axes
 
-_TOLERANCE = 1e-5  # N; and 1e-8 m of the tips
-# m along the surface. At the tolerance of a tick, on a surface that others tilt by a third, a tip
-# would be left 0.02 mm off the surface.
+_TOLERANCE = 1e-5  # N for the forces, and 1e-8 m for the tips
+# m along the surface. With the tolerance of a tick, a tip would be left 0.02 mm off a surface that
+# others tilt by a third.
 _CONTACT_TOLERANCE = 1e-6
 _REFINE_BELOW = 1e-2  # N; contacts are located to `_CONTACT_TOLERANCE` once forces change by less
-# Near an equilibrium that does not last, such as that of a rubber plate between two hands just
-# before it buckles, forces change by a few 1e-7 N in each iteration, and leave it in 40 more. So
-# tips are pushed by this much along the surface, and forces are found again more precisely. They
-# may differ by a share of the largest one, or of `_LEAST` if that is more.
+# Near an unstable equilibrium, such as that of a rubber plate between two hands just before it
+# buckles, forces change by a few 1e-7 N in each iteration, and leave it in 40 more. Tips are
+# therefore pushed by `_NUDGE` along the surface, and forces are found again more precisely. The
+# forces may differ by the share `_SAME` of the largest one, or of `_LEAST` if that is more.
 _NUDGE = 3e-4  # m, along each of two tangents
 _FOUND_AGAIN = 1e-6  # N
 _SAME, _LEAST = 1e-3, 0.1  # -, N
@@ -46,8 +46,9 @@ class RestingHand:
     Args:
         intention: Position that the hand wants for its tip [m].
         stiffness: Stiffness of the hand [N/m].
-        start: Where it came from [m]. In a wall thinner than it is pressed, the nearest surface of
-            a tip may be the far one; a hand touches that which it came to. None for the nearest.
+        start: Position from which the hand came [m]; it touches the surface that it met first. In a
+            wall pressed by more than its thickness the surface nearest to the tip may be the far
+            one. None for the nearest surface.
     """
 
     intention: Vec3
@@ -61,12 +62,13 @@ class Equilibrium:
 
     Args:
         force: Normal force on each hand, shape (c,) [N].
-        alone: Force on each hand at the same tip if nobody else touched the body, (c,) [N].
+        alone: Force on each hand at the same tip if no other hand touched the body, (c,) [N].
         tip: Tip of each hand, shape (c, 3) [m].
-        place: Where each touches, on the resting surface, shape (c, 3) [m].
+        place: Contact point of each hand on the resting surface, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
-        turning: Largest share of a way along the surface that its own force makes of it anew: the
-            normal turns with the way, and body and hands give way to that. At 1 a tip slides off.
+        turning: Largest share of a shift along the surface that is added to it again: the normal
+            turns with the shift, and body and hands yield to the turned force. At 1 a tip slides
+            off.
     """
 
     force: Floats
@@ -78,7 +80,7 @@ class Equilibrium:
 
     @property
     def felt_from_others(self) -> Floats:
-        """Part of each force that is there because others touch, shape (c,) [N]."""
+        """Part of each force that is due to the other hands, shape (c,) [N]."""
         return np.asarray(self.force - self.alone)
 
 
@@ -89,14 +91,13 @@ def solve(
     """Find the equilibrium of a body and hands.
 
     For given contacts this is a linear complementarity problem with a positive definite matrix,
-    which is solved exactly; then contacts are located anew at the tips, until both agree. What is
-    found is pushed once, and hands and body have to return to it: that finds most of those that do
-    not last, not all. A tip on top of a facet may stay there.
+    which is solved exactly; then contacts are located again at the tips, until both agree. The
+    equilibrium found is disturbed once, and hands and body have to return to it: this test finds
+    most unstable equilibria, but not all. A tip on top of a facet may stay there.
 
     Args:
-        body: The body.
-        hands: All that touch it.
-        iterations: After which contacts that still slide count as sliding on.
+        hands: All hands that touch the body.
+        iterations: Number of iterations after which contacts that still slide are an error.
 
     Raises:
         BodyError: Contacts and forces do not converge.
@@ -152,7 +153,7 @@ def solve(
 
 
 def _first(body: Body, hand: RestingHand) -> Contact | None:
-    """The contact of a hand that has come to the resting surface and not pressed yet."""
+    """Contact of a hand that has reached the resting surface and not pressed yet; None for none."""
     if hand.start is None:
         return None
     return locate(body.mesh, hand.start, ZeroField(), radius=body.contact_radius)
@@ -165,7 +166,7 @@ def _located(
     before: Sequence[Contact | None],
     tolerance: float | None,
 ) -> list[Contact]:
-    """The contact of each hand on the surface without its own force, from that before."""
+    """Find the contact of each hand on the surface without its own force, from the last contact."""
     radius = body.contact_radius
     return [
         locate(body.mesh, x, moved, radius=radius, hint=hint, tolerance=tolerance)
@@ -174,7 +175,7 @@ def _located(
 
 
 def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats:
-    """Force on each hand if it held its tip there and nobody else touched, shape (c,) [N]."""
+    """Force on each hand if it held its tip there and no other hand touched, shape (c,) [N]."""
     depth = np.array([c.normal @ (c.point - t) for c, t in zip(contacts, tip, strict=True)])
     return np.asarray(np.maximum(0.0, depth) / np.diag(C))
 
@@ -186,7 +187,7 @@ def _turning(
     contacts: Sequence[Contact],
     force: Floats,
 ) -> float:
-    """Largest eigenvalue of S_tt of science 3.12, where the hands give way as well."""
+    """Largest eigenvalue of S_tt of science 3.12, with the compliance of the hands."""
     pressing = np.flatnonzero(force > 0.0).tolist()
     if not pressing:
         return 0.0
@@ -208,7 +209,7 @@ def _largest(change: Floats) -> float:
 
 
 def _nonlinearity(contact: Contact, response: Response, i: int, force: Floats) -> float:
-    """Displacement along the normal of contact i, less C f; zero on a linear body [m]."""
+    """Displacement of contact i against its normal, less C f; zero on a linear body [m]."""
     moved = contact.normal @ (contact.moved(response.displacement) - contact.point)
     return float(-moved - response.compliance[i] @ force)
 

@@ -1,7 +1,7 @@
 """Limits of the forces that the body gets in a tick: their sum, and how fast they may change.
 
 A hand that presses with 6 N within 0.1 s moves a neighbour that shares all of its compliance by
-60 N/s, and is not limited. Where several users together would move somebody faster, the largest
+60 N/s, and is not limited. Where several users together would move another faster, the largest
 changes are cut to a common cap and smaller ones are left alone, so that the user who shakes the
 body is the one who is slowed down. A contact that slides over the body also changes the forces on
 others, without a change of its own force; that is left to the clients, whose own limit is stricter
@@ -31,11 +31,11 @@ MAX_COUPLING_RATIO = 10.0
 
 
 def fair_cap(demands: Floats, total: float) -> float:
-    """Max-min fair cap: cut to it, demands sum to `total`; infinite if they need no cut.
+    """Return the max-min fair cap at which demands sum to `total`; infinite if they need no cut.
 
     Args:
-        demands: Shape (n,), none negative.
-        total: Available to all together, in the unit of the demands.
+        demands: Demands of the users, none negative, shape (n,).
+        total: Amount available to all users together, in the unit of the demands.
     """
     if demands.sum() <= total:
         return np.inf
@@ -50,10 +50,10 @@ def fair_cap(demands: Floats, total: float) -> float:
 
 
 def limit_forces(requested: Floats, max_force: Floats) -> Floats:
-    """Normal forces within the limits of each contact and of the body, shape (n,) [N].
+    """Cut normal forces to the limits of each contact and of the body, shape (n,) [N].
 
     Args:
-        requested: By each user, shape (n,) [N].
+        requested: Force requested by each user, shape (n,) [N].
         max_force: Largest force of each contact, shape (n,) [N].
     """
     forces = np.minimum(requested, max_force)
@@ -69,7 +69,7 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
         C: Compliance between contacts, infinite where it is not known yet, shape (n, n) [m/N].
         max_effect: Largest change of the force on one hand by all others together [N].
     """
-    # The campaign compiles this very function with numba, which knows a part of numpy.
+    # The campaign compiles this function with numba, which supports only a part of numpy.
     shares = np.ones_like(change)
     # Change of the force on each hand (row) by each user (column); an unknown compliance is
     # replaced by the worst case.
@@ -88,20 +88,20 @@ def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Flo
     """Forces behind a first-order lag after one tick, any shape [N].
 
     Args:
-        previous: Applied in the last tick [N].
+        previous: Forces applied in the last tick [N].
         requested: Input of the lag in this tick [N].
-        lag: Time constant of each, of a shape that broadcasts [s].
+        lag: Time constant of each force, of a shape that broadcasts [s].
         dt: Simulation period [s].
     """
     return np.asarray(requested + kept(lag, dt) * (previous - requested))
 
 
 def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
-    """Samples of which the body takes no more than a budget together, shared fairly.
+    """Return samples whose largest forces are cut fairly, so that the sum stays within a budget.
 
     Args:
-        touches: Touches of all users.
-        budget: Most of their forces together [N].
+        touches: Newest samples of all users.
+        budget: Largest sum of their forces [N].
     """
     demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
     cap = fair_cap(demands, budget)

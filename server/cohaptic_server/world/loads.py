@@ -32,7 +32,6 @@ class Press:
     """Contact and force of one user on the body.
 
     Args:
-        contact: On the surface.
         force: Normal force [N].
         tangential: Tangential force on the hand, shape (3,) [N]; None without friction.
     """
@@ -43,7 +42,7 @@ class Press:
 
     @property
     def axes(self) -> Floats:
-        """Normal, and with friction two tangents; unit vectors, shape (1 or 3, 3)."""
+        """Normal of the contact, and with friction two tangents; unit vectors, (1 or 3, 3)."""
         n = self.contact.normal
         if self.tangential is None:
             return n[None]
@@ -63,7 +62,7 @@ class Press:
 
 
 def load_spans(loads: Sequence[Sequence[Load]]) -> list[slice]:
-    """Position of each user's loads among those of all users, concatenated."""
+    """Position of each user's loads among the concatenated loads of all users."""
     ends = np.cumsum([0] + [len(own) for own in loads]).tolist()
     return [slice(start, stop) for start, stop in itertools.pairwise(ends)]
 
@@ -75,18 +74,18 @@ def loads_of(
     rough: Sequence[int],
     others: Sequence[Press],
 ) -> tuple[Loads, Ints]:
-    """The loads of all users, and after them those of other presses.
+    """Return the loads of all users, followed by the loads of other presses.
 
     Args:
         contacts: Contacts of the users.
-        forces: Normal, shape (n,) [N].
-        tangential: On the hands, shape (n, 3) [N].
-        rough: Rows of those who may have a tangential force, and of those of whom the compliance
-            along the surface is asked.
-        others: Presses of nobody who is at a contact.
+        forces: Normal force of each user, shape (n,) [N].
+        tangential: Tangential force on each hand, shape (n, 3) [N].
+        rough: Rows of users who may have a tangential force, or whose compliance along the surface
+            is needed.
+        others: Presses at contacts that no user is at any more.
 
     Returns:
-        The loads, and the first load of each user with the end of the last one's, shape (n + 1,).
+        The loads; the first load of each user and the end of the last user's, shape (n + 1,).
     """
     n = len(forces)
     spans = np.arange(n + 1)
@@ -119,22 +118,22 @@ def loads_of(
 
 
 def contact_axes(normal: Floats) -> Floats:
-    """The normal of a contact with friction, and two tangents; unit vectors, shape (3, 3)."""
+    """Normal of a contact with friction, and two tangents; unit vectors, shape (3, 3)."""
     return np.array([normal, *tangents(vec3(normal))])
 
 
 def without_tangents(
     compliance: Floats, spans: Sequence[slice], users: Sequence[int]
 ) -> tuple[Floats, list[slice]]:
-    """C without the directions along the surface of some users, who have no friction.
+    """Return C without the directions along the surface of some users, who have no friction.
 
     Args:
-        compliance: Between all loads, shape (loads or more, loads or more) [m/N].
+        compliance: C between all loads, shape (loads or more, loads or more) [m/N].
         spans: Loads of each user.
-        users: Rows of those who keep their normal alone.
+        users: Rows of the users whose normal alone is kept.
 
     Returns:
-        The same of fewer loads, and the loads of each user in it.
+        C of the loads that are left, and the loads of each user in it.
     """
     if not users:
         return compliance, list(spans)
@@ -148,19 +147,19 @@ def without_tangents(
 def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
     """C between users for the choice of gains, shape (users, users) [m/N].
 
-    On the diagonal stands the normal compliance of each contact. Off it stands the largest sum of
+    The diagonal holds the normal compliance of each contact. Any other entry is the largest sum of
     |C| from any direction of the one contact to all directions of the other, scaled by normal
     compliance over that direction's own: a gain that is safe by this row is safe for every
     direction of a contact.
 
     Args:
-        compliance: Between all loads of the users, shape (loads, loads) [m/N].
+        compliance: C between all loads of the users, shape (loads, loads) [m/N].
         spans: Loads of each user.
     """
     if not spans:
         return np.zeros((0, 0))
     own = np.maximum(compliance.diagonal(), 1e-300)
-    if len(spans) == len(compliance):  # nobody has friction: one direction each
+    if len(spans) == len(compliance):  # no user has friction: one direction each
         rows = np.abs(compliance)
         rows.reshape(-1)[:: len(rows) + 1] = own  # its diagonal
         return rows
@@ -178,10 +177,10 @@ def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
 
     A contact on a fixed or very stiff place then has a positive definite compliance like any other,
     and is as stiff as a device can show. In three directions the smallest eigenvalue is raised. A
-    place that is too soft to be felt is made less so, in all of its rows and columns alike.
+    place too soft to be felt is made stiffer, by one factor in all of its rows and columns.
 
     Args:
-        compliance: Between all loads, shape (loads or more, loads or more) [m/N].
+        compliance: C between all loads, shape (loads or more, loads or more) [m/N].
         spans: Loads of each user.
     """
     loads = spans[-1].stop if spans else 0
@@ -189,7 +188,7 @@ def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
     own = C.reshape(-1)[:: loads + 1]  # its diagonal
     if own.max(initial=0.0) > MAX_COMPLIANCE / 3.0:
         C *= _softest(C, spans)
-    if loads == len(spans):  # nobody has friction: one direction each
+    if loads == len(spans):  # no user has friction: one direction each
         np.maximum(own, MIN_COMPLIANCE, out=own)
         return C
     for span in spans:
@@ -206,7 +205,7 @@ def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
 def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
     """Factors of C that bring each contact within `MAX_COMPLIANCE`, whatever its axes are.
 
-    The largest compliance of three directions in any axes is at most their trace.
+    The largest compliance of a contact in any direction is at most the trace of its 3x3 compliance.
     """
     root = np.ones(len(C))
     for span in spans:
@@ -216,12 +215,12 @@ def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
 
 
 def contact_compliance(compliance: Floats, normal: Floats, span: slice) -> Compliance3 | None:
-    """The 3x3 compliance of a contact in the world frame; None without friction.
+    """Return the 3x3 compliance of a contact in the world frame; None without friction.
 
     Args:
-        compliance: Between all loads, bounded, shape (loads, loads) [m/N].
+        compliance: C between all loads, bounded, shape (loads, loads) [m/N].
         normal: Normal of the contact, shape (3,).
-        span: Its loads: one, or three with friction.
+        span: Loads of the contact: one, or three with friction.
     """
     if span.stop - span.start == 1:
         return None

@@ -22,7 +22,7 @@ _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_fit.SU
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
 # than the mean spacing.
 _DISC_MARGIN = 1.3
-_UNITS = np.array([2.0**15 - 1.0, 2.0**16 - 1.0])  # of displacement and compliance, at most
+_UNITS = np.array([2.0**15 - 1.0, 2.0**16 - 1.0])  # largest displacement, compliance in units
 _SMALLEST = 2.0**-126
 _UNUSABLE = Neighbourhood(math.nan, math.nan, b"")
 
@@ -30,7 +30,8 @@ _UNUSABLE = Neighbourhood(math.nan, math.nan, b"")
 def _half_widths(mesh: TouchMesh, horizons: Floats) -> Floats:
     """Largest distance of a vertex from the path of each contact, shape (n,) [m].
 
-    It covers all that can be reached, or the disc of `MAX_VERTICES` if that is smaller.
+    The distance covers all that the probe can reach, or the disc of `MAX_VERTICES` if that is
+    smaller.
     """
     spacing = mesh.spacing
     widest = _DISC_MARGIN * spacing * math.sqrt(MAX_VERTICES / math.pi)
@@ -44,16 +45,17 @@ def quantised(
     """`Neighbourhood.of` for the arrays of several neighbourhoods, in two compiled loops.
 
     Args:
-        starts: Where each of n begins, and the last one's end, shape (n + 1,).
-        vertices: Vertices of each rising, at most 65,535, shape (k,).
-        displacement: Shape (k, 3) [m].
-        c_ii: Not negative, shape (k,) [m/N].
+        starts: Where each of n neighbourhoods begins, and where the last ends, shape (n + 1,).
+        vertices: Vertices of each neighbourhood, rising, at most 65,535, shape (k,).
+        displacement: Displacement of each vertex, finite, shape (k, 3) [m].
+        c_ii: Compliance of each vertex, finite and not negative, shape (k,) [m/N].
 
     Returns:
-        Where a value is not as above, one that `encode` refuses: it costs its user, not the tick.
+        The neighbourhoods. One with a value out of range is made unusable, so that `encode`
+        refuses it: the value costs one user its patch, and no other user the tick.
 
     Raises:
-        ValueError: The vertices are not as above, or the shapes do not fit.
+        ValueError: The vertices are out of order or range, or the shapes do not fit.
     """
     if displacement.shape != (len(vertices), 3) or c_ii.shape != (len(vertices),):
         raise ValueError(
@@ -63,7 +65,7 @@ def quantised(
     most = np.empty((len(starts) - 1, 2))
     largest(starts, displacement, c_ii, most)
     scales = _scales(most)
-    # What is not finite is packed as zeros: neither Python nor C has a whole number for it.
+    # Values that are not finite are packed as zeros: Python and C have no integers for them.
     known = (scales > 0.0) & (scales[:, :1] >= 0.0)
     per = np.where(known, 1.0 / np.where(known, scales, 1.0), 0.0)
     numbers = np.empty((len(vertices), FIELDS), np.uint16)
@@ -79,21 +81,21 @@ def quantised(
 
 
 def _scales(most: Floats) -> Floats:
-    """`Neighbourhood.scales` of several, shape (n, 2); what is below 0 stays so."""
+    """`Neighbourhood.scales` of several neighbourhoods, shape (n, 2); values below 0 stay below."""
     wanted = most / _UNITS
     single = (wanted * (1.0 + 1e-7)).astype(np.float32).astype(np.float64)
     return np.where(np.abs(wanted) < _SMALLEST, 0.0, single)
 
 
 def path_ahead(mesh: TouchMesh, speeds: Floats, horizons: Floats) -> tuple[Floats, Floats]:
-    """Paths of sliding contacts round which vertices are carried.
+    """Find the paths of sliding contacts round which vertices are carried.
 
     Args:
         mesh: Touch mesh of the body.
-        speeds: Along the surface, shape (n,) [m/s].
+        speeds: Speed of each contact along the surface, shape (n,) [m/s].
         horizons: Duration of each path, shape (n,) [s].
 
     Returns:
-        Their lengths, and the largest distance of a vertex from each, shape (n,) each [m].
+        Length of each path, and largest distance of a vertex from it, shape (n,) each [m].
     """
     return np.minimum(MAX_PATH, speeds * horizons), _half_widths(mesh, horizons)

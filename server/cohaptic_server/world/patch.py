@@ -25,8 +25,8 @@ def nearness(height: Floats, force: Floats) -> Floats:
     """Weight of each user as a neighbour, shape (n,): 1 in contact or about to be, 0 out of reach.
 
     Args:
-        height: Height of the probes over the surfaces free of their own forces, shape (n,) [m].
-        force: Normal, that the body carries of each user, shape (n,) [N].
+        height: Height of each probe over the surface free of its own force, shape (n,) [m].
+        force: Normal force of each user that the body carries, shape (n,) [N].
     """
     fade = (MAX_CONTACT_HEIGHT - height) / (MAX_CONTACT_HEIGHT - NEAR_HEIGHT)
     return np.where(force > NEGLIGIBLE, 1.0, np.fmin(1.0, np.fmax(0.0, fade)))
@@ -48,15 +48,10 @@ def build_patches(
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        users: With their contacts.
-        applied: Their forces.
-        observed: Their surfaces.
-        connected: Numbers of those who get a patch.
+        connected: Numbers of the users who get a patch.
         rows: C between users, each other user weighted by nearness, shape (n, n) [m/N].
         delays: Loop delays for which gains are chosen [s].
         compliance: 3x3 compliance of each contact; None without friction.
-        room: Lag of the room.
-        time: Time of this tick.
     """
     frames, x_free = users.contacts.frames, observed.x_free
     normals = np.ascontiguousarray(frames[:, 2])
@@ -77,12 +72,12 @@ def build_patches(
             rows[i],
             i,
             max_stiffness=touch.max_stiffness,
-            # The lag is in the loop of the paper's laws.
+            # The room's lag is part of the loop of the paper's laws.
             loop_delay=delay + room.lag,
             simulation_period=time.period,
             fixed=touch.fixed_gains,
         )
-        # By position: names take as long again.
+        # Arguments by position: keywords would take twice as long.
         patches[touch.user] = Patch(
             time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),
             touch.geometry, touch.law, places[i], normal[i], curved[i], rows[i][i], gains.k_h,

@@ -1,4 +1,4 @@
-"""From the planes at the contacts to the geometries that the users asked for."""
+"""Geometries of the patches that users asked for, from the planes at their contacts."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _REUSE_DISTANCE = 0.002  # m that a contact moves before its window is chosen an
 # vertices nearer.
 _MAX_COMPRESSION = 1.3
 _PLANE, _MESH = int(Geometry.PLANE), int(Geometry.MESH)
-_KEY = 7  # numbers by which a window is known again: foot, slide, horizon
-_USUAL = 96  # vertices of a window, for which there is room at first
+_KEY = 7  # numbers that tell whether a window still fits: foot, slide, horizon
+_USUAL = 96  # vertices of a window for which arrays have room at first
 
 
 class Windows(NamedTuple):
@@ -35,17 +35,17 @@ class Windows(NamedTuple):
 
     Args:
         geometry: Geometry of the patches, as on the wire, shape (n,).
-        keys: Foot of each contact on the resting surface [m], distance that the probe slides while
-            the patch is in use [m], and the time for which it is [s], when the window was chosen;
-            shape (n, 7).
-        starts: Where each window begins, and the last one's end: in `vertices`, in `fitted`, and in
-            `touched` and `carried`; shape (3, n + 1).
+        keys: Foot of each contact on the resting surface [m], slide of the probe while the patch
+            is in use [m], and the time for which the patch is in use [s], when the window was
+            chosen; shape (n, 7).
+        starts: Where each window begins, and where the last ends, in `vertices`, in `fitted`, and
+            in `touched` and `carried`; shape (3, n + 1).
         vertices: Vertices of the surface, those of each window ascending, shape (k,) or longer.
-        fitted: Those of a window that the touch mesh has and that face as the contact does, counted
-            from its first vertex; none for a plane.
+        fitted: Vertices of a window that the touch mesh has and that face as the contact does,
+            counted from the window's first vertex; none for a plane.
         touched: Vertices of the touch mesh that a mesh patch carries, ascending; none for other
             geometries.
-        carried: The same, as positions in `vertices`.
+        carried: Positions of the `touched` vertices in `vertices`.
     """
 
     geometry: Ints
@@ -58,13 +58,13 @@ class Windows(NamedTuple):
 
     @classmethod
     def room_for(cls, geometry: Ints, vertices: int) -> Windows:
-        """Windows with room for so many vertices in all."""
+        """Return windows with room for a number of vertices in all."""
         n = len(geometry)
         starts, flat = np.zeros((3, n + 1), dtype=np.int64), np.empty((4, vertices), dtype=np.int64)
         return cls(geometry, np.empty((n, _KEY)), starts, *flat)
 
     def widened(self) -> Windows:
-        """The same windows with twice the room."""
+        """Return the same windows with twice the room."""
         flat = (np.concatenate([part, np.empty_like(part)]) for part in self[3:])
         return Windows(self.geometry, self.keys, self.starts, *flat)
 
@@ -81,7 +81,7 @@ def choose_windows(
     before: Ints,
     previous: Windows,
 ) -> Windows:
-    """Choose the vertices round each contact; those of the last tick where they still cover it.
+    """Choose the vertices round each contact; keep a window of the last tick that still covers it.
 
     Args:
         touched_body: The deformable object and its touch mesh.
@@ -89,7 +89,7 @@ def choose_windows(
         contacts: Contacts of the probes.
         velocities: Velocities of the probes, shape (n, 3) [m/s].
         horizons: Time for which each patch will be in use, shape (n,) [s].
-        before: Row of each user in `previous`; -1 for none, shape (n,).
+        before: Row of each user in `previous`; -1 for a user who has none, shape (n,).
         previous: Windows of the last tick.
     """
     body = touched_body.body
@@ -110,7 +110,7 @@ def choose_windows(
         spacing = touched_body.mesh.spacing
         speeds = np.sqrt((tangential * tangential).sum(axis=1))
         lengths, half_widths = neighbourhood.path_ahead(touched_body.mesh, speeds, horizons)
-    # A quarter more than in the last tick: a hand that slides faster needs a larger one.
+    # A quarter more room than in the last tick: a hand that slides faster needs a larger window.
     room = max(_USUAL * len(geometry), 5 * int(previous.starts[0, -1]) // 4)
     chosen = Windows.room_for(geometry, room)
     user, slides = 0, tangential * horizons[:, None]
@@ -142,9 +142,9 @@ def free_shapes(
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        windows: Windows of the contacts; their geometries are the ones that are made.
-        displacement: At their vertices without each user's own force, shape (k, 3) [m].
-        x_free: Contact points on these surfaces, shape (n, 3) [m].
+        windows: Windows of the contacts, with the geometries to be made.
+        displacement: Displacement at their vertices without each user's own force, (k, 3) [m].
+        x_free: Contact points on the free surfaces, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).
     """
     body, n = touched_body.body, len(x_free)

@@ -1,4 +1,4 @@
-"""Values of one user: its newest sample, what the world knows of it, what it leaves behind.
+"""Values of one user: its newest sample, its state after a tick, the force that it leaves behind.
 
 Between two ticks the world also keeps the forces that the body carried, and the part of the
 coupling that the next tick anticipates (science 3.13).
@@ -51,16 +51,17 @@ class Touch:
         max_force: Largest force of its device [N].
         damping_budget: Damping that its passivity layer may add [N s/m].
         probe: Position of the tip [m].
-        force: On the hand [N].
+        force: Force on the hand [N].
         seq: Number of the sample; 0 before the first.
-        tick: Tick of the patch that the sample answers; 0 for none.
+        tick: Tick of the patch that the sample answers; 0 if it answers none.
         t_client: Time stamp of the sample on the client's clock [s].
         arrived: Arrival of the sample on the server's clock [s].
         fresh: Whether samples still arrive; a stale user's force is released.
         fixed_gains: Gains that the user chose itself, where the server allows it.
         geometry: Geometry of the patches that the user asked for.
         friction: Whether its force may have a tangential part.
-        anchor: Point of the resting surface that its finger holds by friction [m]; None for none.
+        anchor: Point of the resting surface that its finger holds by friction [m]; None if it
+            holds none.
     """
 
     user: int
@@ -86,11 +87,10 @@ class UserState:
     """One user after a tick.
 
     Args:
-        touch: Newest sample.
-        contact: On the surface.
+        touch: Newest sample of the user.
         presence: Share of the user's force that counts, 0 to 1.
         force: Normal force that the body carries, behind the room's lag [N].
-        tangential: Tangential force that it carries, shape (3,) [N]; None without friction.
+        tangential: Tangential force that the body carries, shape (3,) [N]; None without friction.
         requested: Normal force of the user before lag and limits [N].
         requested_tangential: Tangential force before lag and limits, shape (3,) [N]; None without
             friction.
@@ -132,7 +132,7 @@ class Release:
     """A force that fades at the contact from which its probe has jumped away.
 
     Args:
-        user: Whose force it was.
+        user: Number of the user whose force it was.
         press: Contact and force when the probe jumped.
         share: Share of that force that the body still carries, 1 to 0.
     """
@@ -153,12 +153,12 @@ class Release:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Carried:
-    """What the body carried in one tick.
+    """Forces of the users that the body carried in one tick.
 
     Args:
-        tick: Its number.
+        tick: Number of the tick.
         users: Numbers of the users, shape (n,).
-        forces: On the hands, normal and tangential together, shape (n, 3) [N].
+        forces: Forces on the hands, normal and tangential together, shape (n, 3) [N].
     """
 
     tick: int
@@ -166,7 +166,7 @@ class Carried:
     forces: Floats
 
     def of(self, users: Ints) -> Floats:
-        """Forces of some users, none of who was not there, shape (k, 3) [N]."""
+        """Forces of some users, zero for a user who was not there, shape (k, 3) [N]."""
         if np.array_equal(users, self.users):
             return self.forces
         rows = {user: i for i, user in enumerate(self.users.tolist())}
@@ -176,13 +176,13 @@ class Carried:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Anticipation:
-    """Which part of a room's coupling the next tick anticipates.
+    """Part of a room's coupling that the next tick anticipates.
 
     Args:
-        users: Numbers of those who take part, shape (k,).
-        owner: Owner of each of their loads, the position in `users`, shape (l,).
+        users: Numbers of the users who take part, shape (k,).
+        owner: Owner of each load as a position in `users`, shape (l,).
         axes: Direction of each load on the hand, shape (l, 3).
-        part: X, the change of each load's force for the others' [N/N], shape (l, l).
+        part: X, the change of each load's force per force of the others [N/N], shape (l, l).
         solve: (1 + X)^-1, shape (l, l).
     """
 

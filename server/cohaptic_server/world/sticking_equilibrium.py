@@ -25,7 +25,7 @@ from cohaptic_server.world.contact import Contact, locate, turned
 from cohaptic_server.world.displacement_field import Field, FreeField, ZeroField
 from cohaptic_server.world.loads import Press, load_spans
 
-_TOLERANCE = 1e-7  # N; largest change of a force in the last step
+_TOLERANCE = 1e-7  # N; upper bound of the change of any force in the last step
 _MAX_ITERATIONS = 50  # of Newton's method
 _MAX_TOUCH_DOWN_STEPS = 200
 _GAP_TOLERANCE = 1e-7  # m between a tip and the surface on which it has landed
@@ -39,7 +39,7 @@ class StickingHand:
     Args:
         intention: Position that the hand wants for its tip [m].
         stiffness: Stiffness of the hand, in every direction [N/m].
-        contact: Material point that it sticks to.
+        contact: Contact at the material point that the finger sticks to.
     """
 
     intention: Vec3
@@ -52,8 +52,8 @@ class StickingEquilibrium:
     """Forces of hands that stick, in equilibrium with the body.
 
     Args:
-        force: On each hand, shape (n, 3) [N].
-        normal: Outward, of the surface free of each hand's own force, shape (n, 3).
+        force: Force on each hand, shape (n, 3) [N].
+        normal: Outward normal of the surface free of each hand's own force, shape (n, 3).
         response: Response of the body; None without hands.
     """
 
@@ -108,7 +108,7 @@ def compliance_of(body: Body, hands: Sequence[StickingHand]) -> Floats:
 
 
 def touch_down(body: Body, start: Floats, inward: Floats, others: StickingEquilibrium) -> Contact:
-    """The material point that a hand meets on a straight path into the body.
+    """Find the material point that a hand meets on a straight path into the body.
 
     Args:
         body: The deformable object.

@@ -3,17 +3,17 @@
 A tick has five steps:
 
 1. track each contact on the surface free of its own force (`contact_tracking.py`);
-2. decide which forces the body gets of those that users request (`applied_forces.py`);
+2. decide the forces that the body gets from those that users request (`applied_forces.py`);
 3. let the body respond to all of them at once;
 4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
-5. choose the lags of the next tick, and what it shows of a swing (`lags/`), and build one patch per
-   user (`patch.py`).
+5. choose the lags of the next tick and the share of a swing that it shows (`lags/`), and build one
+   patch per user (`patch.py`).
 
 Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
 
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
-a pulled cable makes nobody else's force jump. Once nothing is left of anybody the world is at rest,
-and a tick without touches is its number (`rest.py`).
+a pulled cable makes no other user's force jump. Once no user, response or fading force is left, the
+world is at rest, and a tick without touches changes only its number (`rest.py`).
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ from cohaptic_server.world.users import Hand, Observed, Tracked, Users, WorldSta
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 PREFETCH_TIME = 0.2  # s; a body is told of vertices this long before a finger reaches them
-# Contact radii that a finger slides within `PREFETCH_TIME`. Below the range it presses where it
-# is; above it, it has moved on before the body could have used the news.
+# Range of slides within `PREFETCH_TIME`, in contact radii, that a body is told of. Below the range
+# the finger presses where it is; above it, it has moved on before the body could use the vertices.
 _SLOWEST_SLIDE, _FASTEST_SLIDE = 0.1, 1.0
 # A contact that moves further than both of these in a tick was not moved by a hand.
 _MAX_STEP = 0.03  # m
@@ -103,7 +103,7 @@ def advance(
     applied = apply_forces(body, state, tracked, released, dt, max_move=max_move)
 
     fading = [release.faded() for release in releases]
-    # Of these the body is asked for two directions more: along the surface.
+    # For steep contacts the body is asked for two more directions, along the surface.
     turns = steep_contacts(tracked.contacts.slopes)
     steep = [i for i in turns if i not in tracked.rough]
     wide = sorted([*tracked.rough, *steep])
@@ -114,8 +114,8 @@ def advance(
 
     own = loads.arrays.forces[: starts[-1]]
     delays = [delay.value for delay in tracked.delays]
-    # A patch is used until the one that answers the next sample has arrived, and for one more
-    # period, in which the client's loop moves over to that one.
+    # A patch is used until the patch that answers the next sample has arrived, and for one more
+    # period, in which the client's loop blends into the new patch.
     horizons = np.array(delays, dtype=np.float64) + 2.0 * dt
     observed, height = _observe(
         touched_body, state.users.observed, tracked, horizons, response, starts, own
@@ -144,7 +144,7 @@ def advance(
             touched_body.swings, response, loop, plan.gains, room.lag, compliance, spans,
             starts.tolist(), dt,
         )  # fmt: skip
-    # Where forces are anticipated, contacts turn at once, as the anticipation takes them to.
+    # Where forces are anticipated, contacts turn at once, as the anticipation assumes.
     turning = find_turning_lag(None if plan.gains else turned, hands, room.lag, dt)
 
     weighted = _weighted_rows(coupling, weight)
@@ -169,7 +169,8 @@ def _participants(
 ) -> tuple[list[Touch], Ints, Floats]:
     """Users who take part in this tick: samples, rows in the last tick, shares that count.
 
-    The share of those who are heard rises towards 1 by `fade`; that of all others falls to 0.
+    The share of a user whose samples arrive and whose loop is not too slow rises towards 1 by
+    `fade`; all other shares fall to 0.
     """
     last, applied = state.users.tracked, state.users.applied
     touches: list[Touch] = [
@@ -182,7 +183,7 @@ def _participants(
     presence = applied.presence + np.where(rises, fade, -fade)
     if state.releases:
         fading = {release.user for release in state.releases}
-        # Until the force at its previous contact has faded.
+        # A user does not press until the force at its previous contact has faded.
         presence[[touch.user in fading for touch in touches]] = 0.0
     rows = np.arange(len(touches))
     stays = (presence > 0.0) | (applied.force > NEGLIGIBLE)
@@ -215,7 +216,7 @@ def _vertices_ahead(body: Body, users: Tracked) -> Ints:
 
 
 def _weighted_rows(coupling: Floats, weight: Floats) -> Floats:
-    """Rows of C as gains see them: each other user by its nearness, the user itself in full."""
+    """Rows of C for the choice of gains: other users weighted by nearness, the user in full."""
     rows = coupling * weight
     rows.reshape(-1)[:: len(rows) + 1] = coupling.diagonal()
     return rows
@@ -234,15 +235,14 @@ def _observe(
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        last: Surfaces of the last tick; None before the first.
-        users: With their contacts.
+        last: Surfaces of the last tick; None before the first tick.
         horizons: Time for which the patches will be in use, shape (n,) [s].
-        response: Response of the body to everybody.
-        spans: First load of each user, and the end of the last one's, shape (n + 1,).
+        response: Response of the body to all loads.
+        spans: First load of each user, and the end of the last user's loads, shape (n + 1,).
         forces: Forces of these loads, shape (l,) [N].
 
     Returns:
-        The surfaces, and the height of each probe over its own, shape (n,) [m].
+        The surfaces, and the height of each probe over its own surface, shape (n,) [m].
     """
     mesh, contacts, n = touched_body.body.mesh, users.contacts, len(users.touches)
     windows = choose_windows(
@@ -271,7 +271,7 @@ def _observe(
         user += 1
     height, shown = np.empty(n), None
     heights(contacts.frames, users.probes, x_free, height)
-    if n > 1:  # alone, nobody bulges it
+    if n > 1:  # no other user bulges the surface of a user alone
         shown = flatten_bulges(
             mesh, KnownFields(known, vertices, free), contacts.frames, x_free, -height,
             touched_body.body.contact_radius,

@@ -1,8 +1,8 @@
-"""The users of a room as arrays, which a tick takes from stage to stage, and the world's state.
+"""The users of a room as arrays, which a tick passes from stage to stage, and the world's state.
 
-A tick of many users costs calls of Python more than arithmetic, so each of its stages is one call
-for all of them (docs/decisions/0037). Row i of every array is the same user. Whoever wants one user
-asks for its `UserState`, which is made then.
+In a tick of many users Python calls cost more than arithmetic, so each stage is one call for all
+users (docs/decisions/0037). Row i of every array belongs to the same user. The `UserState` of one
+user is made only when it is asked for.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ def vectors(rows: Sequence[Sequence[float]]) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """What the end of a tick adds: the surfaces of n users, each free of that user's own force.
+    """Surfaces of n users at the end of a tick, each free of that user's own force.
 
     Args:
-        response: Response of the body to everybody.
-        spans: First of each user's loads, and the end of the last one's, shape (n + 1,).
+        response: Response of the body to all loads.
+        spans: First load of each user, and the end of the last user's loads, shape (n + 1,).
         forces: Forces of these loads, shape (l,) [N].
         windows: Vertices round the contacts at which the surfaces are known.
         free: Displacement at these vertices, shape (k, 3) [m].
@@ -78,11 +78,11 @@ class Observed:
 
 
 class Hand(NamedTuple):
-    """What the room's lag depends on of a user.
+    """Properties of a user on which the room's lag depends.
 
     Args:
-        touch: Newest sample.
-        delay: Measured delay of its loop.
+        touch: Newest sample of the user.
+        delay: Measured delay of the user's loop.
     """
 
     touch: Touch
@@ -91,20 +91,19 @@ class Hand(NamedTuple):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tracked:
-    """The users of a tick, n of them, with their contacts and what they request there.
+    """The n users of a tick, with their contacts and the forces that they request there.
 
     Args:
-        touches: Newest samples.
-        before: Row of each in the tick before; -1 for who was not there, shape (n,).
+        touches: Newest samples of the users.
+        before: Row of each user in the tick before; -1 for a user who was not there, shape (n,).
         probes: Positions of the tips, shape (n, 3) [m].
-        settings: Numbers of the samples, shape (4, n): largest force [N] and stiffness [N/m] of the
+        settings: Values of the samples, shape (4, n): largest force [N] and stiffness [N/m] of the
             device, time stamp [s], and 1 where samples still arrive, else 0.
-        contacts: On the surface.
         presence: Share of each user's force that counts, 0 to 1, shape (n,).
         requested: Normal forces before lag and limits, shape (n,) [N].
         tangential: Tangential forces before lag and limits, zeros without friction, shape (n, 3)
             [N].
-        rough: Rows of those who may have a tangential force.
+        rough: Rows of the users who may have a tangential force.
         delays: Measured delays of the users' loops.
         velocity: Velocity of the probes, smoothed, shape (n, 3) [m/s].
         surfaces: Relaxed free surfaces on which the contacts are tracked, by the rows of the tick
@@ -126,10 +125,9 @@ class Tracked:
 
     @classmethod
     def of(cls, users: Sequence[UserState], before: Iterable[int] = ()) -> Tracked:
-        """The arrays of some users as values.
+        """Return the arrays of users that are given as values.
 
         Args:
-            users: As values.
             before: Numbers of the users of the tick before.
         """
         touches, rows = [user.touch for user in users], {k: i for i, k in enumerate(before)}
@@ -163,10 +161,10 @@ class Applied(NamedTuple):
 
     Args:
         presence: Share of each user's force that counts, 0 to 1, shape (n,).
-        force: Normal, shape (n,) [N].
-        tangential: Zeros without friction, shape (n, 3) [N].
-        deep: Whose force was cut to what the body bears there, or all together, shape (n,).
-        fast: Whose force was slowed down for the sake of others, shape (n,).
+        force: Normal force of each user, shape (n,) [N].
+        tangential: Tangential force of each user, zeros without friction, shape (n, 3) [N].
+        deep: Whether the force was cut to the limit of its contact or of the body, shape (n,).
+        fast: Whether the force was slowed down for the sake of others, shape (n,).
     """
 
     presence: Floats
@@ -177,7 +175,7 @@ class Applied(NamedTuple):
 
     @classmethod
     def of(cls, users: Sequence[UserState]) -> Applied:
-        """The arrays of some users as values."""
+        """Return the arrays of users that are given as values."""
         return cls(
             np.array([user.presence for user in users], dtype=np.float64),
             np.array([user.force for user in users], dtype=np.float64),
@@ -190,11 +188,10 @@ class Users(Mapping[int, UserState]):
     """The users of a room after a tick, as a mapping from their numbers.
 
     Args:
-        tracked: With their contacts.
-        applied: Their forces.
-        observed: Their surfaces; None before the first tick is over.
-        compliance: 3x3 compliance of each contact; None without friction or before the end.
-        k_o_coupled: Coupling-aware stiffness of each user; empty before the end [N/m].
+        observed: Surfaces of the users; None before the first tick is over.
+        compliance: 3x3 compliance of each contact, None without friction; empty before the end of
+            the tick.
+        k_o_coupled: Coupling-aware stiffness of each user; empty before the end of the tick [N/m].
     """
 
     tracked: Tracked
@@ -205,7 +202,7 @@ class Users(Mapping[int, UserState]):
 
     @classmethod
     def of(cls, users: Sequence[UserState]) -> Users:
-        """Some users as values, without what a tick has observed."""
+        """Return the mapping of users given as values, without surfaces that a tick observes."""
         return cls(Tracked.of(users), Applied.of(users))
 
     @cached_property
@@ -230,7 +227,7 @@ class Users(Mapping[int, UserState]):
         return len(self.tracked.touches)
 
     def _state(self, i: int) -> UserState:
-        """The user of a row as a value."""
+        """Return the user of a row as a value."""
         tracked, applied, observed = self.tracked, self.applied, self.observed
         rough = tracked.touches[i].friction
         return UserState(
@@ -262,15 +259,15 @@ class WorldState:
 
     Args:
         tick: Number of the last tick; 0 before the first.
-        users: By number, in the order of the response's loads.
+        users: Users by number, in the order of the response's loads.
         response: Response of the body at that tick; None before the first.
         releases: Forces that fade where their probes have left them.
         room: Lag of the room, with the coupling and margin that it comes from.
         coupling: C between the users, in their order, shape (n, n) [m/N].
         turning: Time constant with which others turn steep contacts [s].
         anticipation: Part of the coupling that the next tick anticipates.
-        past: What the body carried in the ticks that samples may still answer, oldest first.
-        unknown_at: When the coupling was last one that a tick does not know [s].
+        past: Forces that the body carried in ticks that samples may still answer, oldest first.
+        unknown_at: Last time at which a tick could not know the coupling [s].
     """
 
     tick: int = 0
@@ -285,7 +282,7 @@ class WorldState:
     unknown_at: float = -math.inf
 
     def free_field(self, row: int) -> Field:
-        """The surface free of a user's own force after the tick; -1 for one who was not there."""
+        """Return the surface free of a user's own force; row -1 for a user who was not there."""
         observed = self.users.observed
         if observed is not None and row >= 0:
             return observed.field(row)

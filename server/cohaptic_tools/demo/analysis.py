@@ -16,7 +16,8 @@ from cohaptic_tools.demo.scene import MEASURE
 
 STEP = 0.001  # s; step of the time grid
 AROUND = 0.5  # s; part of a window before a press, at rest
-_AFTER = 1.0  # s; least part after it, on top of the injected delay: a change is then complete
+_AFTER = 1.0  # s; least part of a window after the press began, beside the injected delay, within
+# which a change of force is complete
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ class Timeline:
 
     @property
     def ready(self) -> npt.NDArray[np.bool_]:
-        """When every hand is engaged and all but the first rest at full depth, shape (n,)."""
+        """Whether every hand is engaged and all but the first rest at full depth, shape (n,)."""
         scale, level = self.columns["scale"], self.columns["level"]
         return np.asarray((scale >= 1.0).all(axis=0) & (level[1:] >= 1.0).all(axis=0))
 
@@ -106,9 +107,8 @@ def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[sli
     """The stretches of time in which the first hand stays pressed, or stays off.
 
     Args:
-        timeline: Recordings of the scene.
-        pressed: Whether the stretches pressed or those off are meant.
-        expected: Length of a complete stretch [s]; shorter than 80 % of it are left out.
+        pressed: Whether to return the stretches with the hand pressed, or those with the hand off.
+        expected: Length of a complete stretch [s]; stretches below 80 % of it are left out.
     """
     level = timeline.columns["level"][0]
     held = (level >= 1.0 if pressed else level <= 0.0) & timeline.ready
@@ -127,7 +127,7 @@ def measured(stretch: slice) -> slice:
 
 
 def patch_rate(timeline: Timeline, user: int) -> float:
-    """Patches per second that a user received, by its row; NaN if it received none."""
+    """Patches per second that the user in row `user` received; NaN if none was received."""
     tick = timeline.columns["tick"][user]
     received = tick > 0.0
     # Interpolation spreads a step of the tick over two samples: count changes of its integer part.
@@ -148,7 +148,6 @@ def press_windows(timeline: Timeline, *, injected: float) -> list[slice]:
     Releases are left out: a law with an integral drops a force much faster than it builds one.
 
     Args:
-        timeline: Recordings of the scene.
         injected: Injected delay of a round trip [s].
     """
     level = timeline.columns["level"][0]

@@ -1,21 +1,21 @@
 """Compares the measured force on each hand with the reference, for a press or a drag.
 
-In a drag both fingers stick, and the reference has forces along the surface and their delay.
-`right` touches down first, and `left` on the surface as deformed by `right`; from then on the
-equilibrium is linear (`world/sticking_equilibrium.py`). The position of the material under a hand
-follows from its own tip and force,
+In a drag both fingers stick, and the reference consists of forces along the surface and their
+delay. `right` touches down first, and `left` on the surface as deformed by `right`; from then on
+the equilibrium is linear (`world/sticking_equilibrium.py`). The position of the material under a
+hand follows from the hand's own tip and force,
 
     material = tip + C f,
 
-whatever the network does. The delay is that of this position, relative to the position that the
-force of the other hand would give it at the same instant.
+whatever the network does. The measured delay is the delay of this position, relative to the
+position that the force of the other hand would cause at the same instant.
 
-The force on each hand due to the others, without a network, comes from recorded tips and forces. At
-each instant the recorded forces of all users at that instant are applied to the body, and each
-contact is located on the surface displaced by all forces but its own. There is no delay, no lag of
-the room and no rate limit. The force on a hand is computed from the body with and without the other
-users. The delay of the recorded force is measured against it (`lateness.py`); both contain the same
-motion of the hands.
+In a press, the force on each hand due to the others, without a network, is computed from recorded
+tips and forces. At each instant the recorded forces of all users at that instant are applied to the
+body, and each contact is located on the surface displaced by all forces but its own. There is no
+delay, no lag of the room and no rate limit. The force on a hand is computed from the body with and
+without the other users. The delay of the recorded force is measured against this force
+(`lateness.py`); both contain the same motion of the hands.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ from cohaptic_tools.demo.analysis import AROUND, STEP, Timeline, mean_over, meas
 from cohaptic_tools.demo.lateness import LEAST, felt_delay
 from cohaptic_tools.demo.scene import Scene, reference
 
-_FINE, _COARSE = 0.01, 0.05  # s between instants, while forces change and while they rest
-_CHANGE = 1.0  # s from the start of a press within which forces without a network change
+_FINE, _COARSE = 0.01, 0.05  # s between instants while forces change, and while they rest
+_CHANGE = 1.0  # s from the start of a press in which forces change without a network
 _SETTLE = 30  # iterations of the contacts at the first instant
 _AROUND = 0.02  # m around a contact; radius of the window of displacements
 
@@ -76,8 +76,7 @@ def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats,
     """Force on each hand due to the others, without a network.
 
     Args:
-        timeline: Recordings of the scene.
-        body: The touched body.
+        body: The touched body at rest.
         window: Indices of the grid around a press.
 
     Returns:
@@ -91,7 +90,7 @@ def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats,
     felt: list[list[float]] = []
     for k in [*[int(at[0])] * _SETTLE, *at.tolist()]:
         located = [_locate(body, tip, hand) for tip, hand in zip(tips[:, :, k], hands, strict=True)]
-        # The passivity layer's damping acts on the hand only, not on the body.
+        # The damping of the passivity layer acts only on the hand, not on the body.
         pressed = [
             max(0.0, float(hand.contact.normal @ force - damped))
             for hand, force, damped in zip(located, forces[:, :, k], damping[:, k], strict=True)
@@ -117,7 +116,7 @@ def _locate(body: Body, tip: Floats, before: _Hand | None) -> _Hand:
 
 
 def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
-    """The field for the next instant, relaxed towards the body's displacement as on the server."""
+    """The hand with the field for the next instant, relaxed towards the body's as on the server."""
     near = body.mesh.near(hand.contact.foot, body.contact_radius + _AROUND)
     previous = hand.surface[near]
     return _Hand(
@@ -126,7 +125,7 @@ def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
 
 
 def _felt(contact: Contact, tip: Floats, free: Field, compliance: float) -> float:
-    """Force of the body on a tip, minus the force if no other user touched [N]."""
+    """Force of the body on a tip, minus the force without the other users [N]."""
     depth = float(contact.normal @ (contact.moved(free) - tip))
     alone = float(contact.normal @ (contact.point - tip))
     return (max(0.0, depth) - max(0.0, alone)) / compliance
@@ -141,7 +140,7 @@ class Drag:
 
     Args:
         rest: Equilibrium before the drag.
-        dragged: Equilibrium after it.
+        dragged: Equilibrium after the drag.
         compliance: Compliance C of both contacts, shape (2, 3, 2, 3) [m/N].
     """
 
@@ -178,7 +177,7 @@ class Drag:
         C = self.compliance
         material = direction @ (tips[RIGHT] + C[RIGHT, :, RIGHT, :] @ forces[RIGHT])
         at_once = -direction @ C[RIGHT, :, LEFT, :] @ forces[LEFT]
-        # As the force on a tip at rest: `felt_delay` has a threshold in newtons.
+        # Positions are scaled to forces on a tip at rest, since `felt_delay` has a threshold [N].
         stiffness = 1.0 / float(direction @ C[RIGHT, :, RIGHT, :] @ direction)
         t = timeline.t[window]
         return felt_delay(t, stiffness * material, t, stiffness * at_once)
@@ -218,10 +217,10 @@ class Compared:
 
     Args:
         felt: Measured force due to the other users [N].
-        reference: The same in the equilibrium of body and hands [N].
+        reference: Force due to the other users in the equilibrium of body and hands [N].
         error: Difference of the two over the reference, or over `LEAST` if that is larger.
         force: Measured force on the hand [N].
-        reference_force: The same in equilibrium [N].
+        reference_force: Force on the hand in equilibrium [N].
         delay: Delay of the force [s].
         friction_needed: Coefficient of friction below which the finger slips.
     """
@@ -246,11 +245,9 @@ def compare(
     """Compare every user's forces with the reference, and measure the delays.
 
     Args:
-        scene: The scene.
-        body: The touched body.
-        timeline: Recordings of the scene.
+        body: The touched body at rest.
         pressed: Stretches in which the first hand stays pressed, or stays dragged.
-        off: Stretches in which it stays off, or has not dragged yet.
+        off: Stretches in which the first hand stays off, or has not dragged yet.
         windows: Windows around the presses, or drags.
     """
     windows = windows[-_REPLAYED:]

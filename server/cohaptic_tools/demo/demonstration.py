@@ -1,8 +1,8 @@
-"""Performs a demonstration: its processes, its view, and the comparison with the truth.
+"""Performs a demonstration: its processes, its live view, and the comparison with the reference.
 
-In a checkout, modules are compiled beside the demonstration for the next one (docs/decisions/0075),
-by a process of the lowest priority (`compiling/beside.py`), which ends with the demonstration.
-Whatever happens to that process, the demonstration goes on.
+In a checkout, a process of the lowest priority (`compiling/beside.py`) compiles modules beside the
+demonstration, for the next one (docs/decisions/0075). That process ends with the demonstration,
+which goes on even if the process fails.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from cohaptic_tools.demo.scene import Scene
 from cohaptic_tools.demo.set_up import FIX, check_body, serve_options, set_up
 from cohaptic_tools.demo.summary import show
 
-_WITHOUT_TERMINAL = 15.0  # s; the default duration where nobody can press Ctrl-C
+_WITHOUT_TERMINAL = 15.0  # s; default duration without a terminal, on which Ctrl-C could end it
 
 
 def demonstrate(
@@ -51,22 +51,22 @@ def demonstrate(
     nonlinear: bool,
     browser: bool,
 ) -> bool:
-    """Show a scene on a body, and print how it went.
+    """Show a scene on a body, and print the result.
 
     Args:
-        scene: Without places of the hands.
+        scene: Scene without places of the hands.
         body: Name of the body, or path of a file.
         options: Options of an object from a file.
-        json: Where the result is written, if it is wanted.
-        keep: Folder that keeps recordings and logs, if they are wanted.
+        json: Path that the result is written to; None writes none.
+        keep: Folder that keeps recordings and logs; None keeps none.
         nonlinear: Whether the deformation is finite.
         browser: Whether to open the page.
 
     Returns:
-        Whether no user was unstable.
+        True if no user was unstable.
 
     Raises:
-        CohapticError: It cannot be shown, or a process of it has failed.
+        CohapticError: The scene cannot be shown on the body, or a process has failed.
     """
     console = Console()
     if scene.duration is None and not console.is_terminal:
@@ -111,7 +111,7 @@ def _perform(
         def tell(words: str) -> None:
             console.print(words, highlight=False)
 
-        # What compiles beside is waited for once the hands have gone.
+        # The stage is left first, so that the compiling process is waited for after the hands.
         with (
             contextlib.ExitStack() as beside,
             Stage(scene, folder, serve_arguments, tell) as stage,
@@ -157,7 +157,7 @@ def _stop_on_interrupt() -> threading.Event:
 
 
 def open_page(address: str) -> bool:
-    """Open the page; False if it was not built, or no browser has a window of its own.
+    """Open the page; returns False if it was not built, or no graphical browser is found.
 
     A browser that runs in the terminal would hide the live view.
     """
@@ -177,7 +177,7 @@ def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
     )
 
 
-COMPILE = "COHAPTIC_COMPILE"  # 0: never beside a demonstration; `hatch_build.py` knows it too
+COMPILE = "COHAPTIC_COMPILE"  # 0: never beside a demonstration; `hatch_build.py` reads it, too
 CHECKOUT = Path(__file__).parents[3]
 
 
@@ -185,12 +185,12 @@ CHECKOUT = Path(__file__).parents[3]
 def compiling_beside(
     tell: Callable[[str], None], log: Path, checkout: Path = CHECKOUT
 ) -> Generator[None, None, None]:
-    """Have a process beside the block that compiles what is not compiled.
+    """Compile modules that are not compiled yet, in a process beside the block.
 
     Args:
         tell: Called by a thread with one line, if there is something to compile.
-        log: File for what the process has to say besides.
-        checkout: Where the sources are, if they are there.
+        log: File for the standard error of the process.
+        checkout: Folder of the sources, if this is a checkout.
     """
     if not _wanted(checkout):
         yield
@@ -198,11 +198,11 @@ def compiling_beside(
     try:
         process = Process(log=log, module="compiling.beside", folder=checkout)
     except OSError:
-        yield  # no process to be had
+        yield  # the process cannot be started
         return
 
     def tell_first() -> None:
-        with contextlib.suppress(DemoFailed):  # there is nothing to do
+        with contextlib.suppress(DemoFailed):  # nothing to compile
             tell(process.first_line())
 
     threading.Thread(target=tell_first, daemon=True).start()
@@ -213,7 +213,7 @@ def compiling_beside(
 
 
 def _wanted(checkout: Path) -> bool:
-    # Windows has no groups of processes that end at one stroke.
+    # Windows has no process groups that one signal can end.
     if sys.platform == "win32" or not (checkout / "compiling/beside.py").is_file():
         return False
     return os.environ.get(COMPILE) != "0" and os.environ.get(PLAIN, "0") in ("", "0")

@@ -9,7 +9,7 @@ import numpy as np
 from cohaptic_server.numeric import Floats
 
 LEAST = 0.05  # N; a smaller change is not perceived
-_REST = 0.2  # s at either end of a window, whose mean forces give the change
+_REST = 0.2  # s at either end of a window; the difference of their mean forces is the change
 _SMOOTH = 11  # ms; width of a centred moving average of a recorded force
 
 
@@ -17,13 +17,13 @@ def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> f
     """Time from half of the change of `at_once` to half of the change of `felt` [s].
 
     Each half is relative to the force's own change, so that a law which loses a part of the force
-    does not count as late. NaN if either changes by less than `LEAST`.
+    does not count as late. The result is NaN if either force changes by less than `LEAST`.
 
     Args:
         t: Times of a window around one press, evenly spaced, shape (n,) [s].
         felt: Force on a hand due to the others, shape (n,) [N].
         at_once_t: Increasing times, shape (m,) [s].
-        at_once: The same force without a network, shape (m,) [N].
+        at_once: Force on the hand due to the others without a network, shape (m,) [N].
     """
     width = max(1, round(1e-3 * _SMOOTH / float(t[1] - t[0]))) | 1
     padded = np.pad(felt, width // 2, mode="edge")
@@ -34,7 +34,7 @@ def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> f
 def half_change(t: Floats, force: Floats) -> float:
     """Time at which a force has made half of its change from start to end of a window [s].
 
-    NaN if it changes by less than `LEAST`.
+    The result is NaN if the force changes by less than `LEAST`, or starts beyond the half.
 
     Args:
         t: Increasing times, shape (n,) [s].

@@ -1,4 +1,4 @@
-"""The live view of a demonstration: each user's state now and force in the last seconds."""
+"""The live view of a demonstration: each user's state, and force over the last seconds."""
 
 from __future__ import annotations
 
@@ -31,16 +31,14 @@ def watch(
     """Show the users until the scene's duration is over, or `stop` is set.
 
     Args:
-        stage: The running processes.
-        scene: The scene that they show.
-        console: Console to draw on.
-        stop: Ends the view.
+        stage: The running processes of the scene.
+        stop: Event that ends the view.
 
     Returns:
-        The last statuses, and by name of the user the faults that switched forces off.
+        The last statuses, and the faults that switched forces off, by name of the user.
 
     Raises:
-        DemoFailed: A client has ended, or they were not all engaged in time.
+        DemoFailed: A client has ended, or not all clients were engaged in time.
     """
     clock = SystemClock()
     monitor, told = Monitor(scene, clock.now()), clock.now()
@@ -63,12 +61,12 @@ class Monitor:
     """Follows the statuses of all users from the start of their processes.
 
     Args:
-        scene: The scene that they show.
+        scene: Scene that the users perform.
         opened: Time at which the processes were started [s].
 
     Attributes:
         statuses: The last statuses; empty before the first reading.
-        faults: By name of the user, the faults seen since all were engaged.
+        faults: Faults seen since all users were engaged, by name of the user.
         since: Time from which all users were engaged; None before [s].
     """
 
@@ -106,13 +104,13 @@ class Monitor:
         return self.since is not None and duration is not None and now - self.since >= duration
 
     def picture(self, now: float, width: int) -> Group:
-        """The live view of the last reading; `width` of the terminal in characters."""
+        """The live view of the last reading, for a terminal of `width` characters."""
         since = None if self.since is None else now - self.since
         return picture(self._scene, self.statuses, self._traces, since, width, every=REFRESH)
 
 
 def traced(scene: Scene, status: TouchStatus) -> float:
-    """The force that the sparkline shows: tangential in a scene with friction, else whole [N]."""
+    """The force in the sparkline: tangential in a scene with friction, else the magnitude [N]."""
     return (status.along or 0.0) if scene.drags else status.force
 
 
@@ -128,7 +126,6 @@ def picture(
     """The live view.
 
     Args:
-        scene: The scene that is shown.
         statuses: Each user's last status.
         traces: The last readings of each user's force, by name [N].
         since: Time since all users are engaged; None before [s].

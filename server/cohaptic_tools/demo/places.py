@@ -2,10 +2,11 @@
 
 At an admissible place no other part of the body is within a hand's width in front of the surface,
 no fixed vertex is near, the fixed part lies behind the surface, and the body is thick enough to
-press into. Among these the hand that presses is felt most where C_ij is large beside C_ii, and best
-where it is negative: there the surface moves out under a press, as on the far side of a balloon.
+press into. Among these places, the pressing hand is felt most where C_ij is large relative to C_ii,
+and best where C_ij is negative: there the surface moves outwards under a press, as on the far side
+of a balloon.
 
-A finger near a rim would touch the face beside the one that it presses on: rims are passed over.
+Places near a rim are left out, since a finger there would touch the neighbouring face instead.
 """
 
 from __future__ import annotations
@@ -36,37 +37,38 @@ from cohaptic_tools.demo.settled import Placement, first_that_rests
 _CANDIDATES = 400  # vertices, spread over the surface
 _PRESSED = 6  # admissible candidates at which a press is tried
 _FINGER = 0.03  # m; width of a hand, along the surface and in front of it
-_OUTWARD_WEIGHT = 1.5  # weight of being pushed out, relative to sinking in with the other
+_OUTWARD_WEIGHT = 1.5  # weight of a hand that is pushed out, relative to one that sinks in
 _MAX_COMPLIANCE = 1.5  # relative to the median candidate: a softer one is a flap that bends
-_MAX_COUPLING = 0.3  # a larger ratio counts no more; the stiffer place is then better
-# Contact radii from what is held, the next where the one before has no place. A frame of thin tubes
-# that lies on its side is nowhere further away but on parts that stick out.
+_MAX_COUPLING = 0.3  # larger ratios count as this one, so that the stiffer place is preferred
+# Least distance to the held region, in contact radii; the next value is tried if there are too few
+# places. On a frame of thin tubes that lies on its side, only protruding parts are further away.
 _FROM_HELD = (2.0, 1.0, 0.5)
-# Contact radii between two hands, the next where one has no room. At 2 contacts on one side meet;
-# on a bottle of 133 tetrahedra with a fingertip of 28 mm there is no place further away.
+# Least distance between two hands, in contact radii; the next value is tried if there is no room.
+# At 2 radii two contacts on the same side meet; on a bottle of 133 tetrahedra with a fingertip of
+# 28 mm there is no place further away.
 _APART = (3.0, 2.2, 1.5)
 _MAX_DEPTH = 0.6  # of a press, as a share of the depth of the body under the place
-# A thin wall gives way as a whole, so that it may be pressed deeper than it is thick: as deep as it
-# takes for this force [N] on the hand, three times of what is perceived, but by no more than this
-# share of `SurfaceMesh.size`. Before, two hands on a bottle's wall of 1.2 mm felt 3 mN.
+# A thin wall yields as a whole, so that it may be pressed deeper than it is thick: until the hand
+# gets the force `_FELT` [N], three times the perception threshold, but at most by `_MAX_SHARE` of
+# `SurfaceMesh.size`. Without this rule two hands on a bottle's wall of 1.2 mm felt 3 mN.
 _FELT = 0.15
 _MAX_SHARE = 0.15
 
 
 def _silent(share: float) -> None:
-    """The progress of a choice that nobody watches."""
+    """Do nothing; the progress callback if none is given."""
 
 
 def place_hands(
     body: Body, held: npt.NDArray[np.bool_], users: int, progress: Callable[[float], None] = _silent
 ) -> Placement:
-    """Choose places for `users` hands, at which they come to rest.
+    """Choose places at which `users` hands come to rest.
 
     Args:
         body: The body at rest.
-        held: Which vertices of its surface are fixed, shape (n,).
+        held: Whether each vertex of the surface is fixed, shape (n,).
         users: Number of hands.
-        progress: Receives the completed share.
+        progress: Called with the completed share.
 
     Raises:
         BodyError: There are not enough admissible places.
@@ -75,11 +77,11 @@ def place_hands(
 
 
 def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Placement]:
-    """Ways in which hands may stand, the best first.
+    """Possible placements of the hands, the best first.
 
     Args:
         body: The body at rest.
-        held: Which vertices of its surface are fixed, shape (n,).
+        held: Whether each vertex of the surface is fixed, shape (n,).
         users: Number of hands.
 
     Raises:
@@ -95,7 +97,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     fit &= (soft > MIN_COMPLIANCE) & (
         soft <= _MAX_COMPLIANCE * np.median(soft[soft > MIN_COMPLIANCE])
     )
-    # A flat object that lies on what holds it may be nowhere far away from that.
+    # A flat object that lies on its held region may have no place far away from it.
     away = fit
     for radii in _FROM_HELD:
         away = fit & supported(mesh, candidates, held, radii * body.contact_radius)
@@ -134,15 +136,15 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
 def _groups(
     x: Floats, pressed: Ints, admissible: Ints, score: Floats, users: int, apart: float
 ) -> list[Ints]:
-    """Vertices for all hands, the one that presses first; the best group first.
+    """Groups of vertices for all hands, the pressing hand first in each; the best group first.
 
     Args:
-        x: Vertices, shape (n, 3) [m].
-        pressed: At which a press was tried, shape (p,).
-        admissible: Where others may stand, shape (f,).
-        score: Score of each of these with each of those, shape (p, f).
+        x: Positions of the vertices, shape (n, 3) [m].
+        pressed: Vertices at which a press was tried, shape (p,).
+        admissible: Vertices at which the other hands may stand, shape (f,).
+        score: Score of each pressed vertex with each admissible one, shape (p, f).
         users: Number of hands.
-        apart: Least distance between two [m].
+        apart: Least distance between two hands [m].
     """
     found: list[Ints] = []
     for first in np.argsort(-np.sort(score, axis=1)[:, -(users - 1)], kind="stable").tolist():
@@ -194,26 +196,26 @@ def _press(body: Body, vertex: int) -> Load:
 
 
 def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
-    """Compliance C_ii of presses, shape (p,), and C_ij with other places, (p, f) [m/N]."""
+    """Compliance C_ii of presses, shape (p,), and C_ij with other places, shape (p, f) [m/N]."""
     response = body.respond([_press(body, int(k)) for k in pressed])
     inward = -body.mesh.normals[felt]
     C = np.empty((len(pressed), len(felt)))
     for i in range(len(pressed)):
-        # Removing -1 N equals applying 1 N.
+        # Removing a force of -1 N is the same as applying 1 N.
         moved = response.without(slice(i, i + 1), np.array([-1.0]), felt)
         C[i] = np.einsum("fi,fi->f", moved, inward)
     return np.diag(response.compliance), C
 
 
 def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> Placement:
-    """Hands at chosen vertices.
+    """A placement of hands at chosen vertices.
 
     Args:
         body: The body at rest.
         chosen: Vertex of each hand; the first one presses, shape (users,).
-        under: Depth of the body under the shallowest of them [m].
-        felt: Force that the first one should feel at least [N], within `_MAX_SHARE` of the size and
-            `PRESS_DEPTH`.
+        under: Least depth of the body under these vertices [m].
+        felt: Least force that the first hand should feel [N], as far as `_MAX_SHARE` of the size
+            and `PRESS_DEPTH` allow.
     """
     C = body.respond([_press(body, int(k)) for k in chosen]).compliance
     x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]
@@ -221,7 +223,7 @@ def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> P
         Place((float(p[0]), float(p[1]), float(p[2])), (float(n[0]), float(n[1]), float(n[2])))
         for p, n in zip(x, inward, strict=True)
     )
-    # Body and hand are springs in a row.
+    # Body and hand are springs in series.
     deep = min(felt * (float(C[0, 0]) + 1.0 / Hand().stiffness), _MAX_SHARE * body.mesh.size)
     return Placement(
         places,
@@ -231,21 +233,21 @@ def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> P
     )
 
 
-# In contact radii, below the surface and beside the vertex: on the middle of a rim a finger stands
-# as on the edge of a knife.
+# Positions of the tested tip below the surface and beside the vertex, in contact radii: on the
+# middle of a rim alone a finger would stand as on the edge of a knife.
 _INSIDE, _ASIDE = 0.05, 0.1
-_SQUARE = 0.9  # cosine, about 25 degrees: a finger that comes so far aslant still presses
+_SQUARE = 0.9  # cosine, about 25 degrees: a finger that is this oblique still presses
 
 
 def is_met_squarely(body: Body, vertices: Ints) -> npt.NDArray[np.bool_]:
     """Whether a finger that presses in along each vertex's normal touches there, shape (k,).
 
-    On a rim that is narrower than a fingertip the contact slides to the face beside it, and a hand
-    that comes from the side presses past the object.
+    On a rim that is narrower than a fingertip the contact slides to the neighbouring face, and a
+    hand that comes from the side presses past the object.
 
     Args:
-        body: At rest.
-        vertices: Vertices of its surface, shape (k,).
+        body: The body at rest.
+        vertices: Indices of vertices of the surface, shape (k,).
     """
     return np.array([_meets_squarely(body, k) for k in vertices.tolist()], dtype=np.bool_)
 

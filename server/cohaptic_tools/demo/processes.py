@@ -1,7 +1,7 @@
 """The processes of a demonstration: a server and a client for each user, on loopback.
 
-Each is the ordinary `cohaptic serve` or `cohaptic touch` with a pipe as its lifeline: it ends by
-itself when the pipe closes, also if this process dies.
+Each process is the ordinary `cohaptic serve` or `cohaptic touch` with a pipe as its lifeline: the
+process ends by itself when the pipe closes, also if this process dies.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
 from cohaptic_tools.demo.scene import Scene
 
-_START = 30.0  # s after which a process that does not report yet is spoken of
+_START = 30.0  # s after which, and at which interval, a silent starting process is reported
 _JOIN = 20.0  # s for which a client tries to reach the server
 _END = 8.0  # s within which a process must end by itself
 
@@ -37,13 +37,14 @@ class Process:
 
     Args:
         arguments: The subcommand and its options.
-        log: File for its standard error.
-        module: What is run in place of cohaptic.
-        folder: Where it runs and its modules are; None for the present folder, which has none.
+        log: File for standard error of the process.
+        module: Module that is run in place of cohaptic.
+        folder: Working folder, which is also searched for modules; None for the present folder,
+            which is not added to the search path.
 
     Attributes:
-        first: First line of its standard output; empty before it has come.
-        line: Newest line; empty before the first.
+        first: First line of standard output; empty before it has come.
+        line: Newest line of standard output; empty before the first.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class Process:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
-                # Ctrl-C reaches the parent only, which ends its children in order.
+                # Ctrl-C then reaches only the parent, which ends its children in order.
                 start_new_session=True,
             )
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -80,11 +81,10 @@ class Process:
         A server whose object could not be stored prepares it once more, which takes minutes.
 
         Args:
-            tell: Called with what is waited for, where that takes long, and again with its newest
-                words.
+            tell: Called with a sentence every `_START`, while the process is still starting.
 
         Raises:
-            DemoFailed: The process ended without any; the error quotes the last line of its log.
+            DemoFailed: The process ended without output; the error quotes the last line of its log.
         """
         while not self._first.wait(_START):
             tell(f"waiting for a process that is still starting: {self.words() or 'no word yet'}")
@@ -93,18 +93,18 @@ class Process:
         return self.first
 
     def words(self) -> str:
-        """The last line of its log."""
+        """The last line of the process's log."""
         lines = self._log.read_text(errors="replace").strip().splitlines()
         return lines[-1] if lines else ""
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended."""
+        """Whether the process has not ended."""
         return self._process.poll() is None
 
     @property
     def pid(self) -> int:
-        """Process number."""
+        """Process id."""
         return self._process.pid
 
     def let_end(self) -> None:
@@ -130,15 +130,14 @@ class Stage:
     """All processes of a scene, as a context manager; leaving it ends them, the clients first.
 
     Args:
-        scene: The scene.
         folder: Folder for recordings and logs.
         body: Options of `cohaptic serve` that describe the touched body.
-        tell: Called with what is waited for, where a start takes long.
+        tell: Called with a sentence if the start of the server takes long.
 
     Attributes:
-        users: Clients by name.
-        server: The server.
-        url: Address of the server.
+        users: Processes of the clients, by name.
+        server: Process of the server.
+        url: URL of the server; empty before its start.
     """
 
     def __init__(
@@ -152,7 +151,7 @@ class Stage:
         self.users: dict[str, Process] = {}
         self.server = Process(
             "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
-            # Only this machine can reach it, and the page's tour shows unstable settings too.
+            # Only this machine can reach the server, and the page's tour shows unstable settings.
             "--allow-latency", "--allow-fixed-gains",
             *body,
             log=folder / "server.log",
@@ -187,7 +186,7 @@ class Stage:
             "--law", scene.law.value,
             # A plane is enough for hands that do not slide, and costs the least.
             "--geometry", "plane",
-            # A busy machine may be slow to answer the first time; a server that ends is noticed.
+            # A busy server may answer slowly at first; the end of a server is noticed separately.
             "--wait", f"{_JOIN:g}",
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
@@ -205,7 +204,7 @@ class Stage:
         return process
 
     def recording(self, name: str) -> Path:
-        """Path at which a user's recording is written at its end."""
+        """Path of a user's recording, which the client writes at its end."""
         return self._folder / f"{name}.npz"
 
     def statuses(self) -> list[TouchStatus]:
@@ -239,6 +238,6 @@ def _placement_options(script: HandScript) -> list[str]:
 
 
 def _with_modules_of(folder: Path) -> dict[str, str]:
-    """The environment, in which Python finds the modules of a folder without being in it."""
+    """The environment with a folder added to the search path of Python's modules."""
     places = filter(None, (str(folder), os.environ.get("PYTHONPATH")))
     return {**os.environ, "PYTHONPATH": os.pathsep.join(places)}

@@ -1,8 +1,8 @@
 """Whether a force comes to rest, still creeps to its value, or oscillates.
 
 Three cases must be told apart: a loop whose oscillation does not decay is *unstable*, and waiting
-does not help; one whose force still approaches its value is *slow*, and waiting helps; a hand whose
-device is softer than the object feels less force, at rest (`TouchStatus.soft`).
+does not help; a loop whose force still approaches its value is *slow*, and waiting helps; a hand
+whose device is softer than the object feels less force, at rest (`TouchStatus.soft`).
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ def judge(
     """Classify each hand's force; None without a stretch to judge from.
 
     In the measured part of a stretch a force at rest varies by at most `RIPPLE` or `RIPPLE_SHARE`
-    of itself peak to peak, drift included. Otherwise it is slow if it changes monotonically or its
-    oscillation decays, and unstable if not. A force that reaches the limit of its device is
-    unstable too, as full oscillations do reach it. The worst stretch counts.
+    of itself peak to peak, drift included. A force that varies more is slow if it changes
+    monotonically or its oscillation decays, and unstable otherwise. A force that reaches the limit
+    of its device is unstable too, since growing oscillations reach it. The worst stretch counts.
 
     Args:
         force: Force on each hand, shape (users, n) [N].

@@ -32,9 +32,10 @@ class UserResult(BaseModel):
     Fields:
         felt_from_others_n: Mean force due to the other users while the first presses; in a scene
             with friction the change of the tangential force by the drag [N].
-        truth_from_others_n: The same in the equilibrium of body and hands, without a network; None
-            if the finger slips, for which this equilibrium does not exist [N].
-        force_error: Difference of the two over the second, or over 0.05 N if that is larger.
+        truth_from_others_n: The same force in the equilibrium of body and hands, without a network;
+            None if a finger slips, since this equilibrium then does not exist [N].
+        force_error: Difference of these two forces over the latter, or over 0.05 N if that is
+            larger.
         force_n, truth_force_n: Force on the hand, measured and in equilibrium [N].
         k_o: Stiffness of the body at the contact [N/m].
         k_h: Gain at the end [N/m].
@@ -43,14 +44,14 @@ class UserResult(BaseModel):
         friction_needed: Coefficient below which the finger slips; None in a scene without friction.
         loop_hz: Periods of the haptic loop per second.
         loop_late_p99_us: Lateness of a period, 99th percentile [us].
-        loop_missed: Periods left out.
+        loop_missed: Periods of the haptic loop that were left out.
         round_trip_ms: Round trip between client and server, measured [ms].
         felt_delay_ms: Delay of half of the force's change, relative to the force without a network;
-            None for the first hand, which makes the change, and without a change [ms].
+            None for the first hand, which makes the change, and if there is no change [ms].
         patch_hz: Received patches per second.
         stable: Whether the force rests, or its oscillation decays, within the device's limit.
         rest: Whether the force rests, is slow, or is unstable.
-        faults: Reasons for which the force was switched off on the way.
+        faults: Reasons for which the force was switched off in the meantime.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -104,9 +105,8 @@ def evaluate(
     """Compare recordings with the reference.
 
     Args:
-        scene: The scene.
-        body: The touched body.
-        recordings: Recording of each user, in the scene's order.
+        body: The touched body at rest.
+        recordings: Path of each user's recording, in the scene's order.
         statuses: Last status of each user.
         faults: Faults of each user, by name.
     """
@@ -118,8 +118,8 @@ def evaluate(
     compared = compare(scene, body, timeline, pressed, off, windows)
     rests = judge(timeline.force, [*pressed, *off] if pressed else [], measured, MAX_FORCE)
     if scene.duration is not None and scene.duration < scene.enough:
-        # In a hurried rhythm the first swing of a press looks like one that does not die out, and
-        # every force like one that creeps; but not like one at the limit of its device.
+        # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and
+        # every force seems to creep; only rest and the limit of the device can be judged.
         most = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
         rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, most, strict=True)]
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
@@ -144,7 +144,7 @@ def evaluate(
         friction=scene.friction,
         lag_ms=1e3 * max(status.lag for status in statuses),
         presses=len(pressed),
-        # Where not even that was enough for a whole press, the machine is slow.
+        # If even that duration was not enough for a whole press, the machine is slow.
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )

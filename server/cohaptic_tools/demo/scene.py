@@ -14,10 +14,10 @@ from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import MAX_ITERATIONS, Equilibrium, RestingHand, solve
 
 PRESS_DEPTH = 0.02  # m; intended depth of the first user's press; the others press half as deep
-DRAG = 0.006  # m that a hand with friction drags: it is felt, and no finger slips at mu = 0.6
+DRAG = 0.006  # m; length of a drag with friction: perceptible, and no finger slips at mu = 0.6
 BESIDE = math.radians(30.0)  # angle around the balloon between two hands of which one drags
 _SETTLE = 1.5  # s in which a press is made and hands come to rest, without any delay
-_ROUND_TRIPS = 5.0  # after which the mutual response of two hands has decayed
+_ROUND_TRIPS = 5.0  # round trips after which the mutual response of two hands has decayed
 MEASURE = 0.6  # s at the end of each press and release over which forces are averaged
 _JOIN = 3.0  # s within which the hands are engaged and at the body
 
@@ -30,7 +30,7 @@ class Scene:
         users: Number of hands; the first presses, the others rest.
         delay: Injected delay, one way, in both directions [s].
         jitter: Largest extra delay, one way [s].
-        law: Local model of every client.
+        law: Control law of every client.
         simulation_hz: Ticks per second.
         seed: Seed of the jitter.
         duration: Duration of the demonstration [s]; None without an end.
@@ -85,7 +85,10 @@ class Scene:
 
     @property
     def rhythm(self) -> Rhythm:
-        """Rhythm of the first hand: forces can settle, and the duration has a whole period."""
+        """Rhythm of the first hand, so that forces can settle and a whole period is seen.
+
+        In a short demonstration the period is shortened, and forces may not settle.
+        """
         half = self._half
         if self.duration is not None:
             half = min(half, max(1.0, self.duration - _JOIN) / self._parts)
@@ -93,7 +96,7 @@ class Scene:
 
     @property
     def enough(self) -> float:
-        """Least duration in which a press and a release come to rest [s]."""
+        """Least duration of a demonstration in which a press and a release come to rest [s]."""
         return _JOIN + self._parts * self._half
 
     @property
@@ -124,13 +127,13 @@ def reference(
     """Equilibrium of body and hands, with the first hand pressed or off, without a network.
 
     Args:
-        scene: Places and depths.
+        scene: Scene with the places and depths of the hands.
         body: The body at rest.
         pressed: Whether the first hand presses.
-        iterations: After which contacts that still slide count as sliding on.
+        iterations: Iterations after which contacts that still slide count as not coming to rest.
 
     Raises:
-        BodyError: They slide on.
+        BodyError: Contacts do not come to rest.
     """
     info = describe(body)
     hands: list[RestingHand] = []

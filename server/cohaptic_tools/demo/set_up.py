@@ -18,14 +18,14 @@ from cohaptic_tools.demo.places import place_hands
 from cohaptic_tools.demo.scene import Scene
 from cohaptic_tools.demo.settled import Placement
 
-FIX = "z < 15%"  # default rule for an object: it stands on its foot
+FIX = "z < 15%"  # default held region of an object, which then stands on its foot
 
 
 def check_body(scene: Scene, name: str) -> None:
     """Check that a body can be shown in a scene, before a file is read.
 
     Raises:
-        SettingError: It cannot.
+        SettingError: The body cannot be shown.
     """
     if name in names() and name != BALLOON:
         why = f"{BALLOON} or a file: on this one no places for the hands are known"
@@ -50,10 +50,11 @@ def set_up(
         progress: Called with the phase and the share of it that is done.
 
     Returns:
-        The body, the scene with places, and a sentence on the places; empty for the balloon.
+        The body, the scene with places, and a sentence on the places; for the balloon the scene is
+        unchanged and the sentence empty.
 
     Raises:
-        BodyError: The file is no object that can be touched, or has no places for all hands.
+        BodyError: The file holds no touchable object, or there are no places for all hands.
         SettingError: An option does not fit the body.
     """
     check_body(scene, name)
@@ -70,7 +71,7 @@ def set_up(
         return body, scene, ""
     progress("places for the hands", 0.0)
     elastic = elastic_of(body)
-    assert isinstance(elastic, Shaped)  # all that is made of a file
+    assert isinstance(elastic, Shaped)  # true for all bodies from files
     # Beside other work on the same cores two BLAS threads wait for each other.
     with threadpool_limits(limits=1):
         placement = place_hands(
@@ -80,12 +81,12 @@ def set_up(
             lambda share: progress("places for the hands", share),
         )
     scene = replace(scene, places=placement.places, depth=placement.depth)
-    # Where it comes to rest depends on no mass.
+    # The elastic body is returned without its mass, since an equilibrium does not depend on mass.
     return elastic, scene, describe_placement(placement, scene.names)
 
 
 def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
-    """A sentence on the places of the hands and on how much they feel of each other."""
+    """A sentence on the places of the hands and on the coupling between them."""
     presses = f"{names[0]} presses up to {1e3 * placement.depth:.0f} mm deep"
     others = [
         f"{name} is {1e3 * distance:.0f} mm away and {'pushed out' if c < 0.0 else 'sinks in'}"
@@ -103,5 +104,5 @@ def serve_options(name: str, source: ObjectFile, *, nonlinear: bool, users: int 
     if name == BALLOON:
         return options
     if nonlinear:
-        options += ["--users", str(users)]  # by which the server chooses the same mesh
+        options += ["--users", str(users)]  # so that the server chooses the same mesh
     return options + source.to_arguments()

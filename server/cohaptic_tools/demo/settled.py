@@ -1,8 +1,8 @@
-"""Hands that press come to rest, or stand elsewhere, or press less deep.
+"""Chooses a placement and a depth of the hands for which pressing hands come to rest.
 
-A finger without friction slides off where the surface under it turns away: beside the dent of
-another, at an edge, and sooner on rubber, whose surface turns more than a linear one's. Where body
-and hands have no equilibrium near the places, nothing could be said of the forces there.
+A finger without friction slides off if the surface under it turns away: beside the dent of another
+finger, at an edge, and sooner on rubber, whose surface turns more than that of a linear body. If
+body and hands have no equilibrium near the places, there are no reference forces.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from cohaptic_server.world.equilibrium import Equilibrium
 from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.scene import Scene, reference
 
-# Contact radii along the surface from its place at which a hand has slid off, and by which others
-# have moved the surface under it elsewhere: 12 mm of a finger. On a knot's loop of 1 N/m two hands
-# that pressed 3 mm deep also had an equilibrium of 0.25 N, wedged 80 mm away from where they began.
+# Contact radii: a hand that is further from its place has slid off, and a surface that the other
+# hands displace further has moved away; 12 mm for a finger. On a knot's loop of 1 N/m two hands
+# that pressed 3 mm deep also had an equilibrium of 0.25 N, wedged 80 mm away from their places.
 _SLID = 1.5
-# Of `solve`; where hands rest it takes 35 to 60, half of them to be sure, and those that creep
-# longer swing in a session.
+# Iterations of `solve`. If hands rest, 35 to 60 are needed, half of them for the check; hands that
+# creep for longer oscillate in a session.
 _PATIENCE = 80
-# Times the compliance at rest from which a place gives way. On rubber with a few elements under a
-# hand some sessions with 2.1 times, and all with 3.7 and more, wandered about and never came to
-# rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 all rested.
+# A place gives way if its compliance exceeds this multiple of that at rest. On rubber with a few
+# elements under a hand some sessions with 2.1 times, and all with 3.7 and more, wandered about and
+# never came to rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 all rested.
 _GIVES_WAY = 1.5
-# `Equilibrium.turning` up to which hands hold their tips: from 1 on they slide off, or the limb
-# between them moves away sideways, and near it they take long to rest.
+# Largest `Equilibrium.turning` at which hands hold their tips. From 1 on the hands slide off, or
+# the limb between them moves away sideways; just below 1 they take long to rest.
 _HOLDS = 0.5
-_TRIED = 3  # placements at each depth; where none of them rests, few others do
+_TRIED = 3  # placements at each depth; if none of them rests, few others do
 _DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12)  # shares of the intended depth
 
 
@@ -63,13 +63,13 @@ def first_that_rests(
 
     Args:
         body: The body at rest.
-        placements: The best first; at least one.
-        progress: Receives the completed share.
+        placements: Placements, the best first; at least one.
+        progress: Called with the completed share.
 
     Returns:
-        The first at the largest depth, or, where the hand that presses would feel nothing there,
-        the one at that depth at which it feels most. The first at its smallest depth if hands rest
-        at none: a demonstration says so.
+        At the largest depth at which hands rest with a force, the first placement whose pressing
+        hand feels at least `LEAST`; without one, the placement with the largest force. If hands
+        rest nowhere, the first placement at its smallest depth; the demonstration then says so.
     """
     first, tried = placements[:_TRIED], _TRIED * len(_DEPTHS)
     for k, share in enumerate(_DEPTHS):
@@ -81,21 +81,22 @@ def first_that_rests(
             if force is not None and force > most:
                 best, most = less_deep, force
             if most >= LEAST:
-                break  # else another one may be felt more
+                break  # otherwise the force at another placement may be larger
         if best is not None:
             return best
     return replace(placements[0], depth=_DEPTHS[-1] * placements[0].depth)
 
 
 def rests(body: Body, placement: Placement) -> bool:
-    """Whether hands rest there, as `force_at_rest` tells."""
+    """Whether hands come to rest at a placement, by `force_at_rest`."""
     return force_at_rest(body, placement) is not None
 
 
 def force_at_rest(body: Body, placement: Placement) -> float | None:
-    """Force on the hand that presses where hands rest [N]; None where they do not.
+    """Force on the pressing hand when the hands rest [N]; None if they do not come to rest.
 
-    They rest if, pressed and off, none of them slides off its place and no place gives way.
+    The hands rest if, with the first hand pressed and off, no hand slides off its place and no
+    place gives way.
 
     Args:
         body: The body at rest.
@@ -116,7 +117,7 @@ def force_at_rest(body: Body, placement: Placement) -> float | None:
         off = found.tip - point
         along = off - np.einsum("ui,ui->u", off, inward)[:, None] * inward
         touching = found.force > 0.0
-        # One that has come through may touch no more; another may be pushed off.
+        # A hand that has passed through the body touches no more; others may be pushed off.
         if not (touching[0] if pressed else touching[1:].all()):
             return None
         if not held_fast(found):
@@ -124,7 +125,7 @@ def force_at_rest(body: Body, placement: Placement) -> float | None:
         own = np.diag(found.compliance)
         by_others = np.abs(found.compliance @ found.force - own * found.force)
         farthest = _SLID * body.contact_radius
-        # A tip that is deep in a thin rod hardly moves while its contact goes round it.
+        # A tip deep in a thin rod hardly moves while its contact moves round the rod.
         gone = np.linalg.norm(found.place - point, axis=1)
         slid = (np.linalg.norm(along, axis=1) > farthest) | (gone > farthest)
         slid |= by_others > farthest
@@ -135,5 +136,5 @@ def force_at_rest(body: Body, placement: Placement) -> float | None:
 
 
 def held_fast(found: Equilibrium) -> bool:
-    """Whether hands can hold their tips where they found an equilibrium (science 3.12)."""
+    """Whether hands can hold their tips at an equilibrium that was found (science 3.12)."""
     return found.turning <= _HOLDS

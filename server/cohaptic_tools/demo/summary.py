@@ -15,8 +15,8 @@ from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
 from cohaptic_tools.demo.rest import Rest
 from cohaptic_tools.demo.result import DemoResult, UserResult
 
-GOOD_ERROR = 0.05  # relative; half of the least difference of forces that a hand perceives
-_PUNCTUAL = 0.8  # least share of patches received for the result to concern the method
+GOOD_ERROR = 0.05  # relative error; half of the just noticeable difference of forces
+_PUNCTUAL = 0.8  # share of patches received; below it the machine is judged, not the method
 
 
 def show(result: DemoResult) -> Panel:
@@ -83,7 +83,7 @@ def _to_stick(user: UserResult) -> str:
 
 
 def slipping(result: DemoResult) -> list[UserResult]:
-    """Users whose finger cannot stick, in a scene with friction."""
+    """Users whose finger slips, in a scene with friction; empty without friction."""
     return [u for u in result.users if (u.friction_needed or 0.0) > result.friction]
 
 

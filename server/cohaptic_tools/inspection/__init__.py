@@ -1,1 +1,1 @@
-"""What an object is like before anybody touches it: quality, cost, honesty, a picture."""
+"""Properties of an object before anybody touches it: quality, cost, model limits, a picture."""

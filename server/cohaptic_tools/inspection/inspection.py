@@ -1,6 +1,6 @@
 """Properties of an object from a file, in numbers and sentences, for `cohaptic body inspect`.
 
-Among them are the quality of its tetrahedra, and the time of a tick on it, measured on this
+The properties include the quality of the tetrahedra, and the duration of a tick, measured on this
 machine.
 """
 
@@ -44,9 +44,9 @@ class TickCost:
     """Times of one solid on one machine.
 
     Args:
-        ticks: Median time of a tick for each number of users, with all columns there [s].
-        column_latency: Time until the columns of a new contact are there [s].
-        users: The numbers.
+        ticks: Median duration of a tick for each number of users, with all columns known [s].
+        column_latency: Time until the columns of a new contact are known [s].
+        users: Numbers of users.
     """
 
     ticks: tuple[float, ...]
@@ -58,11 +58,6 @@ def tick_cost(solid: Solid, clock: Clock, users: tuple[int, ...] = USERS) -> Tic
     """Time ticks with presses spread over the surface.
 
     From then on the solid answers from its far field until columns are there.
-
-    Args:
-        solid: The solid.
-        clock: Clock for the measurement.
-        users: Numbers of users.
     """
     mesh = solid.mesh
     free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
@@ -103,7 +98,7 @@ def _ticks(
         start = clock.now()
         state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
         times.append(clock.now() - start)
-        # On a server a thread beside the tick solves for the missing columns.
+        # On a server a process beside the tick solves for the missing columns.
         while len(solid.missing) and not solid.pending:
             solid.solve_missing(64)
     return times
@@ -167,15 +162,15 @@ class Inspection:
 
     Args:
         solid: The object.
-        prepared: Its tetrahedra, and the report on the surface in the file.
-        quality: Quality of its tetrahedra.
+        prepared: Tetrahedra of the object, and the report on the surface in the file.
+        quality: Quality of the tetrahedra.
         density: Mass density of each tetrahedron, shape (m,) [kg/m^3].
         frequency: Lowest natural frequency [Hz].
         stiffness: K_o at each vertex of the surface, infinite where it is fixed, (n,) [N/m].
         thinnest: Least thickness over the vertices that were sampled [m].
-        cost: Cost of a tick.
-        parts: Parts of the tetrahedra; None without any.
-        hz: Ticks per second for which they are judged.
+        cost: Durations of a tick.
+        parts: Parts of the tetrahedra; None if there are none.
+        hz: Ticks per second for which the cost is judged.
     """
 
     solid: Solid
@@ -257,7 +252,7 @@ class Inspection:
         return [("part", f"{words}, {1e6 * size:.4g} cm3") for words, size in lines]
 
     def _sways(self, source: ObjectFile) -> str:
-        """Whether hands set the body swinging, and what to do about it."""
+        """Remark on a low natural frequency, at which hands set the body swinging, and a remedy."""
         if self.frequency >= HIGHEST:
             return ""
         if source.inertia.given:
@@ -268,7 +263,7 @@ class Inspection:
         )
 
     def _slow(self) -> str:
-        """What to do about ticks that take too long."""
+        """Advice on ticks that take too long; empty if they do not."""
         allowed = SHARE_OF_PERIOD / self.hz
         if self.cost.ticks[1] < allowed:
             return ""
@@ -300,10 +295,10 @@ def inspect_object(
 
     Args:
         source: The file and its options.
-        built: The solid of the file.
+        built: Solid that was built from the file.
         clock: Clock for the cost of a tick.
         progress: Called with the phase and the share of it that is done.
-        demand: What it is prepared for, if that is said; otherwise 8 users at 60 Hz.
+        demand: Load that the object is prepared for; None for 8 users at 60 Hz.
 
     Raises:
         SettingError: A density names no part.
@@ -312,7 +307,7 @@ def inspect_object(
     each = source.inertia.of_elements(built.parts, len(solid.shape.tets.tets))
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
-    # A contact on nothing but fixed vertices does not move either.
+    # A vertex counts as fixed, too, if the contact there covers only fixed vertices.
     fixed = shape.fixed[shape.surface] | (compliance == 0.0)
     stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
@@ -320,7 +315,7 @@ def inspect_object(
         shape, each, lambda share: progress("lowest natural frequency", share)
     )
     progress("cost of a tick", 0.0)
-    # At an edge or a tip the distance to the opposite side is no thickness.
+    # At an edge or a tip the distance to the opposite side does not measure the thickness.
     smooth = np.flatnonzero(is_smooth(mesh))
     sampled = smooth[spread_over(mesh.vertices[smooth], _THICKNESS_SAMPLES)]
     return Inspection(
@@ -347,7 +342,7 @@ def part_words(source: ObjectFile, parts: Parts) -> list[str]:
 
 
 def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
-    """The surface in a file, its defects and their repair, a phrase for each."""
+    """Phrases on the surface in a file, its defects and their repair."""
     if prepared.surface is None:
         return [f"a volume mesh, taken as it is{_in_parts(prepared)}"]
     phrases = ["a label map", *prepared.words] if prepared.words else []

@@ -1,4 +1,4 @@
-"""Prepares an object from a file, or says what it became."""
+"""Prepares an object from a file, or prints its properties."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from cohaptic_tools.inspection.sections import draw_sections
 
 
 def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: float) -> None:
-    """Do the long part, keep it, and print what it took.
+    """Prepare and store an object, and print the time and memory that this took.
 
     Args:
-        file: The mesh.
-        options: As they were given.
-        users: For how many it is prepared, if that is said.
-        hz: Ticks per second for them.
+        file: Path of the mesh.
+        options: Options as they were given.
+        users: Number of users that the object is prepared for; None if it is not given.
+        hz: Ticks per second for these users.
 
     Raises:
-        CohapticError: An option is out of its range, or the file is no object.
+        CohapticError: An option is out of its range, or the file holds no touchable object.
     """
     clock = SystemClock()
     start = clock.now()
@@ -57,17 +57,17 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
 def show_object(
     file: Path, options: ObjectOptions, users: int | None, hz: float, out: Path | None
 ) -> None:
-    """Print what a file became, and draw it.
+    """Print the properties of the object in a file, and draw it.
 
     Args:
-        file: The mesh.
-        options: As they were given.
-        users: For how many it is looked at, if that is said.
-        hz: Ticks per second for them.
-        out: The picture, if one is wanted.
+        file: Path of the mesh or scan.
+        options: Options as they were given.
+        users: Number of users that the object is judged for; None if it is not given.
+        hz: Ticks per second for these users.
+        out: Path of the picture; None for no picture.
 
     Raises:
-        CohapticError: An option is out of its range, or the file is no object.
+        CohapticError: An option is out of its range, or the file holds no touchable object.
     """
     check_output("--out", out, ".png")
     if is_scan(file) and not options.label and not options.auto:
@@ -101,7 +101,7 @@ def show_object(
 
 
 def _list_labels(file: Path, labels: LabelMap) -> None:
-    """Print the labels of a map, and how one is chosen."""
+    """Print the labels of a scan, and how to choose them."""
     table = Table("label", "name", "cm3", "box [mm]", box=None, pad_edge=False, header_style="dim")
     for label in labels.labels:
         name = "" if label.name == str(label.value) else label.name
@@ -120,7 +120,7 @@ def _list_labels(file: Path, labels: LabelMap) -> None:
 
 
 def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
-    """Draw the stiffness and, where there are parts, sections of them beside it."""
+    """Draw the stiffness and, if there are parts, a second picture with sections of them."""
     fixed = ~np.isfinite(inspection.stiffness)
     m = source.material
     notes = "" if inspection.parts else f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; "

@@ -48,11 +48,8 @@ def draw(
     """Draw the stiffness of a surface to a PNG file.
 
     Args:
-        path: Path of the file.
-        mesh: The surface.
         stiffness: K_o at each vertex, shape (n,) [N/m].
-        fixed: Which vertices do not move, shape (n,).
-        title: Title of the picture.
+        fixed: Whether each vertex is fixed, shape (n,).
         notes: A line under the title.
 
     Raises:
@@ -144,7 +141,7 @@ def _view(
     seen = _seen(x, frame)
     n = normals @ frame.T
     depth = seen[faces, 2].mean(axis=1)
-    # A triangle at the outline has corners on either side of it.
+    # A triangle at the outline has corners that face the eye and corners that do not.
     facing = np.flatnonzero((n[faces, 2] > -0.05).any(axis=1))
     order = facing[np.argsort(depth[facing])]
     light = _LIGHT / np.linalg.norm(_LIGHT)

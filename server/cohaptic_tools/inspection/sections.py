@@ -14,7 +14,7 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.parts.parts import Parts
 
 _INK, _DIM = "#1F2937", "#6B7280"
-# Okabe and Ito's colours, told apart by colour-blind eyes too; further parts repeat them.
+# Okabe and Ito's colours, which colour-blind people can tell apart, too; further parts repeat them.
 _COLORS = ("#C9D6DF", "#E69F00", "#0072B2", "#CC79A7", "#009E73", "#D55E00", "#56B4E9", "#F0E442")
 _LISTED = 12  # parts in the legend
 
@@ -23,11 +23,9 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
     """Draw sections across x, y and z, each through the middle of a small part, to a PNG file.
 
     Args:
-        path: Path of the file.
-        tets: The object.
-        parts: Parts of its tetrahedra.
-        words: For the legend, one for each part.
-        title: Title of the picture.
+        tets: Tetrahedra of the object.
+        parts: Parts of these tetrahedra.
+        words: Texts of the legend, one for each part.
 
     Raises:
         BodyError: matplotlib is not installed, or the file cannot be written.
@@ -41,7 +39,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
             f"{path}: a picture needs matplotlib; install it with: pip install 'cohaptic[objects]'"
         ) from error
     sizes = parts.volumes(tets)
-    # Colours by size, so that the largest part is the pale one.
+    # Colours are assigned by size, so that the largest part has the pale first colour.
     order: list[int] = np.argsort(-sizes, kind="stable").tolist()
     colors = [_COLORS[order.index(k) % len(_COLORS)] for k in range(len(order))]
     # All but the largest part, the smallest first; each section goes through one of them.
@@ -79,12 +77,13 @@ def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
     """Polygons in which a plane cuts tetrahedra, and the tetrahedron of each.
 
     Args:
-        tets: The object.
-        axis: Normal of the plane, 0, 1 or 2.
-        at: Its coordinate [m].
+        tets: Tetrahedra of the object.
+        axis: Axis normal to the plane: 0, 1 or 2.
+        at: Coordinate of the plane along this axis [m].
 
     Returns:
-        Corners of each polygon, shape (3 or 4, 3) [m], in order round it; tetrahedra, shape (k,).
+        Corners of each polygon, shape (3 or 4, 3) [m], in order round the polygon; indices of the
+        tetrahedra, shape (k,).
     """
     x = tets.vertices
     above = (x[:, axis] > at)[tets.tets]
@@ -105,7 +104,7 @@ def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
 
 
 def _middle(tets: TetMesh, chosen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Floats:
-    """Middle of some tetrahedra by volume, shape (3,) [m]."""
+    """Centre of volume of the chosen tetrahedra, shape (3,) [m]."""
     t = tets.tets[chosen]
     weights = volumes(tets.vertices, t)
     return np.asarray(weights @ tets.vertices[t].mean(axis=1) / weights.sum())

@@ -1,7 +1,7 @@
-"""The command line `cohaptic`: finds the subcommands that the installed packages bring.
+"""The command line `cohaptic`, with the subcommands that the installed packages add.
 
-Server and client register their commands as entry points; this module imports neither, so the
-direction of imports holds and a client-only install needs no server code.
+Server and client register their commands as entry points; this module imports neither of them, so
+that the direction of imports holds and a client-only install needs no server code.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cohaptic.runtime.heeded import signals_heeded
 def main(argv: list[str] | None = None) -> None:
     """Run `cohaptic` with the given arguments (default: those of the process)."""
     if argv is None:
-        # No file of the folder where a person happens to be is a module of a process that we start.
+        # Processes that we start must not import modules from the current folder.
         os.environ["PYTHONSAFEPATH"] = "1"
     with signals_heeded():
         _run(sys.argv[1:] if argv is None else argv)
@@ -32,7 +32,8 @@ def _run(arguments: list[str]) -> None:
     try:
         _check_secrets()
         if arguments[:1] == ["touch"]:
-            # Before its modules are imported. Others need the plain functions: numba compiles them.
+            # This must precede the import of the modules. Other commands need the plain functions,
+            # which numba compiles.
             compiled.use("loop")
         build_app(only=arguments[0] if arguments else None)(args=arguments, prog_name="cohaptic")
     except CohapticError as error:
@@ -40,12 +41,12 @@ def _run(arguments: list[str]) -> None:
         typer.echo(f"cohaptic: {error}", err=True)
         sys.exit(2)
     except KeyboardInterrupt:
-        # While modules are imported; later on each command ends in its own way.
+        # Ctrl-C while modules are imported; later each command handles Ctrl-C in its own way.
         sys.exit(130)
 
 
 def _check_secrets() -> None:
-    """Raise SettingError for a secret that is there and empty: nobody wants to go without it so."""
+    """Raise SettingError for a secret that is set but empty, which must be a mistake."""
     for name in _SECRETS:
         if os.environ.get(name) == "":
             raise SettingError(
@@ -57,7 +58,8 @@ def build_app(only: str | None = None) -> typer.Typer:
     """Collect the subcommands into one application.
 
     Args:
-        only: Load just this one, if it exists: `touch` then starts without the server's libraries.
+        only: The only subcommand to load, if it exists, so that `touch` starts without the server's
+            libraries; None loads all.
     """
     app = typer.Typer(
         help="Several people touch one soft object over a network and feel each other through it.",
@@ -87,7 +89,7 @@ def build_app(only: str | None = None) -> typer.Typer:
         except ExtensionError as error:
             if name == only:
                 raise
-            typer.echo(f"cohaptic: {error}", err=True)  # the other commands are there
+            typer.echo(f"cohaptic: {error}", err=True)  # the other commands still work
             continue
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
@@ -98,4 +100,4 @@ def build_app(only: str | None = None) -> typer.Typer:
 
 _GROUP = "cohaptic.commands"  # of entry points, each a function or a typer.Typer
 _SECRETS = ("COHAPTIC_KEYS", "COHAPTIC_TOKEN")
-_ORDER = {"demo": 0, "serve": 1, "touch": 2, "body": 3, "stability": 4}  # as a newcomer meets them
+_ORDER = {"demo": 0, "serve": 1, "touch": 2, "body": 3, "stability": 4}  # in a newcomer's order

@@ -1,6 +1,6 @@
-"""Help of a command: its options in chapters, first those that most people need.
+"""Help of a command with its options in chapters, those that most people need first.
 
-typer's own boxes take twice the lines, and read `[s]` in a sentence as a style.
+The boxes of typer take twice as many lines and interpret `[s]` in a sentence as a style.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ _IN_PARENTHESES = re.compile(r"\[default: \((.*)\)\]$", re.S)
 
 
 class ChapterCommand(TyperCommand):
-    """A command whose options are told by chapters: the `rich_help_panel` of each.
+    """A command whose help groups the options in chapters, by the `rich_help_panel` of each.
 
-    The chapters come in the order in which the command's options name them; options without one
-    are before all others.
+    The chapters come in the order in which the command's options name them; options without a
+    chapter come before all others.
     """
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments and options, as click calls it."""
+        """Write arguments and options; click calls this method."""
         chapters: dict[str, list[tuple[str, str]]] = {"Arguments": [], FIRST: []}
         for param in self.get_params(ctx):
             record = param.get_help_record(ctx)
@@ -33,7 +33,7 @@ class ChapterCommand(TyperCommand):
             name = _LIST.sub(r"<\1>", name)
             named = getattr(param, "rich_help_panel", None)
             title = named or ("Arguments" if param.param_type_name == "argument" else FIRST)
-            # A default in words comes in parentheses.
+            # click puts a default in words into parentheses.
             told = _IN_PARENTHESES.sub(r"[default: \1]", text)
             chapters.setdefault(title, []).append((name, told))
         for title, records in chapters.items():

@@ -1,4 +1,4 @@
-"""A file that a command is to write: looked at before the work, and not after it."""
+"""Check the output file of a command before the work starts, not after it."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from cohaptic.errors import SettingError
 
 
 def check_output(option: str, path: Path | None, suffix: str = "") -> None:
-    """Refuse what could not be written at the end.
+    """Refuse an output file that could not be written at the end.
 
     Args:
-        option: By which the user named it, such as --json.
-        path: Path of the file; None where none is wanted.
-        suffix: That its name has to end with; empty for any.
+        option: Option by which the user named the file, such as --json.
+        path: Path of the file; None if no file is wanted.
+        suffix: Required suffix of the file's name; empty for any.
 
     Raises:
-        SettingError: Its folder is not there or may not be written to, or it is a folder itself.
+        SettingError: The suffix is wrong, the folder is missing, the path is a folder, or the file
+            may not be written to.
     """
     if path is None:
         return

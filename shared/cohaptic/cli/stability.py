@@ -1,4 +1,4 @@
-"""The command `cohaptic stability`: judges given gains, and names safe ones."""
+"""The command `cohaptic stability`, which judges given gains and names safe ones."""
 
 from __future__ import annotations
 
@@ -71,9 +71,10 @@ def stability(
 ) -> None:
     """Say whether a local model is stable, and for which gains.
 
-    Alone, predictive always is: its own force never comes back to it. For other laws the whole loop
-    is judged, beside the paper's conditions (docs/science.md). With --compliance: several contacts,
-    at any delay, and safe gains. With --delays too: a room of hands held still, and its lag.
+    A single contact with the predictive law is always stable, since its own force never comes back.
+    For other laws the whole loop is judged, in addition to the paper's conditions
+    (docs/science.md). With --compliance: several contacts, at any delay, and safe gains. With
+    --delays as well: a room of hands held still, and its lag.
     """
     check_output("--json", None if json_to in (None, "-") else Path(json_to))
     import numpy as np
@@ -117,7 +118,7 @@ def stability(
 
 
 def _numbers(name: str, text: str) -> Floats:
-    """An array from JSON; raises SettingError with the text as given."""
+    """An array from JSON text; raises SettingError, which quotes the text, if it is invalid."""
     import numpy as np
 
     try:

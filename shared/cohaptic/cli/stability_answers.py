@@ -22,7 +22,7 @@ from cohaptic.control.stability.stable_set import stability_area
 from cohaptic.errors import SettingError
 
 
-# Above 60 lines with the docstring, which explains every value of the answer.
+# Above 60 lines with the docstring, which explains every argument.
 def alone(
     law: Law,
     k_o: float,
@@ -33,7 +33,7 @@ def alone(
     haptic_period: float,
     delay: float,
 ) -> dict[str, Any]:
-    """Stability of one contact: lifted system, and the closed condition where one applies.
+    """Stability of one contact: by the lifted system, and by the closed condition if one applies.
 
     Args:
         law: Local model.
@@ -46,7 +46,7 @@ def alone(
         delay: Network round trip beyond one simulation period [s].
 
     Returns:
-        The fields of the JSON answer.
+        Fields of the JSON answer.
 
     Raises:
         SettingError: A value is outside its limits.
@@ -66,7 +66,7 @@ def alone(
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
     if not law.answers_own_dent:
-        # The surface is free of the own force, so with the true compliance there is no loop.
+        # The surface is free of the client's own force: with the true compliance there is no loop.
         radius = 0.0
     elif law.integrates:
         local = integral_model(k_h, integral_gain, haptic_period)
@@ -90,7 +90,7 @@ def alone(
 
 
 def _in_samples(sim_period: float, delay: float, haptic_period: float) -> tuple[int, int]:
-    """Simulation period and delay in haptic samples; raises SettingError when they are too long."""
+    """Simulation period and delay in haptic samples; raises SettingError if one is too long."""
     rate_ratio = round(sim_period / haptic_period)
     samples = round(delay / haptic_period)
     if rate_ratio * haptic_period > 10.0 or samples > 10_000:
@@ -103,7 +103,7 @@ def area_corners(
 ) -> list[list[float]]:
     """Corners (K_h [N/m], I [N/(m s)]) of the stable set, Fig. 8.
 
-    Delays of whole periods need no haptic samples, and are quicker.
+    Delays of whole periods are computed without haptic samples, which is quicker.
     """
     periods = delay / sim_period
     whole = abs(periods - round(periods)) < 1e-6
@@ -119,10 +119,10 @@ def several(
     """Stability of several contacts, without delay and under any delay; and their safe gains.
 
     Args:
-        law: Local model of everybody.
+        law: Local model of all users.
         C: Contact compliance, shape (n, n) [m/N].
-        k_h: Gains to be judged, shape (n,), or () for all [N/m].
-        integral_gain: I of everybody [N/(m s)].
+        k_h: Gains to be judged, shape (n,), or shape () for one gain of all users [N/m].
+        integral_gain: I of all users [N/(m s)].
         sim_period: N T [s].
         delay: Network round trip, for the safe gains [s].
 
@@ -157,10 +157,10 @@ def several(
 
 
 def check_at_least(*values: tuple[str, float, float]) -> None:
-    """Raise SettingError at the first value that is not finite or below its least one.
+    """Raise SettingError at the first value that is not finite or is below its minimum.
 
     Args:
-        *values: Name, value and least value of each.
+        *values: Name, value and minimum of each.
     """
     for name, value, least in values:
         if not (math.isfinite(value) and value >= least):
@@ -168,6 +168,6 @@ def check_at_least(*values: tuple[str, float, float]) -> None:
 
 
 def check_period(sim_period: float) -> None:
-    """Raise SettingError unless this is a simulation period [s]."""
+    """Raise SettingError unless `sim_period` [s] is in the range of simulation periods."""
     if not 1e-4 <= sim_period <= 10.0:
         raise SettingError("simulation period", f"{sim_period} s", "from 0.0001 to 10 s")

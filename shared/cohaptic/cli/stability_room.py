@@ -1,4 +1,4 @@
-"""The answer of `cohaptic stability --delays`: the exact roots of a room, beside the theorem."""
+"""The answer of `cohaptic stability --delays`: exact roots of a room, and the theorem's values."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ def room(
 ) -> dict[str, Any]:
     """Whether a room of hands held still is stable at its own loop delays (science 3.8).
 
-    Without anticipation, as where somebody uses a law of the paper or a contact is steep; with it
-    hands held still need no lag (3.13).
+    The answer holds without anticipation, as in a room where a user has a law of the paper or a
+    contact is steep; with anticipation, hands held still need no lag (3.13).
 
     Args:
-        law: A law that does not answer its own dent: the others have no lag.
+        law: Law that does not answer its own dent; the others have no lag.
         C: Contact compliance, shape (n, n) with n at most 64 [m/N].
-        delays: Loop delay T_i of each user, shape (n,), or () for all [s].
-        k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all; None for 1 / C_ii [N/m].
+        delays: Loop delay T_i of each user, shape (n,), or () for all users [s].
+        k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all users; None for 1 / C_ii [N/m].
         lag: tau; None for the server's choice for hands held still [s].
         sim_period: N T, over which the spectral radius is taken [s].
 
     Returns:
-        `stable`, `spectral_radius` and `growth_rate` [1/s] are those of the exact roots at these
-        delays; `coupling`, `lag_needed` [s] and `margin` the theorem's, for all delays up to the
-        longest. A radius, rate or margin without bound is None.
+        Fields of the JSON answer. `stable`, `spectral_radius` and `growth_rate` [1/s] are those of
+        the exact roots at these delays; `coupling`, `lag_needed` [s] and `margin` are the
+        theorem's, for all delays up to the longest. An infinite radius, rate or margin is None.
 
     Raises:
         SettingError: A value is outside its limits, or outside the theorem.
@@ -68,7 +68,7 @@ def room(
     m, longest = coupling_radius(S), float(T.max())
     needed = lag_needed(m, longest)
     if lag is None:
-        # Without any delay every positive lag is stable for m >= 1, but not 0: take one period.
+        # Without delays and with m >= 1 every lag above 0 is stable, but 0 is not: use one period.
         lag = needed / SHARE if needed > 0.0 or m < 1.0 else sim_period
     elif not 0.0 <= lag <= MAX_LAG:
         raise SettingError("lag", f"{lag:g} s", f"from 0 to {MAX_LAG:g} s")
@@ -90,15 +90,15 @@ def room(
 def each(
     name: str, values: Floats, n: int, limits: tuple[float, Floats], unit: str, why: str = ""
 ) -> Floats:
-    """A value for each of n users, or SettingError with the first that is out of its limits.
+    """The values of n users; raises SettingError for the first value out of its limits.
 
     Args:
         name: Name of the value, for the message.
-        values: Shape (n,), or () for the same of everybody.
-        n: How many users there are.
-        limits: The least value, and the largest of each user, shape (n,), but for rounding.
-        unit: For the message.
-        why: Reason for the largest value, appended to the message.
+        values: Values, shape (n,), or shape () for one value of all users.
+        n: Number of users.
+        limits: Minimum of all users, and maximum of each user, shape (n,), with room for rounding.
+        unit: Unit, for the message.
+        why: Reason for the maximum, appended to the message.
     """
     if values.shape not in ((), (n,)):
         limit = f"of shape ({n},), one of each user [{unit}]"

@@ -1,11 +1,11 @@
-"""The answers of `cohaptic stability` as people read them: each value in words, with its unit."""
+"""Answers of `cohaptic stability` for people: each value with a description and its unit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any, Final, cast
 
-# Words, unit and how many of the unit are one of SI, for each key of the JSON.
+# Description, unit and factor from SI to that unit, for each key of the JSON answer.
 WORDS: Final = {
     "law": ("control law", "", 1.0),
     "stable": ("stable", "", 1.0),
@@ -33,7 +33,7 @@ WORDS: Final = {
 
 
 def in_words(answer: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Each value of an answer that applies, as words and a text with its unit."""
+    """Description and text with unit of each value of an answer that applies."""
     for key, value in answer.items():
         if key == "closed_condition" and value is None:
             continue
@@ -46,7 +46,7 @@ def in_words(answer: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _text(value: object, scale: float) -> str:
-    """One value, or several with commas between."""
+    """Text of one value, or of several values separated by commas."""
     if isinstance(value, list):
         return ", ".join(_text(part, scale) for part in cast("list[object]", value))
     if isinstance(value, bool):

@@ -1,1 +1,1 @@
-"""The local control laws, their gains and friction, as pure functions."""
+"""The local control laws, their gains and their friction, as pure functions."""

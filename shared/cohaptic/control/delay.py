@@ -1,19 +1,19 @@
 """The delay of one client's loop, filtered from measurements so that gains never chatter.
 
-A sample names the tick of the patch that it was made with; the tick that receives it comes some
-periods later. That number is the d + 1 of science 3.1; it contains network and schedulers, and
-measuring it needs no common clock.
+A sample names the tick of the patch with which it was made; the server receives the sample some
+periods later. That number of periods is d + 1 of science 3.1. It includes the delays of network and
+schedulers, and its measurement needs no common clock.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-# s; a delay counts for at least this long and at most twice that: long enough to see the rare late
+# s; a delay counts for at least one window and at most two: long enough to see the rare late
 # messages of a network, short enough that gains recover within a few presses.
 WINDOW = 4.0
 UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
-LONGEST = 10.0  # s; a longer one means that the client names wrong ticks
+LONGEST = 10.0  # s; a longer delay means that the client names wrong ticks
 # Longest loop that may take part [s]: 400 ms of jitter on top of 250 ms each way, and as much
 # again. The room's lag grows with its slowest loop, so a slower client may only watch.
 TOO_LONG = 2.0
@@ -24,10 +24,10 @@ class LoopDelay:
     """Largest recent delay: rises at once, and falls after one to two windows without such a delay.
 
     Args:
-        recent: Largest in the present window [s]; negative before the first measurement.
-        before: Largest in the previous window [s]; negative without one.
+        recent: Largest delay in the present window [s]; negative before the first measurement.
+        before: Largest delay in the previous window [s]; negative without such a window.
         until: End of the present window [s].
-        unanswered: How long the client has been there and answered no patch [s].
+        unanswered: Time for which the client has pressed without answering a patch [s].
     """
 
     recent: float = -1.0
@@ -37,18 +37,18 @@ class LoopDelay:
 
     @property
     def value(self) -> float:
-        """Delay that gains are chosen for; `UNKNOWN` before the first measurement [s]."""
-        # A comparison, since a server asks for every user in every tick.
+        """Delay for which gains are chosen; `UNKNOWN` before the first measurement [s]."""
+        # A comparison is quicker than `max`; the server reads this for every user in every tick.
         largest = self.recent if self.recent > self.before else self.before
         return largest if largest >= 0.0 else UNKNOWN
 
     @property
     def counted(self) -> float:
-        """Delay that the room's lag is chosen for; 0 before the first measurement [s].
+        """Delay for which the room's lag is chosen; 0 before the first measurement [s].
 
         Gains concern this client alone, so `value` assumes a long delay until one is measured. The
-        lag concerns the whole room, which would wait for a hand that answers no patch: before its
-        first one, or since it reads none. `too_long` ends the part of such a hand.
+        lag concerns the whole room, which should not wait for a hand that answers no patch, be it
+        before the first patch or because its client reads none. `too_long` excludes such a hand.
         """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
 
@@ -56,8 +56,8 @@ class LoopDelay:
     def too_long(self) -> bool:
         """Whether this loop is too slow to take part.
 
-        One that has pressed for longer than `UNKNOWN` and names no tick counts as such. A hand
-        feels no surface before its first patch, so it loses nothing.
+        A client that has pressed for longer than `UNKNOWN` and names no tick counts as too slow. A
+        hand feels no surface before its first patch, so it loses nothing.
         """
         late = self.recent > TOO_LONG or self.before > TOO_LONG
         return late or self.unanswered > UNKNOWN
@@ -74,7 +74,7 @@ class LoopDelay:
         """The state after one more measurement.
 
         Args:
-            delay: Delay of one sample round the loop [s]; cut to 0 to `LONGEST`.
+            delay: Delay of one sample round the loop [s]; clipped to the range 0 to `LONGEST`.
             now: Time of the measurement [s].
         """
         delay = min(max(delay, 0.0), LONGEST)

@@ -1,15 +1,15 @@
 """Coulomb friction at the local model, in the plane of contact, with the full contact compliance.
 
-The probe sticks to the surface, whose contact point gives way by the body's 3x3 compliance C; where
-the tangential force would exceed mu times the normal one it slides. The hand gets f = n f_n + f_t
-and the body its opposite, so the contact point moves by -C f. While it sticks the tip's way s along
-the surface is the contact point's,
+The probe sticks to the surface, whose contact point gives way by the body's 3x3 compliance C; the
+probe slides where the tangential force would exceed mu times the normal force. The hand gets
+f = n f_n + f_t and the body the opposite force, so the contact point moves by -C f. While the
+contact sticks, the tip's displacement s along the surface equals that of the contact point,
 
     s = -P C (n f_n + f_t),    P = I - n n',    hence    f_t = -(P C P)^-1 (s + P C n f_n),
 
-and the tangential force changes the depth at which the normal one is balanced, by n . C f_t.
-Everything is local: nothing of the own force comes back late (science 3.3). The anchor of a
-sticking contact is material: it goes where others drag it, and the hand feels that (3.10).
+and the tangential force changes the depth at which the normal force is balanced by n . C f_t. All
+of this is local: no part of the client's own force comes back late (science 3.3). The anchor of a
+sticking contact is a material point: others may drag the anchor, and the hand feels that (3.10).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from cohaptic.vec import ZERO, Vec3, add, cross, dot, norm, scale, sub, unit
 
-MAX_FRICTION = 2.0  # coefficient of friction, about that of rubber on dry glass; more is a mistake
+MAX_FRICTION = 2.0  # coefficient of friction, about that of rubber on dry glass; more is an error
 
 
 class Compliance3(NamedTuple):
@@ -37,13 +37,12 @@ class FrictionState(NamedTuple):
     """Memory of the sticking contact.
 
     Fields:
-        stretch: s, the displacement of the tip over the material since it stuck [m].
-        force: f_t on the hand [N].
+        stretch: s, displacement of the tip over the material since it stuck [m].
+        force: f_t, tangential force on the hand [N].
         material: Displacement of the material under the contact by the others, as far as the force
             has followed it [m].
         touching: Whether there was contact in the last period.
-        share: Stiffness of the contact as a share of the body's; below 1 where the device is
-            softer.
+        share: Stiffness of the contact as a share of the body's; below 1 if the device is softer.
         stiffness: Stiffness of the contact in its stiffest direction along the surface [N/m].
     """
 
@@ -59,7 +58,7 @@ NO_FRICTION = FrictionState()
 
 
 def times(C: Compliance3, f: Vec3) -> Vec3:
-    """C f [m]."""
+    """Displacement C f [m]."""
     return (
         C[0] * f[0] + C[3] * f[1] + C[4] * f[2],
         C[3] * f[0] + C[1] * f[1] + C[5] * f[2],
@@ -68,7 +67,7 @@ def times(C: Compliance3, f: Vec3) -> Vec3:
 
 
 def is_definite(C: Compliance3) -> bool:
-    """Whether C can be a body's: each force moves its point along with it (Sylvester's rule)."""
+    """Whether C is positive definite, as a body's compliance must be (Sylvester's rule)."""
     xx, yy, zz, xy = C[:4]
     if not (xx > 0.0 and yy > 0.0 and zz > 0.0):
         return False
@@ -81,8 +80,8 @@ _ROUNDING = 1e-9
 
 
 def least_eigenvalue(C: Compliance3) -> float:
-    """A bound from below for the smallest eigenvalue of a definite C [m/N]."""
-    # The other two have at most the product of two halves of the trace.
+    """Lower bound for the smallest eigenvalue of a definite C [m/N]."""
+    # The product of the other two eigenvalues is at most the square of half the trace.
     return 4.0 * _determinant(C) / (C[0] + C[1] + C[2]) ** 2
 
 
@@ -92,7 +91,7 @@ def _determinant(C: Compliance3) -> float:
 
 
 def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
-    """Two unit vectors that make a right-handed frame with `normal`."""
+    """Two unit vectors that form an orthonormal frame with the unit vector `normal`."""
     helper: Vec3 = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.7 else (0.0, 1.0, 0.0)
     one = unit(cross(normal, helper))
     return one, cross(normal, one)
@@ -104,14 +103,14 @@ def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
 
 
 def believed_shift(normal: Vec3, C: Compliance3, k_h: float) -> float:
-    """Share of `normal_shift` that a law takes into its depth, above 0 and at most 1.
+    """Share of `normal_shift` that a law adds to its depth, above 0 and at most 1.
 
-    The law answers the shift with K_h times as much, and friction that, period after period. Where
-    K_h is at most 1 / C_nn, that comes to rest: a contact that sticks has less than C_nn of its
-    compliance along the normal by way of the tangent plane (a Schur complement), and for one that
-    slips `friction_step` sees to it. But the gain in use may be larger for a while, since normal,
-    compliance and gain follow the surface each at its own rate: then the law takes as much of the
-    shift as if it were 1 / C_nn.
+    The law answers the shift with K_h times as much force, friction answers that force, and so on
+    period after period. This converges if K_h is at most 1 / C_nn: in a sticking contact less than
+    C_nn of the compliance along the normal acts by way of the tangent plane (a Schur complement),
+    and in a slipping contact `friction_step` ensures the same. The gain in use may be larger for a
+    while, since normal, compliance and gain each follow the surface at their own rate. The law then
+    takes so much of the shift as if the gain were 1 / C_nn.
 
     Args:
         normal: Outward unit normal in use.
@@ -125,8 +124,8 @@ def believed_shift(normal: Vec3, C: Compliance3, k_h: float) -> float:
 def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
     """kappa, the share of a normal force that comes back through friction, from 0 to 0.9.
 
-    A change of the normal force takes the friction with it, by mu at most, and that the depth, so
-    that in the end the force changes by 1 / (1 - kappa) as much.
+    A change of the normal force changes the friction force by at most mu times as much, and that
+    changes the depth; in the end the normal force changes by 1 / (1 - kappa) times as much.
 
     Args:
         mu: Coefficient of friction.
@@ -144,14 +143,14 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
     """Displacement of the anchor with the material in this period (science 3.10).
 
     Args:
-        state: After the last period.
-        material: Displacement by the others of the material under the contact now [m].
+        state: State after the last period.
+        material: Present displacement of the material under the contact by the others [m].
         most: Largest displacement in this period, so that the force of a contact at rest has no
             step [m].
 
     Returns:
-        Displacement of the anchor in this period, and the material's displacement that it has
-        followed so far [m].
+        Displacement of the anchor in this period, and the material's displacement that the anchor
+        has followed so far [m].
     """
     if not state.touching:
         return ZERO, material
@@ -165,14 +164,14 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
 def anchor_of(state: FrictionState, probe: Vec3, normal: Vec3, depth: float) -> Vec3 | None:
     """Point of the resting surface that the contact holds [m]; None without contact.
 
-    The tip less its way over the material, out along the normal to the surface, and back by the
-    displacement of the material. While the contact sticks it stays where it is, whatever normal,
-    compliance and force do: a server that takes the contact to be there hears nothing of what it
-    has sent come back (science 3.10).
+    The anchor is the tip less its displacement over the material, moved out along the normal to the
+    surface, and back by the material's displacement. While the contact sticks the anchor stays in
+    place, whatever normal, compliance and force do. A server that places the contact at the anchor
+    therefore gets back no echo of the values it has sent (science 3.10).
 
     Args:
-        state: After the period.
-        probe: Tip [m].
+        state: State after the period.
+        probe: Tip of the device [m].
         normal: Outward unit normal in use.
         depth: Depth of the tip below the surface in use [m].
     """
@@ -198,16 +197,16 @@ def friction_step(
     """One period of stick and slip (Coulomb, with the full contact compliance).
 
     Args:
-        state: After the last period.
+        state: State after the last period.
         moved: Displacement of the tip in this period [m].
-        material: Displacement by the others of the material under the contact [m].
+        material: Displacement of the material under the contact by the others [m].
         normal: Outward unit normal at the contact.
-        normal_force: f_n on the hand [N]; 0 ends the contact.
-        C: Contact compliance.
+        normal_force: f_n, normal force on the hand [N]; 0 ends the contact.
+        C: Contact compliance [m/N].
         mu: Coefficient of friction.
         share: Stiffness of the law as a share of the body's, K_h C_ii (science 3.3).
-        max_stiffness: Largest that the device renders stably; holds for every tangential direction
-            [N/m].
+        max_stiffness: Largest stiffness that the device renders stably, applied to every tangential
+            direction [N/m].
         most: Largest change of the force in this period that the others may cause [N].
 
     Returns:
@@ -223,35 +222,36 @@ def friction_step(
     det = c11 * c22 - c12 * c12
     if c11 <= 0.0 or det <= 0.0:  # not the compliance of an elastic body
         return NO_FRICTION
-    # Where friction would take the contact point away faster than the finger presses it in, the
-    # contact would wedge, and its force grow without bound.
+    # If friction lifted the contact point faster than the finger presses it in, the contact would
+    # wedge, and its force would grow without bound.
     lifts = math.hypot(b1, b2)
     if mu * lifts > _WEDGE * dot(along_n, normal):
         mu = _WEDGE * dot(along_n, normal) / lifts
-    # Compliance of the stiffest direction, by the larger eigenvalue so that nothing cancels.
+    # Compliance of the stiffest direction, computed from the larger eigenvalue to avoid
+    # cancellation.
     stiffest = det / (0.5 * (c11 + c22) + math.hypot(0.5 * (c11 - c22), c12))
     share = min(share, max_stiffness * stiffest)
     held = norm(state.force)
     if state.touching and held > 0.0:
-        # A change of the gain changes the friction as well; it gets half of the permitted change.
+        # A change of the gain also changes the friction force; it may use half the allowed change.
         reach = 0.5 * most / held
         share = min(max(share, state.share * (1.0 - reach)), state.share * (1.0 + reach))
-        # Never below 0, not by a rounding either: the material would be followed the wrong way.
+        # A value below 0, even by rounding, would make the anchor follow the material backwards.
         most = max(0.0, most - held * abs(share / state.share - 1.0))
     carried, followed = follow_material(state, material, most * stiffest / share)
     stretch = state.stretch
     if not state.touching:
-        # A force that is already there began somewhere else: from here the friction is counted.
+        # The normal force present at first contact began elsewhere: friction starts from here.
         stretch = add(scale(one, -b1), scale(two, -b2))
     way = sub(add(stretch, moved), carried)
-    # As coordinates in the tangent plane: the surface turns under the tip.
+    # Coordinates in the present tangent plane, since the surface turns under the tip.
     s1, s2 = dot(way, one), dot(way, two)
     r1, r2 = s1 + b1, s2 + b2
     f1 = -share * (c22 * r1 - c12 * r2) / det
     f2 = -share * (c11 * r2 - c12 * r1) / det
     size, limit = math.hypot(f1, f2), mu * normal_force
     if size > limit:
-        # Slip: the contact follows until the friction that is left can hold it.
+        # Slip: the contact point follows the tip until the limited friction can hold it.
         f1, f2 = f1 * limit / size, f2 * limit / size
         s1 = -(c11 * f1 + c12 * f2) / share - b1
         s2 = -(c12 * f1 + c22 * f2) / share - b2
@@ -260,8 +260,8 @@ def friction_step(
     return FrictionState(stretch, force, followed, True, share, share / stiffest)
 
 
-# Share of the indentation by the normal force that friction may take back along the normal; at 1
-# the contact point would no longer give way under the finger, and the contact would wedge.
+# Largest share of the indentation by the normal force that friction may cancel along the normal; at
+# 1 the contact point would no longer give way under the finger, and the contact would wedge.
 _WEDGE = 0.9
 
 
@@ -269,7 +269,7 @@ def tangential(force: Vec3, normal: Vec3, normal_force: float) -> Vec3:
     """Tangential part of a force, limited to `MAX_FRICTION` times the normal force [N].
 
     Args:
-        force: On the hand or on the body [N].
+        force: Force on the hand or on the body [N].
         normal: Unit normal of the surface.
         normal_force: Magnitude of the normal force [N].
     """

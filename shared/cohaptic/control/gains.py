@@ -2,13 +2,13 @@
 
     proportional   K_h,i < 1 / sum_j |C_ij|                  any bounded delay (3.2; Chazan and
                                                              Miranker 1969), and (8) when alone
-    pi             K_h,i a share of the same, I from the edge of the stability area at the measured
-                   delay (3.1)
-    predictive     K_i = 1 / C_ii at any delay, whoever else is there (3.8): the room's lag keeps
+    pi             K_h,i a share of the same bound, I from the edge of the stability area at the
+                   measured delay (3.1)
+    predictive     K_i = 1 / C_ii at any delay and with any other hands (3.8): the room's lag keeps
                    several hands stable, and no gain is lowered for a neighbour
 
-Every gain stays below the stiffness that the device renders stably (Colgate's limit, as the device
-states it). Where that is less than the object's stiffness, the hand feels the device's limit.
+No gain exceeds the stiffness that the device renders stably (Colgate's limit, as the device states
+it). If that limit is less than the object's stiffness, the hand feels the device's limit.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ ALPHA = 0.9
 # the steady state the integral carries the force; a larger K_h gains little and oscillates more.
 PI_SHARE_K = 0.3
 PI_SHARE_I = 0.3
-LONGEST_DELAY = 64  # simulation periods; for longer loops I is chosen as for this one
+LONGEST_DELAY = 64  # simulation periods; for longer loops I is chosen as for this delay
 
 
 def coupled_stiffness(row: Sequence[float]) -> float:
     """Coupling-aware stiffness 1 / sum_j |C_ij| of one contact (science 3.2) [N/m].
 
     Args:
-        row: Row i of the contact compliance C, own entry included [m/N].
+        row: Row i of the contact compliance C, diagonal entry included [m/N].
     """
     return 1.0 / sum(abs(c) for c in row)
 
@@ -55,12 +55,13 @@ def choose_gains(
         law: Local model of the client.
         row: Row i of the contact compliance C of all present contacts [m/N].
         i: Index of the client's own contact in `row`.
-        max_stiffness: Largest gain that its device renders stably [N/m].
-        loop_delay: From the tick that made a patch to the tick that got the force made with it, as
-            measured (`delay.LoopDelay`) [s].
+        max_stiffness: Largest gain that the client's device renders stably [N/m].
+        loop_delay: Measured delay from the tick that made a patch to the tick that got the force
+            made with that patch (`delay.LoopDelay`) [s].
         simulation_period: N T [s].
-        fixed: Gains that the client asked for and the server grants instead: experiments only.
-        alpha: Margin, < 1.
+        fixed: Gains that the client asked for and the server grants, for experiments only; None to
+            choose gains.
+        alpha: Gain as a share of the edge of stability, < 1.
     """
     if fixed is not None:
         return Gains(min(fixed.k_h, max_stiffness), fixed.integral_gain)
@@ -69,10 +70,10 @@ def choose_gains(
     coupled = coupled_stiffness(row)
     if not law.integrates:
         return Gains(min(alpha * coupled, max_stiffness))
-    # An integral, too, is one of the stiffness that the device renders.
+    # The integral, too, must stay within the stiffness that the device renders.
     coupled = min(coupled, max_stiffness)
     k_h = PI_SHARE_K * coupled
-    # The client moves to a new patch over one period, which counts as one more.
+    # The client blends to a new patch over one period, which adds one period of delay.
     periods = min(LONGEST_DELAY, math.ceil(loop_delay / simulation_period - 1e-6) + 1)
     edge = largest_integral(k_h / coupled, periods)
     return Gains(k_h, PI_SHARE_I * edge * coupled / simulation_period)
@@ -80,7 +81,7 @@ def choose_gains(
 
 @lru_cache(maxsize=4096)
 def _edge(kappa_percent: int, periods: int) -> float:
-    """Largest stable I N T / K_o at K_h / K_o in percent, one position every `periods` periods."""
+    """Largest stable I N T / K_o at K_h / K_o in percent, for a loop of `periods` periods."""
     body = elastic_object(1.0)
     low, high = 0.0, 2.0
     while high - low > 1e-3 * high:
@@ -96,6 +97,6 @@ def largest_integral(kappa: float, periods: int) -> float:
 
     Args:
         kappa: K_h / K_o, rounded up to whole percent.
-        periods: Simulation periods round the loop; 1 is the paper's, without further delay.
+        periods: Simulation periods round the loop; 1 is the paper's loop, without further delay.
     """
     return _edge(math.ceil(100.0 * kappa - 1e-9), max(1, periods))

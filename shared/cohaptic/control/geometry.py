@@ -1,8 +1,8 @@
 """The local surface that a client holds between patches, and its evaluation at a probe.
 
-Plane and sphere (Adachi 1995, as section 6 step 1 proposes); `mesh_surface.py` has the third. A
-surface is free of the client's own force (science 3.3), so a new patch alone never changes the
-force. A law receives every geometry as a `Sight`.
+This module has plane and sphere (Adachi 1995, as section 6 step 1 proposes); `mesh_surface.py` has
+the mesh. A surface is free of the client's own force (science 3.3), so a new patch alone never
+changes the force. A law receives every geometry as a `Sight`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class Sight:
     Fields:
         depth: Depth of the probe below the surface, negative outside [m].
         normal: Outward unit normal at the foot of the probe.
-        c_ii: Compliance of the contact there [m/N].
-        own_force: On this hand that the body carries at the patch's tick, its opposite [N].
+        c_ii: Compliance of a contact at that foot [m/N].
+        own_force: Force on this hand whose opposite the body carries at the patch's tick [N].
         u_others: Displacement of the material under the contact by the others [m].
     """
 
@@ -44,14 +44,14 @@ class Sight:
 
 @dataclass(init=False)
 class LocalSurface:
-    """Plane or sphere.
+    """A plane or a sphere.
 
     Args:
         x_free: Contact point without this client's own force [m].
-        normal: Outward unit normal.
+        normal: Outward unit normal at the contact point.
         curvature: 0 for a plane, 1/radius for a sphere that bulges towards the hand [1/m].
         c_ii: Compliance of the contact [m/N].
-        own_force: On this hand that the body carries at the patch's tick, its opposite [N].
+        own_force: Force on this hand whose opposite the body carries at the patch's tick [N].
         u_others: Displacement of the material under the contact by the others [m].
     """
 
@@ -88,9 +88,8 @@ class LocalSurface:
 def depth(surface: LocalSurface, probe: Vec3) -> float:
     """Distance of a probe below the surface [m]; negative outside.
 
-    On a sphere of curvature c the point at height h over the tangent plane and at distance r from
-    its axis is below the surface by (1 - |1 - c q|) / c, with |1 - c q| the scaled distance from
-    the centre; written so that c = 0 gives the plane.
+    On a sphere of curvature c the depth is (1 - s) / c, where s is c times the distance from the
+    centre; the formula in the code avoids the division, so that c -> 0 gives the plane.
     """
     out = sub(probe, surface.x_free)
     height = dot(out, surface.normal)
@@ -123,7 +122,7 @@ def blend(a: Sight, b: Sight, s: float) -> Sight:
         return b
     if s <= 0.0:
         return a
-    # Between patches of a plane that only moves the normal stays the same; no need to normalise it.
+    # Patches of a plane that only moves have the same normal, which is normalised already.
     same = a.normal == b.normal
     return Sight(
         a.depth + s * (b.depth - a.depth),
@@ -135,7 +134,7 @@ def blend(a: Sight, b: Sight, s: float) -> Sight:
 
 
 def shift(sight: Sight, by: Sight | None) -> Sight:
-    """A sight moved by a difference of sights (`difference`); None leaves it as it is."""
+    """A sight shifted by a difference of sights (see `difference`); unchanged if `by` is None."""
     if by is None:
         return sight
     n, d = sight.normal, by.normal

@@ -1,19 +1,19 @@
 """The local models that a client may run, and the one function that runs them.
 
 A law maps the surface as evaluated at the probe to the normal force on the hand; its memory is an
-argument and a result. It applies no limits: the client's `safety.py` does, once and last.
+argument and a result. Apart from the bound of its integral, a law applies no limits: the client's
+`safety.py` does, once and last.
 
-The predictive law (science 3.3 and 3.8). The server sends the surface free of this client's own
-force; the client solves its own contact at the haptic rate. Its own force is not part of the
-delayed loop, so alone it is exact at any delay.
+The predictive law (science 3.3 and 3.8): the server sends the surface free of this client's own
+force, and the client solves its own contact at the haptic rate. The client's own force is not part
+of the delayed loop, so a single client is exact at any delay. The gain is the object's own
+stiffness, K_i = 1 / C_ii, or the device's limit if that is less; no integral makes up for that
+limit, since such an integral generates energy (3.8).
 
-Its gain is the object's own stiffness, K_i = 1 / C_ii, or the device's limit where that is less;
-no integral makes up for that limit, since such an integral generates energy (3.8).
-
-The paper's proportional law (section 3). It presses on the surface as the simulation returned it,
-own indentation included, so its own force returns to it one round trip late: stable alone iff k_h <
-k_o (8), for every delay (science 3.1); with other contacts iff rho(|C| diag(k_h)) < 1 under any
-delay (3.2).
+The paper's proportional law (section 3): the law presses on the surface as the simulation returned
+it, own indentation included, so the client's own force returns one round trip late. The law is
+stable alone iff k_h < k_o (8), for every delay (science 3.1); with other contacts it is stable
+under any delay iff rho(|C| diag(k_h)) < 1 (3.2).
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from cohaptic.vec import dot
 class Law(Enum):
     """A local model, in the order of the numbers on the wire.
 
-    Whoever has to treat laws differently asks for one of these properties and not for a name.
+    Code that treats laws differently should test one of these properties, not a law's name.
 
     Attributes:
-        answers_own_dent: Whether it presses on the surface with the dent of its own force in it.
-            Its force then returns to it one round trip late, and gain and neighbours are bounded
-            by that (science 3.1, 3.2). A law that does not has the object's own stiffness at any
-            delay (3.3), and the room's lag bounds the neighbours (3.8).
-        integrates: Whether it has an integral, which goes on while the hand rests.
+        answers_own_dent: Whether the law presses on the surface that includes the dent of its own
+            force. That force then returns one round trip late, which bounds the gain and the
+            neighbours' influence (science 3.1, 3.2). Any other law has the object's own stiffness
+            at any delay (3.3), and the room's lag bounds the neighbours' influence (3.8).
+        integrates: Whether the law has an integral, which continues while the hand rests.
     """
 
     PROPORTIONAL = "proportional"
@@ -52,8 +52,8 @@ class Law(Enum):
     integrates: bool
 
 
-# Attributes and no methods: they are read in every period and for every user in every tick.
-# A law that integrates answers its own dent, as everything that knows of integrals supposes.
+# Attributes are quicker than methods, and they are read every period and for every user every tick.
+# A law that integrates answers its own dent; all code that treats integrals assumes this.
 _PROPERTIES = {
     Law.PROPORTIONAL: (True, False),
     Law.PI: (True, True),
@@ -63,7 +63,7 @@ for _law in Law:
     _law.answers_own_dent, _law.integrates = _PROPERTIES[_law]
 
 DEFAULT_LAW: Final = Law.PREDICTIVE
-# Bound once: to look a member up in its class is slow, and this is done every period.
+# Bound once: looking a member up in its class is slow, and this happens every period.
 _PREDICTIVE: Final = Law.PREDICTIVE
 _PROPORTIONAL: Final = Law.PROPORTIONAL
 _PI: Final = Law.PI
@@ -91,8 +91,9 @@ class LawSettings(NamedTuple):
 
     Fields:
         thresholds: Eqs. (17), (18).
-        release_time: From full force to none when contact ends: a few N T (section 5.1) [s].
-        max_force: The integral stays below it [N].
+        release_time: Time from the integral's full force to none when contact ends, a few N T
+            (section 5.1) [s].
+        max_force: Upper limit of the integral's force [N].
     """
 
     thresholds: Thresholds = Thresholds()
@@ -105,8 +106,8 @@ class LocalForce:
     """The force of a law in one period.
 
     Fields:
-        normal_force: On the hand along the surface's normal, never negative [N].
-        felt_from_others: Its part that is caused by the other users' contacts [N].
+        normal_force: Force on the hand along the surface's normal, never negative [N].
+        felt_from_others: Part of `normal_force` caused by the other users' contacts [N].
         indentation: Indentation of the surface under the probe, own force included [m].
         stored: Energy in the law's spring; the force of an integral stores none [J].
     """
@@ -131,7 +132,7 @@ _DEFAULT = LawSettings()
 
 
 def pressed_depth(law: Law, sight: Sight) -> float:
-    """Depth of the probe below the surface that a law presses on [m].
+    """Depth of the probe below the surface on which a law presses [m].
 
     The paper's laws press on the surface as the simulation returned it, own dent included.
     """
@@ -152,8 +153,8 @@ def local_force(
 
     Args:
         law: Local model.
-        memory: Memory of its integral, after the last period; `AT_REST` before the first.
-        sight: Surface sample of the surface free of this client's own force.
+        memory: Memory of the law's integral after the last period; `AT_REST` before the first.
+        sight: Sample of the surface free of this client's own force.
         gains: Gains of the law.
         dt: Time since the last period [s].
         settings: Settings of the integral.
@@ -186,7 +187,7 @@ def local_force(
             max_force=settings.max_force,
             dt=dt,
         )
-        # Once the integral has settled the surface follows the probe: K_o is felt.
+        # Once the integral has settled, the surface follows the probe and the hand feels K_o.
         stiffness = f / d_free if d_free > 0.0 else stiffness
     return memory, LocalForce(f, f - stiffness * d_alone, sight.c_ii * f, stored)
 
@@ -195,7 +196,7 @@ def predictive_force(depth_free: float, k_h: float) -> float:
     """Normal force f = K (x_h - x_free).
 
     Args:
-        depth_free: Depth of the probe below the surface free of its own force [m].
+        depth_free: Depth of the probe below the surface free of the hand's own force [m].
         k_h: Gain K_i, at most 1 / C_ii [N/m].
 
     Returns:

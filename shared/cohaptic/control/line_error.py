@@ -1,8 +1,9 @@
-"""What the vertices of a mesh patch get wrong straight below its contact, by depth.
+"""Error of a mesh patch's vertices on the line straight below its contact, by depth.
 
-There the server's plane is right, as the contact is the point from which the probe lies along the
-normal. The error is found at points of that line when they are needed, and between them by cubics
-through four neighbours (Catmull and Rom 1974), so that it is smooth to the first derivative.
+On that line the server's plane is right, as the contact is the point from which the probe lies
+along the normal. The error is computed at points of the line when they are needed, and interpolated
+between them by cubics through four neighbours (Catmull and Rom 1974), so that its first derivative
+is continuous.
 """
 
 from __future__ import annotations
@@ -14,55 +15,59 @@ from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_fit import MeshFit
 from cohaptic.vec import Vec3, dot, sub
 
-# How far is near, as a share of the deepest that a fit tells apart (`mesh_fit.DEEPEST`): 6 mm on
-# the balloon, a quarter of the support of its vertices. The least, for the smallest objects, is
-# what a hand cannot tell apart [m].
+# Reach: the distance that counts as near, as a share of the largest depth that a fit tells apart
+# (`mesh_fit.DEEPEST`): 6 mm on the balloon, a quarter of the support of its vertices. The least
+# reach, for the smallest objects, is a distance that a hand cannot feel [m].
 _REACH = 0.1
 _LEAST_REACH = 0.0005
-# Points on the line in that distance. On a balloon the error hardly changes within it. On an object
-# of few elements it does: with one point a finger 3 mm deep on rubber of 633 of them felt 1.2 % too
-# little, with four 0.1 % too much, with eight 0.02 % (`benchmarks/object_session.py`, pinched.stl).
+# Points on the line within one reach. On a balloon the error hardly changes within that distance.
+# On an object of few elements the error does change: on rubber of 633 elements a finger 3 mm deep
+# felt 1.2 % too little with one point, 0.1 % too much with four and 0.02 % with eight
+# (`benchmarks/object_session.py`, pinched.stl).
 _POINTS = 8
-_FURTHEST = 512  # points up or down: beyond them the last error counts, so that a patch stays small
-# Cosines of the angle between the vertices' normal and the patch's on the line. Above the first the
-# vertices are believed near the line too, below the second not at all: their normal then turns
-# under a probe that moves sideways as the server's does not, and with each patch the line's comes
-# back late; on a rim 13 mm deep a hand of 400 N/m swung sideways at 250 ms, and on a sphere not.
-# Below the last they are not believed anywhere: the probe sees the far side of a thin part.
+_FURTHEST = 512  # points up or down; beyond them the last error holds, so that a patch stays small
+# Cosines of the angle between the vertices' normal and the patch's on the line. Above `_ALIKE` the
+# vertices are trusted near the line, too; below `_TURNED` they are not trusted there: their normal
+# then turns under a probe that moves sideways, while the server's does not, and the line's normal
+# comes back late with each patch. On a rim 13 mm deep a hand of 400 N/m swung sideways at 250 ms;
+# with a sphere the hand did not swing. Below `_STRANGE` the vertices are trusted nowhere: the probe
+# sees the far side of a thin part.
 _ALIKE = 0.9986
 _TURNED = 0.985
 _STRANGE = 0.2
-# Distance from the line, in reaches, at which sphere or plane is no better. From there to 1.4 times
-# as far it loses sight of the surface.
+# Distance from the line, in reaches, at which the sphere or plane is no better than the vertices.
+# Between this distance and 1.4 times as far the sphere or plane loses sight of the surface.
 _NEAR = 2.5
-# The same for the distance up to which the normal is set right, and the depth with it, as if the
-# vertices were turned. Where it was longer, or only the normal was turned, dragging with friction
-# made more energy, and the passivity layer observed 13 % less than there was.
+# Distance from the line, in reaches, up to which the normal is corrected, and the depth with it, as
+# if the vertices were turned. With a longer distance, or with only the normal turned, dragging with
+# friction generated more energy, and the passivity layer observed 13 % less energy than there was.
 _TURNING = 1.25
 # On a limb a contact has a fifth of the compliance of the vertices beside it, whose normals lie
-# nearer to the way in which it bends. Below the contact the server's holds, whatever they say; the
-# limit only keeps what is hardly a compliance, next to held vertices, from overflowing.
+# nearer to the direction in which the limb bends. Below the contact the server's compliance holds,
+# whatever the vertices say; the limit only keeps the factor from overflowing next to held vertices,
+# whose compliance is nearly 0.
 _MAX_FACTOR = 1e6
 
-# Up to so many times the way that others have moved the surface here, and at most so many reaches,
-# the compliance is the contact's own. On a limb it changes fivefold within the way
-# that others move the contact sideways, and with it the force, by as much as that way is of the
-# depth: a loop through the other hands that no gain knows of. Two hands that pinched one swung by
-# half of their force. The hand's own way over the surface is not of that kind.
+# Distance from the line within which the compliance is drawn towards the contact's own: `_MOVED`
+# times as far as others have moved the surface here, at most `_APART` reaches. On a limb the
+# compliance changes fivefold within the distance that others move the contact sideways. The force
+# changes with it, by the ratio of that distance to the depth: a loop through the other hands that
+# no gain accounts for. Two hands that pinched a limb swung by half of their force. The hand's own
+# motion over the surface causes no such loop.
 _MOVED = 2.0
 _APART = 4.0
 
-# Cosine of the normals; error of the depth [m]; factor of the compliance; what their normal lacks
-# near the line.
+# Cosine of the angle between the normals; error of the depth [m]; factor of the compliance;
+# correction of the vertices' normal near the line (three numbers).
 Error = tuple[float, float, float, float, float, float]
 # Trust in the vertices, and in their compliance, from 0 to 1; the others as above.
 Beside = tuple[float, float, float, float, float, float, float]
-# Not `Final`: mypyc says of such a tuple that begins with a float that it was not set.
+# Not `Final`: mypyc reports a final tuple that begins with a float as not set.
 _NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def smooth(share: float) -> float:
-    """From 0 to 1 as a share goes from 0 to 1, level at both ends."""
+    """Smooth step from 0 to 1 as `share` goes from 0 to 1, with zero slope at both ends."""
     s = min(1.0, max(0.0, share))
     return s * s * (3.0 - 2.0 * s)
 
@@ -73,7 +78,7 @@ class LineError:
     Args:
         fit: Fit of the vertices.
         base: Plane or sphere of the patch.
-        moved: Way that others have moved the surface under the finger [m].
+        moved: Distance that others have moved the surface under the finger [m].
     """
 
     def __init__(self, fit: MeshFit, base: LocalSurface, moved: float) -> None:
@@ -85,24 +90,24 @@ class LineError:
         self._points: Final[dict[int, Error]] = {}
 
     def lost(self, probe: Vec3) -> float:
-        """How much plane or sphere has lost sight of the surface at a probe [m], from 0 to 1."""
+        """Degree to which plane or sphere has lost sight of the surface at `probe` [m], 0 to 1."""
         away = sub(probe, self._base.x_free)
         along = dot(away, self._base.normal)
         near = _NEAR * self._reach
         return smooth((dot(away, away) - along * along) / (near * near) - 1.0)
 
     def at(self, probe: Vec3, depth: float) -> Beside:
-        """The error at a probe [m], and how far it is to believe the vertices.
+        """The error at a probe, and the trust in the vertices there.
 
         Args:
-            probe: Position [m].
-            depth: Depth of the probe, roughly [m].
+            probe: Position of the probe [m].
+            depth: Rough depth of the probe [m].
         """
         place = min(max(depth / self._spacing, -float(_FURTHEST)), float(_FURTHEST))
         k = math.floor(place)
         t = place - k
         a, b, c, d = self._point(k - 1), self._point(k), self._point(k + 1), self._point(k + 2)
-        # Weights of the four; of t = 0 and 1 the second and the third alone.
+        # Weights of the four points; at t = 0 only the second counts, at t = 1 only the third.
         u = 1.0 - t
         wa, wd = -0.5 * t * u * u, -0.5 * u * t * t
         wb = 1.0 + t * t * (1.5 * t - 2.5)

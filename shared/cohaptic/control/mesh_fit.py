@@ -1,7 +1,8 @@
 """The vertices round a contact, and their least-squares surface at a probe: the inner loops.
 
-`mesh_surface.py` has the formula. Compiled where a compiler is at hand; as plain Python it gives
-the same numbers. Arrays of the standard library, since the haptic loop's process has no numpy.
+`mesh_surface.py` has the formula. The module is compiled where a compiler is available; plain
+Python gives the same numbers. It uses arrays of the standard library, since the haptic loop's
+process has no numpy.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from itertools import accumulate
 from cohaptic.vec import Vec3
 
 SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
-# m that a probe may move before its near vertices are gathered again: 40 ms at 0.1 m/s. A larger
-# one makes every evaluation slower, a smaller one gathers more often.
+# m; distance that a probe may move before the near vertices are gathered again: 40 ms at 0.1 m/s. A
+# larger margin makes every evaluation slower, a smaller one gathers more often.
 MARGIN = 0.004
 # Largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon.
 DEEPEST = 5.0
 FEW = 0.05  # sum of weights below which no vertex counts as near
 
-FACT = 5  # numbers of a vertex as given: number in the resting mesh, displacement, compliance
-# Numbers kept of a vertex: position, h^2, compliance, 1 where all the vertices around it are known,
-# and 0 elsewhere, unit normal. The normal takes long: until it is needed, INNER_AT has UNKNOWN.
+FACT = 5  # numbers given for a vertex: number in the resting mesh, displacement, compliance
+# Numbers kept for a vertex: position, h^2, compliance, 1 if all vertices around it are known and
+# else 0, unit normal. Computing the normal takes long: until it is needed, INNER_AT has UNKNOWN.
 VERTEX = 9
 SUPPORT_AT, C_II_AT, INNER_AT, NORMAL_AT = 3, 4, 5, 6
 UNKNOWN = -1.0
@@ -33,16 +34,17 @@ class RestSurface:
     """The resting mesh as `MeshFit` needs it; built once.
 
     Args:
-        vertices: Shape (n, 3) [m].
-        faces: Counter-clockwise seen from outside, shape (m, 3).
+        vertices: Positions of the vertices, shape (n, 3) [m].
+        faces: Corners of the faces, counter-clockwise seen from outside, shape (m, 3).
 
     Attributes:
         points: Positions of the vertices, one behind the other, 3 n numbers [m].
         support: h_k^2 of each vertex [m^2].
-        starts: Where the ring of each vertex begins in `ring`, n + 1 numbers.
+        starts: Start of each vertex's ring in `ring`, n + 1 numbers.
         ring: The two other corners of each face round each vertex, in the order of the face.
-        place: Place of each vertex in the neighbourhood of `owner`; of others, any number.
-        owner: Neighbourhood that has filled `place`: a fill is quicker than a table for each.
+        place: Place of each vertex in the neighbourhood of `owner`; arbitrary for other vertices.
+        owner: Neighbourhood that has filled `place`; filling it again is quicker than a table for
+            each neighbourhood.
     """
 
     def __init__(self, vertices: Sequence[Vec3], faces: Iterable[tuple[int, int, int]]) -> None:
@@ -63,19 +65,19 @@ def _support(vertices: Sequence[Vec3], k: int, ring: list[int]) -> float:
     """h_k^2 of vertex k [m^2]."""
     ends = set(ring)
     if not ends:
-        return 1e-12  # a vertex of no face: it never counts
+        return 1e-12  # a vertex without faces never counts
     mean = sum(math.dist(vertices[end], vertices[k]) for end in ends) / len(ends)
     return max(1e-12, (SUPPORT * mean) ** 2)
 
 
 def unpack(words: array[int], scale: float, c_scale: float, least: float) -> array[float]:
-    """The facts of each vertex of a neighbourhood, `FACT` numbers each, in SI units.
+    """Values of each vertex of a neighbourhood, `FACT` numbers each, in SI units.
 
     Args:
         words: Items of the wire as 16-bit numbers (`protocol/neighbourhood.py`).
         scale: One unit of displacement [m].
         c_scale: One unit of compliance [m/N].
-        least: Compliance below which none is taken [m/N].
+        least: Smallest compliance; smaller values are raised to it [m/N].
     """
     facts = array("d", bytes(8 * len(words)))
     _unpack(words, scale, c_scale, least, facts, len(words) // FACT)
@@ -95,14 +97,14 @@ def _unpack(
 
 
 class MeshFit:
-    """The moving least squares of a neighbourhood. What it caches only saves time.
+    """Moving least squares over a neighbourhood. Its caches only save time.
 
     Args:
         rest: The resting mesh.
         facts: Values of each vertex, as `unpack` gives them: number in the resting mesh,
             displacement without this client's own force [m], compliance of a contact centred
             there [m/N].
-        out: Normal of a vertex that has none.
+        out: Normal used for a vertex whose faces give none.
     """
 
     def __init__(self, rest: RestSurface, facts: array[float], out: Vec3) -> None:
@@ -119,7 +121,7 @@ class MeshFit:
         self.begin()
 
     def begin(self) -> None:
-        """Position, support and compliance of each vertex."""
+        """Fill in position, support and compliance of each vertex."""
         total = 0.0
         for k in range(self.count):
             fact, at = FACT * k, VERTEX * k
@@ -133,22 +135,21 @@ class MeshFit:
         if self.count > 0 and DEEPEST * total / self.count > 1e-12:
             self.deepest = DEEPEST * total / self.count
 
-    # Above 60 lines: a dozen sums over the vertices, and the surface that is made of them.
+    # Above 60 lines: a dozen sums over the vertices, and the surface computed from them.
     def at(
         self, px: float, py: float, pz: float, depth: float
     ) -> tuple[float, float, float, float, float, float] | None:
-        """The fit at a probe [m]; None where no vertex is near.
+        """The fit at a probe; None if no vertex is near.
 
         Args:
-            px: Probe, its first number [m].
-            py: Its second [m].
-            pz: Its third [m].
-            depth: Depth of the probe, roughly; of plane or sphere, or what the vertices said before
-                [m].
+            px: First coordinate of the probe [m].
+            py: Second coordinate [m].
+            pz: Third coordinate [m].
+            depth: Rough depth of the probe, from plane or sphere or from an earlier fit [m].
 
         Returns:
-            Depth [m], the three numbers of the unit normal, c_ii [m/N], and the weighted share of
-            inner vertices, whose faces are all known, 0 to 1.
+            Depth [m], the three components of the unit normal, c_ii [m/N], and the weighted share
+            of inner vertices, whose faces are all known, 0 to 1.
         """
         dx, dy, dz = px - self.center_x, py - self.center_y, pz - self.center_z
         deep = depth if depth > 0.0 else -depth
@@ -183,7 +184,7 @@ class MeshFit:
             return None
         ux, uy, uz = nx / length, ny / length, nz / length
         depth = (along + sx * ux + sy * uy + sz * uz) / (total + length)
-        # The mean normal belongs to the middle of the vertices; by the bending it is taken from
+        # The mean normal belongs to the middle of the vertices; the bending term carries it from
         # there to the foot of the probe.
         spread -= (sx * sx + sy * sy + sz * sz) / total
         bending = along - (sx * nx + sy * ny + sz * nz) / total
@@ -200,16 +201,17 @@ class MeshFit:
     def below(self, depth: float) -> float:
         """The squared depth that is subtracted from r^2 [m^2].
 
-        It saturates at `DEEPEST`, since far from the contact plane and sphere give a poor depth.
+        The value saturates at `deepest`, since plane and sphere give a poor depth far from the
+        contact.
         """
         square = depth * depth
         share = square / self.deepest
         return square / math.sqrt(1.0 + share * share)
 
     def gather(self, px: float, py: float, pz: float, depth: float) -> None:
-        """Collect each vertex whose weight can be positive until the probe moves by the margin.
+        """Collect each vertex whose weight can be positive before the next call.
 
-        Or until it is deeper than `reached`, below which all are gathered.
+        The collection is valid until the probe has moved by `MARGIN` or is deeper than `reached`.
         """
         self.reached = (depth if depth > 0.0 else -depth) + MARGIN
         below = self.below(self.reached)
@@ -256,21 +258,21 @@ class MeshFit:
         v[at + INNER_AT] = known
 
     def where(self, number: int) -> int:
-        """Place of a vertex of the resting mesh in this neighbourhood; -1 if it is not there."""
+        """Place of a vertex of the resting mesh in this neighbourhood; -1 if it has no place."""
         k = self.rest.place[number]
-        # What another neighbourhood has left there may be any number: this one's own says.
+        # Another neighbourhood may have left any number there, so compare with our own facts.
         return k if k < self.count and int(self.facts[FACT * k]) == number else -1
 
     def edge(self, at: int, place: int, number: int, i: int) -> float:
-        """From a vertex to another, one number of three [m].
+        """One component of the edge from a vertex to another [m].
 
-        A vertex of unknown displacement is taken to move with the one that the edge begins at.
+        A vertex of unknown displacement is taken to move with the vertex at which the edge begins.
 
         Args:
-            at: Where the numbers of the first vertex begin.
-            place: Place of the other, as `where` says.
-            number: Number of the other in the resting mesh.
-            i: Which number of three.
+            at: Index at which the numbers of the first vertex begin.
+            place: Place of the other vertex, as `where` returns it.
+            number: Number of the other vertex in the resting mesh.
+            i: Index of the component, 0 to 2.
         """
         if place >= 0:
             return self.vertices[VERTEX * place + i] - self.vertices[at + i]

@@ -1,20 +1,20 @@
-"""The paper's proportional-integral local model, section 5, with the hygiene of 5.1.
+"""The paper's proportional-integral local model, section 5, with the precautions of 5.1.
 
-L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it. What is
-integrated is e - theta, with the threshold of eq. (17) or (18); when contact ends the integral's
-force goes to zero linearly over a few simulation periods.
+The law is L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it. It
+integrates e - theta, with the threshold theta of eq. (17) or (18); when contact ends, the
+integral's force goes to zero linearly over a few simulation periods.
 
-Eq. (18) as printed divides theta_2 by I_tot; its text says that theta grows linearly to its set
-value, so the code uses theta_2 I_tot / I_full. The text uses the small threshold on the way in and
-the large one on the way out: `entering` and `leaving`.
+Eq. (18) as printed divides theta_2 by I_tot; the paper's text says that theta grows linearly to its
+set value, so the code uses theta_2 I_tot / I_full. The text uses the small threshold on the way in
+and the large one on the way out: `entering` and `leaving`.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-# A probe that withdraws more slowly counts as at rest; else tremor would switch between the two
-# thresholds, and the integral would follow.
+# A probe that withdraws more slowly than this counts as at rest; otherwise tremor would switch
+# between the two thresholds, and the integral would follow.
 AT_REST_SPEED = 5e-3  # m/s
 
 
@@ -25,7 +25,7 @@ class Thresholds(NamedTuple):
 
     Fields:
         entering: theta while the probe goes in or rests [m].
-        leaving: Largest theta while it comes out [m].
+        leaving: Largest theta while the probe comes out [m].
         full_force: Force of the integral from which `leaving` holds in full; below it theta is
             proportional to that force [N].
     """
@@ -40,7 +40,7 @@ class IntegralState(NamedTuple):
 
     Fields:
         force: Force of the integral [N].
-        ramp: How fast it goes to zero out of contact [N/s].
+        ramp: Rate at which that force goes to zero out of contact [N/s].
         depth: Depth of the probe in the last period [m].
     """
 
@@ -57,10 +57,10 @@ def integration_threshold(
     full_force: float,
     dt: float,
 ) -> float:
-    """theta of eq. (17) or (18), `Thresholds` taken apart [m].
+    """theta of eq. (17) or (18) [m]; the fields of `Thresholds` are separate arguments.
 
     Args:
-        state: After the last period.
+        state: State after the last period.
         depth: Depth of the probe now [m].
         entering: Threshold on the way in and at rest [m].
         leaving: Largest threshold on the way out [m].
@@ -88,13 +88,13 @@ def proportional_integral_step(
     """One period of L(z) = K_h + T I / (z - 1), eqs. (12), (17), (18).
 
     Args:
-        state: After the last period.
-        depth: e, of the probe below the surface as the simulation returned it [m].
+        state: State after the last period.
+        depth: e, depth of the probe below the surface as the simulation returned it [m].
         k_h: Gain [N/m].
         integral_gain: I [N/(m s)].
-        thresholds: theta.
-        release_time: From full force of the integral to none when contact ends [s].
-        max_force: The integral stays below it [N].
+        thresholds: Thresholds theta of the integral.
+        release_time: Time from the integral's force to none when contact ends [s].
+        max_force: Upper limit of the integral's force [N].
         dt: Time since the last period [s].
 
     Returns:

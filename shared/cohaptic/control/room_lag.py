@@ -1,4 +1,4 @@
-"""The lag of a room as a value; without numpy, since the haptic loop's process reads it too."""
+"""The lag of a room as a value; without numpy, since the haptic loop's process uses it, too."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 
-# With an `__init__` of its own, which is compiled where a patch arrives in the haptic loop: that of
-# a named tuple is always interpreted, and finds the interpreter's code in no cache.
+# The class has its own `__init__`, which is compiled for the haptic loop, where patches arrive. The
+# constructor of a named tuple is always interpreted, with the interpreter's code in no cache.
 @dataclass(init=False, unsafe_hash=True)
 class RoomLag:
     """A room's coupling, and the lag in use (science 3.8, `stability.lag_choice.choose_lag`).
@@ -16,9 +16,9 @@ class RoomLag:
     Fields:
         lag: tau in use, 0 for none [s].
         coupling: m, spectral radius of S; below 1 hands at rest need no lag.
-        margin: Above 1 hands at rest are stable; infinite for those that do not couple. If forces
-            are anticipated (3.13), 1 over the share of an error that is left after one way round;
-            else tau over the least stable one, and 1 / m for m < 1.
+        margin: Stability margin; above 1 hands at rest are stable, infinite for hands that do not
+            couple. If forces are anticipated (3.13), 1 over the share of an error that is left
+            after one round trip; else tau over the least stable tau, or 1 / m for m < 1.
     """
 
     lag: Final[float]

@@ -1,1 +1,1 @@
-"""Every message on the wire: one per file, checked when it is read."""
+"""Messages on the wire; each message is checked when it is read."""

@@ -1,7 +1,7 @@
 """Client to server, on a watch connection: a scene frame was received and drawn.
 
-The server keeps at most two frames unacknowledged, so a page that falls behind gets fewer frames
-and never older ones, and a page that stopped is noticed.
+The server keeps at most two frames unacknowledged. A page that falls behind therefore gets fewer
+frames rather than older ones, and the server notices a page that has stopped.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _U32 = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """The newest scene frame of a watcher, and whether it needs the surface in the next one.
+    """Newest scene frame of a watcher, and whether the watcher needs frames with the surface.
 
     Args:
-        tick: Tick of the newest scene frame received; earlier ones are acknowledged with it.
-        wants: 1 for frames with the surface until the next ack, whatever the encoding: Green's
-            functions are missing; else 0.
+        tick: Tick of the newest scene frame received; earlier frames are acknowledged with it.
+        wants: 1 if Green's functions are missing: frames carry the surface until the next ack,
+            whatever the encoding; else 0.
     """
 
     tick: int

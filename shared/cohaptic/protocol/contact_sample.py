@@ -1,6 +1,6 @@
 """Client to server, once per simulation period: position of the tip, and force on the hand.
 
-State, not an event: the newest replaces every older one.
+A sample is state, not an event: the newest sample replaces every older one.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ class ContactSample(NamedTuple):
     Fields:
         seq: Counts this client's samples from 1.
         tick: Tick of the newest patch that the client has used; 0 for none.
-        t_client: When the sample was taken, on the client's clock [s].
+        t_client: Time of the sample on the client's clock [s].
         probe: Tip of the device in the world frame [m].
-        force: On the hand in the world frame [N]; the body gets its opposite.
-        anchor: Point of the resting surface that the finger holds by friction, wherever forces have
-            taken it since [m]; None without friction or contact.
+        force: Force on the hand in the world frame [N]; the body gets the opposite force.
+        anchor: Point that the finger holds by friction, given as its place on the resting surface
+            wherever forces have moved it since [m]; None without friction or contact.
     """
 
     seq: int
@@ -74,8 +74,8 @@ class ContactSample(NamedTuple):
                 anchor = (x, y, z)
         seq, tick, t, x, y, z, f_x, f_y, f_z = _BODY.unpack_from(data, HEADER.size)
         sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z), anchor)
-        # A server does this for each user at each tick: the limits of `_check` that bytes can
-        # break, at once; which one it is, is found only where one is broken.
+        # The server decodes a sample of each user at each tick. One condition tests all limits of
+        # `_check` that bytes can break; only if it fails does `_check` find which limit is broken.
         if not (
             seq
             and math.isfinite(t)

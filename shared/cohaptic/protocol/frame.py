@@ -19,11 +19,12 @@ from cohaptic.errors import (
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-MAX_FRAME_BYTES: Final = 128  # of the frames at the rate of the simulation, but for mesh patches
+# Largest frame sent at the simulation rate, except for mesh patches.
+MAX_FRAME_BYTES: Final = 128
 MAX_MESH_FRAME_BYTES: Final = (
-    1120  # of a mesh patch: with its headers below the 1,280 of every path
+    1120  # of a mesh patch: with headers below the 1,280 bytes that every network path carries
 )
-MAX_POSITION: Final = 10.0  # m; nobody's workspace reaches further from the body
+MAX_POSITION: Final = 10.0  # m; no user's workspace reaches further from the body
 MAX_FORCE: Final = 100.0  # N; several times the largest force of any haptic device
 HEADER: Final = struct.Struct("<BBH")
 
@@ -42,7 +43,7 @@ def open_header(data: bytes, kind: FrameKind) -> int:
     """Check version and kind of a frame; returns its flags.
 
     Raises:
-        RemoteProtocolError: At the first error, with the value and the expected one.
+        RemoteProtocolError: Version or kind is wrong; names the value and the expected one.
     """
     if len(data) < HEADER.size:
         raise RemoteProtocolError("frame length", len(data), f"at least {HEADER.size} bytes")
@@ -77,14 +78,14 @@ def check_finite(name: str, *values: float, remote: bool) -> None:
 
 def check_vector(name: str, value: Vec3, limit: float, unit: str, *, remote: bool) -> None:
     """Raise unless `value` is finite and no longer than `limit`."""
-    # One comparison for the values that are right, which no NaN passes.
+    # One comparison accepts every valid value; a NaN fails it.
     if not norm(value) <= limit:
         check_finite(name, *value, remote=remote)
         raise _error(remote)(f"length of {name}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
 
 
 def wrong(name: str, value: object, limit: str, *, remote: bool) -> ProtocolError:
-    """The error for a value that breaks the protocol, the peer's or ours."""
+    """The error for a value that breaks the protocol, sent by the peer (`remote`) or by us."""
     return _error(remote)(name, value, limit)
 
 

@@ -1,9 +1,9 @@
-"""Handshake and control messages: rare, as JSON text; events in order, never dropped.
+"""Handshake and control messages as JSON text: rare events, sent in order and never dropped.
 
 client -> server    hello, come, set_name, set_law, bye
 server -> client    place, called, welcome, named, user_joined, user_left, restraints, error
 
-The further messages of a connection that only watches are in `watch_messages.py`.
+`watch_messages.py` has the further messages of a connection that only watches.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
 MAX_TEXT = 4096  # characters of one control message
-MAX_WELCOME_TEXT = 8192  # characters of what a server says, a welcome to the fullest room
+MAX_WELCOME_TEXT = 8192  # characters of a server's longest message, a welcome to the fullest room
 MAX_TOKEN = 2048  # characters; the server's own have about 400
 MAX_BODY_NAME = 1024  # characters; a file's name, with room for its folders
 MIN_PERIOD, MAX_PERIOD = 0.005, 0.1  # s
@@ -36,7 +36,7 @@ GeometryName = Literal["plane", "sphere", "mesh"]
 # Printable ASCII, long enough that nobody guesses it.
 Key = Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")]
 
-# A signed token; whether it is one the server says.
+# A signed token; the server decides whether it is valid.
 Token = Annotated[str, Field(min_length=1, max_length=MAX_TOKEN, pattern=r"^[!-~]+$")]
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
@@ -62,21 +62,21 @@ class Hello(WithSecrets):
 
     Args:
         protocol: Version of the wire that the client speaks.
-        name: How the others see this user; unique in the room.
+        name: Name that the others see; unique in the room.
         law: Local model that the client runs.
         max_stiffness: Largest gain that the device renders stably [N/m].
         max_force: Largest force of the device; the server applies no more to the body [N].
         damping_budget: Largest damping that the client's passivity layer may render on this device
-            (Colgate); the smaller it is, the longer the room's lag (science 3.8) [N s/m].
-        geometry: Local surface that the client wants; `mesh` gets the resting mesh first.
+            (Colgate); a smaller budget means a longer lag of the room (science 3.8) [N s/m].
+        geometry: Local surface that the client wants; with `mesh` the resting mesh comes first.
         friction: Whether the force may have a part along the surface; patches then carry the
             compliance of the contact in all directions.
-        fixed_gains: Instead of the server's choice; refused unless the server allows it.
-        key: A secret that the client has made, with which it comes back to its name; the server
-            tells it to nobody. Not on the wire if there is none.
-        token: Token of an invitation, or of a session. Not on the wire if there is none.
-        capabilities: Capabilities of the device, for people. Not on the wire if there are none.
-        wait: Whether it waits for a place where the room is full. Not on the wire if not.
+        fixed_gains: Gains instead of the server's choice; refused unless the server allows them.
+        key: Secret made by the client, with which it takes its name again when it comes back; the
+            server tells nobody. Not on the wire if None.
+        token: Token of an invitation or of a session. Not on the wire if None.
+        capabilities: Capabilities of the device, for people. Not on the wire if None.
+        wait: Whether the client waits for a seat if the room is full. Not on the wire if False.
     """
 
     type: Literal["hello"] = "hello"
@@ -96,7 +96,7 @@ class Hello(WithSecrets):
 
 
 class Come(ControlMessage):
-    """The answer of a client to `called`: it takes the seat."""
+    """The answer of a client to `called`: the client takes the seat."""
 
     type: Literal["come"] = "come"
 
@@ -105,7 +105,7 @@ class SetLaw(ControlMessage):
     """Change the local model while in contact; the patches that follow carry its gains.
 
     Args:
-        law: From now on.
+        law: Local model from now on.
         fixed_gains: As in the hello.
     """
 
@@ -124,8 +124,7 @@ class BodyInfo(ControlMessage):
     """Position and size of the body, for a client before its first patch.
 
     Args:
-        name: Name of the body.
-        center: Centre of its resting surface in the world frame [m].
+        center: Centre of the body's resting surface in the world frame [m].
         radius: Radius of the sphere round `center` that holds the resting surface [m].
         contact_radius: Contact radius of the pressure under a contact (science 3.5) [m].
     """
@@ -142,12 +141,12 @@ class Welcome(WithSecrets):
     Args:
         protocol: Version of the wire that the server speaks.
         user: Number of this user in the room.
-        name: The name under which it joined.
+        name: Name under which this user joined.
         simulation_period: Time between patches, N T [s].
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
-        body: The body that everybody touches.
+        body: Body that every user of the room touches.
         users: Names of the users who joined before.
-        session: Token with which this client comes back. Not on the wire if it needs none.
+        session: Token with which this client can come back. Not on the wire if None.
     """
 
     type: Literal["welcome"] = "welcome"
@@ -162,13 +161,13 @@ class Welcome(WithSecrets):
 
 
 class Place(WithSecrets):
-    """Where a client is among those who wait for a seat: at each change, and every 2 s.
+    """Place of a client in the queue for a seat; sent at each change, and every 2 s.
 
     Args:
-        place: From 1.
-        of: How many wait.
-        session: As in a welcome, with the first: an invitation may be good for one connection,
-            and who loses this one wants to come back. Not on the wire where there is none.
+        place: Place in the queue, from 1.
+        of: Number of clients in the queue.
+        session: As in a welcome, in the first of these messages: an invitation may be valid for one
+            connection only, and a client that loses it wants to come back. Not on the wire if None.
     """
 
     type: Literal["place"] = "place"
@@ -178,14 +177,14 @@ class Place(WithSecrets):
 
 
 class Called(ControlMessage):
-    """A seat is kept for a client that has waited, if it says `come` within that time [s]."""
+    """A seat is kept for a waiting client if the client says `come` within the given time [s]."""
 
     type: Literal["called"] = "called"
     within: float = Field(gt=0.0)
 
 
 class UserJoined(ControlMessage):
-    """Another user has joined, or goes by another name from now on."""
+    """Another user has joined, or has changed its name."""
 
     type: Literal["user_joined"] = "user_joined"
     user: int
@@ -202,11 +201,11 @@ class UserLeft(ControlMessage):
 
 
 class Restraints(ControlMessage):
-    """What an administrator keeps from the body; at each change, and to one who comes later.
+    """Forces that an administrator keeps from the body; sent at each change and to new clients.
 
     Args:
-        frozen: Whether the body takes nobody's force.
-        muted: Numbers of the users whose force it does not take.
+        frozen: Whether the body takes no user's force.
+        muted: Numbers of the users whose force the body does not take.
     """
 
     type: Literal["restraints"] = "restraints"
@@ -215,7 +214,7 @@ class Restraints(ControlMessage):
 
 
 class Error(ControlMessage):
-    """Reason for which the server ends this session; the close follows."""
+    """Reason why the server ends this session; the close of the connection follows."""
 
     type: Literal["error"] = "error"
     code: int
@@ -241,7 +240,7 @@ def encode_control(message: ControlMessage) -> str:
 def decode_client_control(text: str) -> ClientControl:
     """The message of a client; raises RemoteProtocolError for any invalid text.
 
-    A hello of another protocol version is reported as that, even when the rest of it has changed.
+    A hello of another protocol version is reported as such, even if its other fields have changed.
     """
     message = decode_text(_CLIENT, text)
     if isinstance(message, Hello) and message.protocol != PROTOCOL_VERSION:
@@ -265,17 +264,17 @@ def wrong_version(theirs: object) -> RemoteProtocolError:
 
 
 def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
-    """A message of a type of `adapter`; raises RemoteProtocolError for any invalid text."""
+    """A message of one of the adapter's types; raises RemoteProtocolError for any invalid text."""
     if len(text) > limit:
         raise RemoteProtocolError("control message length", len(text), f"<= {limit} characters")
     try:
         return adapter.validate_json(text)
-    except ValidationError as error:  # it has the whole text, secrets too
+    except ValidationError as error:  # the error has the whole text, with its secrets
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "control message"
         if where.endswith("protocol"):
             raise wrong_version(first["input"]) from None
-        # Both may quote the text itself: a field's name, an unknown type.
+        # Field name and message may quote the peer's text, such as an unknown type.
         subject, problem = one_line(where), one_line(str(first["msg"]))
         value = "not shown" if first["loc"][-1:] and first["loc"][-1] in SECRETS else first["input"]
         raise RemoteProtocolError(subject, value, problem) from None

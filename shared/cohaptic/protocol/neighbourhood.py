@@ -1,9 +1,9 @@
 """The tail of a mesh patch: the free surface around the contact, vertex by vertex.
 
-The client has the resting mesh (`rest_mesh.py`); a vertex here is its number, its displacement
-without this client's own force, and the compliance of a contact centred on it. The values are whole
-numbers with a common scale. They are kept as the bytes of the wire, so that both sides hold the
-same numbers, and a server can pack its arrays at once; whoever wants numbers unpacks them.
+The client has the resting mesh (`rest_mesh.py`); here a vertex consists of its number, its
+displacement without this client's own force, and the compliance of a contact centred on it. The
+values are whole numbers with a common scale. They are kept as the bytes of the wire, so that both
+sides hold the same numbers and a server can pack its arrays at once; the properties unpack them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _HEAD: Final = struct.Struct("<Hff")
 _ITEM_FORMAT: Final = "H3hH"
 _ITEM: Final = struct.Struct(f"<{_ITEM_FORMAT}")
 ITEM_SIZE: Final = _ITEM.size
-MAX_VERTICES: Final = 97  # 1,108 bytes with a patch that carries its compliance too, below 1,120
+MAX_VERTICES: Final = 97  # 1,108 bytes with a patch that carries the 3x3 compliance, below 1,120
 _SMALLEST: Final = 2.0**-126
 _I16: Final = 2**15 - 1
 _U16: Final = 2**16 - 1
@@ -29,7 +29,7 @@ _U16: Final = 2**16 - 1
 
 @dataclass(init=False)
 class Neighbourhood:
-    """Vertices of the resting mesh with their present displacements, by rising index.
+    """Vertices of the resting mesh with their present displacements, in order of their index.
 
     Args:
         scale: One unit of `displacements` [m].
@@ -51,12 +51,12 @@ class Neighbourhood:
     def of(
         cls, indices: Sequence[int], displacements: Sequence[Vec3], c_ii: Sequence[float]
     ) -> Neighbourhood:
-        """The neighbourhood with these values, rounded to its units.
+        """The neighbourhood with the given values, rounded to its units.
 
         Args:
-            indices: Rising, shape (k,).
-            displacements: Shape (k, 3) [m].
-            c_ii: Shape (k,) [m/N].
+            indices: Rising indices of the vertices, shape (k,).
+            displacements: Displacements of the vertices, shape (k, 3) [m].
+            c_ii: Compliances of a contact at each vertex, shape (k,) [m/N].
 
         Raises:
             LocalProtocolError: A value is out of its limits.
@@ -81,14 +81,14 @@ class Neighbourhood:
         displacements: Sequence[tuple[int, int, int]],
         compliances: Sequence[int],
     ) -> Neighbourhood:
-        """The neighbourhood with these whole numbers.
+        """The neighbourhood with the given whole numbers.
 
         Args:
             scale: One unit of `displacements` [m].
             c_scale: One unit of `compliances` [m/N].
-            indices: Rising, shape (k,).
-            displacements: Shape (k, 3) [scale].
-            compliances: Shape (k,) [c_scale].
+            indices: Rising indices of the vertices, shape (k,).
+            displacements: Displacements of the vertices, shape (k, 3) [scale].
+            compliances: Compliances of a contact at each vertex, shape (k,) [c_scale].
 
         Raises:
             LocalProtocolError: A value is out of its limits.
@@ -103,7 +103,7 @@ class Neighbourhood:
 
     @staticmethod
     def scales(displacement: float, c_ii: float) -> tuple[float, float]:
-        """Units [m], [m/N] that hold values up to these [m], [m/N]."""
+        """`scale` [m] and `c_scale` [m/N] for values up to `displacement` [m] and `c_ii` [m/N]."""
         return _single(displacement / _I16), _single(c_ii / _U16)
 
     @property
@@ -113,7 +113,7 @@ class Neighbourhood:
 
     @property
     def displacements(self) -> tuple[tuple[int, int, int], ...]:
-        """Without this client's own force, shape (k, 3) [scale]."""
+        """Displacements without this client's own force, shape (k, 3) [scale]."""
         numbers = self._numbers()
         return tuple(zip(numbers[1::5], numbers[2::5], numbers[3::5], strict=True))
 
@@ -123,7 +123,7 @@ class Neighbourhood:
         return self._numbers()[4::5]
 
     def _numbers(self) -> tuple[int, ...]:
-        """All numbers of the items, at once: a loop has a fraction of a period for a patch."""
+        """All numbers of the items, unpacked at once to save time in the haptic loop."""
         return struct.unpack(f"<{len(self.items) // ITEM_SIZE * _ITEM_FORMAT}", self.items)
 
     def encode(self) -> bytes:
@@ -154,7 +154,7 @@ class Neighbourhood:
         return cls(scale, c_scale, data[_HEAD.size :])
 
     def _check(self, *, remote: bool) -> None:
-        """What the items cannot break: those that were packed from numbers rise already."""
+        """Check count and scales; the indices are checked where items are packed or decoded."""
         count = len(self.items) // ITEM_SIZE
         check_range("vertices of a neighbourhood", count, 0, MAX_VERTICES, remote=remote)
         check_range("scale of a neighbourhood", self.scale, 0.0, _MAX_SCALE, remote=remote)
@@ -162,7 +162,7 @@ class Neighbourhood:
 
 
 def _check_rising(indices: Sequence[int], *, remote: bool) -> None:
-    """Raise unless the indices rise, which leaves no vertex twice, from 0 to the largest."""
+    """Raise unless the indices rise strictly, so that no vertex comes twice, and fit 16 bits."""
     before = -1
     for i in indices:
         if i <= before:
@@ -173,15 +173,15 @@ def _check_rising(indices: Sequence[int], *, remote: bool) -> None:
 
 
 def _single(x: float) -> float:
-    """The next 32-bit number that is not below x: the largest value must fit its integer.
+    """A 32-bit number just above x, so that the largest value fits its integer.
 
-    Below the smallest normal 32-bit number it is 0.
+    Returns 0 if x is below the smallest normal 32-bit number.
     """
     if x < _SMALLEST:
         return 0.0
     return float(struct.unpack("<f", struct.pack("<f", x * (1.0 + 1e-7)))[0])
 
 
-# Units of the largest values, which are rounded up to 32 bits themselves.
+# Units for the largest values, themselves rounded up to 32 bits.
 _MAX_SCALE: Final = _single(MAX_POSITION / _I16)
 _MAX_C_SCALE: Final = _single(MAX_POSITION / _U16)

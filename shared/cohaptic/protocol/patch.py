@@ -1,10 +1,10 @@
 """Server to client, once per simulation tick: the surface in front of one user, and its gains.
 
-State, not an event: the newest replaces every older one. The patch is the surface *free of this
-client's own force* (science 3.3); with `c_ii` and `own_force` the surface as it stands follows,
+A patch is state, not an event: the newest patch replaces every older one. The patch is the surface
+*free of this client's own force* (science 3.3); the surface as it stands is
 x_o = x_free - c_ii own_force, so that one message serves every law. A mesh patch has a tail, the
-neighbourhood (`neighbourhood.py`); outside of that its curvature is used. Every number has bounds,
-checked at both ends, so that no accepted patch makes a client's loop dangerous.
+neighbourhood (`neighbourhood.py`); outside the neighbourhood the curvature is used. Every number
+has bounds, checked at both ends, so that no accepted patch makes a client's loop dangerous.
 """
 
 from __future__ import annotations
@@ -38,40 +38,41 @@ _BODY: Final = struct.Struct("<IIddf3f3f4f3f3ffee")
 SIZE: Final = HEADER.size + _BODY.size
 _U32: Final = 2**32 - 1
 MAX_STIFFNESS: Final = 1e6  # N/m
-# Compliance of a contact on fixed or rigid parts: with it they need no special case, and the hand
-# feels the stiffness of its device.
+# Compliance of a contact on fixed or rigid parts. With this value such parts need no special case,
+# and the hand feels the stiffness of its device.
 MIN_COMPLIANCE: Final = 1.0 / MAX_STIFFNESS  # m/N
 MAX_COMPLIANCE: Final = (
-    MAX_POSITION  # m/N; a newton moves such a place out of everybody's workspace
+    MAX_POSITION  # m/N; a newton moves such a place out of every user's workspace
 )
-MAX_CURVATURE: Final = 1e4  # 1/m; a tenth of a millimetre round
+MAX_CURVATURE: Final = 1e4  # 1/m; a radius of a tenth of a millimetre
 # s. Sixteen users at one place with 1 s of delay need 13 s; 64 users at one place with 2 s of delay
 # would need 114 s. A longer lag is sent as this value, and a margin below 1 then shows that it is
 # too short.
 MAX_LAG: Final = 60.0
-MAX_COUPLING: Final = 1e3  # 63 for 64 users at one place; a larger one is sent as this value
-# largest in 16 bits, sent for larger ones; without coupling the margin is infinite
+MAX_COUPLING: Final = 1e3  # 63 for 64 users at one place; a larger coupling is sent as this value
+# About the largest value in 16 bits. Larger margins are sent as this value; without coupling the
+# margin is infinite.
 MAX_MARGIN: Final = 6e4
-# Relative; c_ii may differ by this much from `compliance` along the normal, which has 32 bits.
+# Relative rounding of 32 bits on the wire, by which c_ii may exceed its limits.
 _ROUNDING: Final = 1e-6
 _GEOMETRY_MASK: Final = 0x000F
 _LAW_SHIFT: Final = 4
 _LAW_MASK: Final = 0x000F
 _COMPLIANCE_FLAG: Final = 0x0100
 _COMPLIANCE: Final = struct.Struct("<6f")
-LAWS: Final = tuple(Law)  # by number on the wire, from 1
+LAWS: Final = tuple(Law)  # in the order of their numbers on the wire, from 1
 
 
 class Geometry(IntEnum):
-    """Shape of the local surface; the low four bits of the frame's flags."""
+    """Shape of the local surface, sent in the low four bits of the frame's flags."""
 
     PLANE = 1
     SPHERE = 2
     MESH = 3
 
 
-# By number, less 1, and bound once: to make a member of its number takes a microsecond, and so does
-# it to look one up in its class.
+# Indexed by number less 1, and bound once: making a member from its number takes a microsecond, and
+# so does looking one up in its class.
 _GEOMETRIES: Final = (Geometry.PLANE, Geometry.SPHERE, Geometry.MESH)
 _FIRST: Final = int(Geometry.PLANE)
 _MESH: Final = int(Geometry.MESH)
@@ -83,27 +84,26 @@ class Patch:
     """One user's local surface, and the parameters of its local model.
 
     Args:
-        tick: Simulation tick that made it, from 1.
+        tick: Simulation tick that made this patch, from 1.
         seq: Contact sample whose force this surface already contains; 0 for none.
         t_server: Time of the tick on the server's clock [s].
-        t_client: `t_client` of sample `seq`, sent back; 0 without one [s].
-        sample_wait: How long sample `seq` waited at the server for the tick [s].
+        t_client: `t_client` of sample `seq`, sent back; 0 without a sample [s].
+        sample_wait: Time that sample `seq` waited at the server for the tick [s].
         geometry: Shape of the local surface.
         law: Local model that the gains are meant for.
         x_free: Contact point of the surface without this client's own force [m].
-        normal: Outward unit normal there.
+        normal: Outward unit normal at the contact point.
         curvature: Curvature of a sphere or mesh patch, positive for a body bulging towards the hand
             [1/m].
         c_ii: Compliance of the contact [m/N].
         k_h: Gain that the server chose for the client's law [N/m].
         integral_gain: I of the law's integral; 0 when unused [N/(m s)].
-        own_force: Force on this hand that the body carries at this tick, its opposite [N].
-        u_others: Displacement of the material under the contact by the others [m].
+        own_force: Force on this hand whose opposite the body carries at this tick [N].
+        u_others: Displacement of the material under the contact caused by the other users [m].
         room: Lag, coupling and margin of the room (science 3.8).
-        neighbourhood: Neighbourhood of a mesh patch: the surface around the contact; None for the
-            others.
+        neighbourhood: Surface around the contact in a mesh patch; None in a plane or sphere patch.
         compliance: Compliance of the contact in all directions, for a client with friction; None
-            without.
+            for a client without.
     """
 
     tick: Final[int]
@@ -167,7 +167,7 @@ class Patch:
 
     @property
     def k_o(self) -> float:
-        """Stiffness of the body at the contact, alone: 1 / c_ii [N/m]."""
+        """Stiffness of the body at this contact alone, 1 / c_ii [N/m]."""
         return 1.0 / self.c_ii
 
     def encode(self) -> bytes:
@@ -222,7 +222,7 @@ class Patch:
 
     @classmethod
     def decode_checked(cls, data: bytes) -> Patch:
-        """The patch in a frame that `decode` has accepted: nothing is checked a second time."""
+        """The patch in a frame that `decode` has accepted before; the values are not checked."""
         flags = int(HEADER.unpack_from(data)[2])
         neighbourhood = None
         if flags & _GEOMETRY_MASK == _MESH:
@@ -232,7 +232,7 @@ class Patch:
 
     @classmethod
     def _unpack(cls, data: bytes, flags: int, neighbourhood: Neighbourhood | None) -> Patch:
-        """The values in a frame of known flags, as they are."""
+        """The patch in a frame with these flags; the values are not checked."""
         compliance = None
         if flags & _COMPLIANCE_FLAG:
             compliance = Compliance3(*_COMPLIANCE.unpack_from(data, SIZE))
@@ -246,10 +246,10 @@ class Patch:
         )  # fmt: skip
 
     def check(self, *, remote: bool) -> None:
-        """Raise unless every value is in its limits; a neighbourhood is checked when it is decoded.
+        """Raise unless every value is in its limits; the neighbourhood has a check of its own.
 
         Args:
-            remote: Whether the mistake is the other end's.
+            remote: Whether the peer made the patch.
         """
         if (self.geometry is _MESH_MEMBER) != (self.neighbourhood is not None):
             name, limit = f"neighbourhood of a {self.geometry.name.lower()} patch", "one of a mesh"

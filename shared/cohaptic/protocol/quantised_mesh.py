@@ -1,10 +1,11 @@
-"""The resting surface for a page that only shows it: 16 bits of its bounding box on each axis.
+"""Resting surface for a page that only shows it, with 16 bits for each coordinate of a vertex.
 
-A frame of the rest mesh's kind with flag 1, a third to a half of its bytes. Faces are as they are;
-a vertex is at most half a unit off on each axis, a unit being the box's length over 65,535.
-Vertices are foretold from their neighbours, as the surface of a scene is (`scene_surface.py`).
+The frame is of the rest mesh's kind with flag 1 and has a third to a half of its bytes. Faces are
+exact; a vertex is at most half a unit off on each axis, where a unit is the length of the bounding
+box over 65,535. Vertices are predicted from their neighbours, as in a scene (`scene_surface.py`).
 
-Contacts are never computed with it: who touches a mesh gets it exact (`rest_mesh.py`).
+Contacts are never computed with this mesh: a client that touches gets the exact one
+(`rest_mesh.py`).
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 STEPS = 2**16 - 1
 _BOX = struct.Struct("<6f")
 _HEAD = HEADER.size + COUNTS.size + _BOX.size
-# The far corner of a box that ends at MAX_POSITION, after its unit is rounded up to 32 bits.
+# Tolerance for the far corner of a box that ends at MAX_POSITION, since its unit is rounded up to
+# 32 bits.
 _ROUNDING = 1e-6
 
 Floats = npt.NDArray[np.float64]
@@ -39,9 +41,9 @@ class QuantisedMesh:
     """The resting surface in units of its bounding box.
 
     Args:
-        low: Corner of the box with the smallest coordinates, of 32 bits each, shape (3,) [m].
-        unit: Unit of each axis, 32 bits each, shape (3,) [m]; 0 where the surface is flat.
-        places: Places of the vertices, from `low`, shape (n, 3) [unit].
+        low: Corner of the box with the smallest coordinates, 32 bits each, shape (3,) [m].
+        unit: Unit of each axis, 32 bits each, shape (3,) [m]; 0 along an axis without extent.
+        places: Positions of the vertices relative to `low`, shape (n, 3) [unit].
         faces: Indices of vertices, counter-clockwise seen from outside, shape (m, 3).
     """
 
@@ -52,14 +54,14 @@ class QuantisedMesh:
 
     @classmethod
     def of(cls, vertices: Floats, faces: Ints) -> QuantisedMesh:
-        """The nearest to a mesh.
+        """The quantised mesh nearest to a mesh.
 
         Args:
             vertices: Shape (n, 3) [m].
             faces: Shape (m, 3).
 
         Raises:
-            LocalProtocolError: A vertex is out of the world, or not finite.
+            LocalProtocolError: A coordinate is beyond MAX_POSITION, or not finite.
         """
         largest = float(np.abs(vertices).max(initial=0.0))
         check_range("coordinate of a rest mesh", largest, 0.0, MAX_POSITION, remote=False)
@@ -72,12 +74,12 @@ class QuantisedMesh:
 
     @property
     def vertices(self) -> Floats:
-        """Shape (n, 3) [m]."""
+        """Positions of the vertices, shape (n, 3) [m]."""
         return self.low + self.unit * self.places
 
     @property
     def has_triangles_alone(self) -> bool:
-        """Whether each face has three corners, without which there is no frame of it."""
+        """Whether each face has three different corners; only such a mesh can be encoded."""
         return _triangles_alone(self.faces)
 
     def encode(self) -> bytes:
@@ -131,7 +133,7 @@ def _triangles_alone(faces: Ints) -> bool:
 
 
 def _single(values: Floats, towards: float) -> Floats:
-    """As numbers of 32 bits that are not on the other side of `values` than `towards`."""
+    """32-bit numbers equal to `values`, or next to them on the side of `towards`."""
     near = values.astype(np.float32)
     wrong_side = near > values if towards < 0.0 else near < values
     return np.where(wrong_side, np.nextafter(near, np.float32(towards)), near).astype(np.float64)

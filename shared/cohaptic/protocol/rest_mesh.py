@@ -1,7 +1,7 @@
-"""Server to client, once, to those who asked for mesh patches: the resting surface.
+"""Server to client, once, to a client that asked for mesh patches: the resting surface.
 
-An event: it comes between the welcome and the first patch. Vertices and faces are deflated
-together; the inflated size is checked before anything is inflated.
+The mesh is an event: it comes between the welcome and the first patch. Vertices and faces are
+deflated together; their counts are checked before anything is inflated.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_VERTICES = 65_535  # a patch numbers them with 16 bits
 MAX_FACES = 131_070  # a closed surface has 2 n - 4
 # Deflate adds five bytes to every 16 kB that it cannot shorten.
 MAX_BYTES = 1024 + (MAX_VERTICES * _VERTEX.size + MAX_FACES * _FACE.size) * 1001 // 1000
-QUANTISED = 1  # flag of the form that is not exact, `quantised_mesh.py`
+QUANTISED = 1  # flag of the quantised form, which is not exact (`quantised_mesh.py`)
 Face = tuple[int, int, int]
 
 
@@ -38,7 +38,7 @@ class RestMesh:
     """The resting surface of the body.
 
     Args:
-        vertices: Shape (n, 3) [m].
+        vertices: Positions of the vertices, shape (n, 3) [m].
         faces: Indices of vertices, counter-clockwise seen from outside, shape (m, 3).
     """
 
@@ -88,16 +88,19 @@ class RestMesh:
 
 
 def check_counts(n: int, m: int, *, remote: bool) -> None:
-    """Raise unless a frame can number so many vertices and faces."""
+    """Raise unless a frame can hold n vertices and m faces."""
     check_range("vertices of a rest mesh", n, 3, MAX_VERTICES, remote=remote)
     check_range("faces of a rest mesh", m, 1, MAX_FACES, remote=remote)
 
 
 def inflate(deflated: bytes, size: int) -> bytes:
-    """Exactly `size` bytes, and never more of them in memory."""
+    """The inflated bytes; raises RemoteProtocolError unless they are exactly `size` bytes.
+
+    At most one byte more than `size` is inflated, to bound the memory.
+    """
     stream = zlib.decompressobj()
     try:
-        # Allow one byte more than expected, to detect a longer stream.
+        # One byte more than expected detects a longer stream.
         raw = stream.decompress(deflated, size + 1)
     except zlib.error as error:
         raise RemoteProtocolError("content of a rest mesh", str(error), "a zlib stream") from error

@@ -1,7 +1,7 @@
 """Server to client, on a watch connection: every user's contact, and the surface if requested.
 
-State, not an event: the newest replaces every older one. Without a surface a frame holds only the
-forces; a page with the Green's functions of the body makes the surface of them itself.
+A scene is state, not an event: the newest replaces every older one. A frame without a surface has
+only the users' records; a page with the Green's functions of the body computes the surface itself.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _BODY = struct.Struct("<IdHHfee")
 _USER = struct.Struct("<I3f3f3f5f3hBBeBB3f")
 HEAD_SIZE = HEADER.size + _BODY.size
 USER_SIZE = _USER.size
-MAX_USERS = 256  # above the largest room, since the forces of users who left fade for a moment
-MAX_CURVATURE = 6e4  # 1/m, of a half float
+MAX_USERS = 256  # more than the largest room holds, since forces of users who left fade slowly
+MAX_CURVATURE = 6e4  # 1/m, about the largest half float
 MAX_LOOP_DELAY = 1e3  # s
 _SURFACE_FLAG = 0x0001
 _FRESH, _FRICTION = 0x01, 0x02
@@ -46,23 +46,23 @@ class UserRecord:
     """One user at one tick, as others see it.
 
     Args:
-        user: Its number.
-        probe: Tip of its device [m].
-        foot: Centre of its pressure on the facets of the *resting* mesh [m].
-        force: On the hand, the opposite of that applied to the body [N]. It fades when the user
-            leaves.
-        c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as the next three.
+        user: Number of the user.
+        probe: Tip of the user's device [m].
+        foot: Centre of the user's pressure on the facets of the *resting* mesh [m].
+        force: Force on the hand; the body gets the opposite force [N]. The force fades when the
+            user leaves.
+        c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as are the next three.
         k_o_coupled: Coupling-aware stiffness [N/m].
-        k_h: Gain of its law [N/m].
-        integral_gain: Integral gain of its law; 0 for none [N/(m s)].
-        loop_delay: Loop delay of its loop, as measured; 0 before the first measurement [s].
+        k_h: Gain of the user's law [N/m].
+        integral_gain: Integral gain of the user's law; 0 for none [N/(m s)].
+        loop_delay: Measured delay of the user's loop; 0 before the first measurement [s].
         normal: Outward unit normal of the free surface at the contact.
-        law: Local model that it runs.
-        geometry: Geometry of its patches.
-        presence: Share of its force that the body carries, from 0 to 1.
-        curvature: Curvature of its patch, positive where the body bulges [1/m].
-        fresh: Whether its samples still arrive.
-        friction: Whether its force may have a part along the surface.
+        law: Local model that the user's client runs.
+        geometry: Geometry of the user's patches.
+        presence: Share of the user's force that the body carries, from 0 to 1.
+        curvature: Curvature of the user's patch, positive where the body bulges [1/m].
+        fresh: Whether the user's samples still arrive.
+        friction: Whether the user's force may have a part along the surface.
         x_free: Contact point of the surface without this user's own force [m].
     """
 
@@ -98,7 +98,7 @@ class UserRecord:
 
     @classmethod
     def decode(cls, data: bytes, offset: int) -> UserRecord:
-        """The user whose bytes begin at `offset`; raises RemoteProtocolError."""
+        """The user whose bytes begin at `offset`; raises RemoteProtocolError for invalid bytes."""
         user, *v = _USER.unpack_from(data, offset)
         shape, state = int(v[17]), int(v[20])
         law, geometry = shape >> 4, shape & 0x0F
@@ -138,8 +138,8 @@ class Scene:
     Args:
         tick: Simulation tick, from 1.
         t_server: Time of the tick on the server's clock [s].
-        users: Everybody in the room, and those who left but whose force still fades.
-        surface: Displacement of the vertices of the rest mesh; None in a frame of forces only.
+        users: All users in the room, and users who left but whose force still fades.
+        surface: Displacement of the vertices of the rest mesh; None in a frame without a surface.
         room: Lag, coupling and margin of the room (science 3.8).
     """
 
@@ -164,8 +164,7 @@ class Scene:
         """The scene in a frame; raises RemoteProtocolError for any invalid bytes.
 
         Args:
-            data: The frame.
-            traversal: Traversal of the rest mesh; nothing longer than it is inflated.
+            traversal: Traversal of the rest mesh, which bounds the size that is inflated.
         """
         flags = open_header(data, FrameKind.SCENE)
         check_range("flags of a scene", flags, 0, _SURFACE_FLAG, remote=True)
@@ -189,11 +188,10 @@ def encode_scene(
     """A frame from encoded parts, so that one encoded surface serves many frames.
 
     Args:
-        tick: Simulation tick.
-        t_server: Its time [s].
-        room: Lag of the room.
-        records: Records of the users, one behind the other.
-        surface: Empty for a frame of forces only.
+        t_server: Time of the tick on the server's clock [s].
+        room: Lag, coupling and margin of the room.
+        records: Encoded records of the users, one behind the other.
+        surface: Encoded surface; empty for a frame without a surface.
 
     Raises:
         LocalProtocolError: A value is out of its limits.

@@ -1,9 +1,9 @@
 """The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
 
-Whole numbers with a common scale. Each is replaced by its difference from the prediction by its
-neighbours (`traversal.py`, modulo 2^16), mapped to an unsigned number that is small for small
-values of both signs (zigzag), and low bytes are stored apart from high ones. The result is mostly
-zeros, which zlib compresses well at level 1. No frame depends on another.
+Displacements are whole numbers with a common scale. Each number is replaced by its difference from
+the prediction by its neighbours (`traversal.py`, modulo 2^16) and mapped to an unsigned number that
+is small for small values of both signs (zigzag); low bytes are stored apart from high bytes. The
+result is mostly zeros, which zlib compresses well at level 1. No frame depends on another.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _HEAD = struct.Struct("<fI")
 FINEST = 1e-5  # m; smaller than a pixel of any view of the body
 MAX_SCALE = 0.1  # m; far above MAX_POSITION / MAX_UNITS
 MAX_UNITS = 2**15 - 1
-_LEVEL = 1  # of zlib; higher ones take several times as long for a few percent
+_LEVEL = 1  # of zlib; higher levels take several times as long to save a few percent
 _SMALLEST = 2.0**-126  # smallest normal 32-bit number
 
 Units = npt.NDArray[np.int16]
@@ -35,7 +35,7 @@ class Surface:
 
     Args:
         scale: One unit [m].
-        units: In the order of the rest mesh's vertices, shape (n, 3) [scale].
+        units: Displacements in the order of the rest mesh's vertices, shape (n, 3) [scale].
     """
 
     scale: float
@@ -46,11 +46,11 @@ class Surface:
         """The surface nearest to `displacement`, shape (n, 3) [m].
 
         Args:
-            displacement: From rest, shape (n, 3) [m].
-            finest: One unit, if all of it fits [m].
+            displacement: Displacement from rest, shape (n, 3) [m].
+            finest: Smallest unit; a larger one is used if the displacement does not fit [m].
 
         Raises:
-            LocalProtocolError: It is not finite, or reaches out of the world.
+            LocalProtocolError: The displacement is not finite, or exceeds MAX_POSITION.
         """
         largest = float(np.abs(displacement).max(initial=0.0))
         check_range("displacement of a surface", largest, 0.0, MAX_POSITION, remote=False)
@@ -87,8 +87,8 @@ class Surface:
         """The surface in the tail of a frame; raises RemoteProtocolError for any invalid bytes.
 
         Args:
-            data: From the scale on.
-            traversal: Traversal of the rest mesh; nothing longer than it is inflated.
+            data: Bytes of the frame from the scale on.
+            traversal: Traversal of the rest mesh, which bounds the size that is inflated.
         """
         n = traversal.vertices
         if len(data) < _HEAD.size:
@@ -102,11 +102,10 @@ class Surface:
 
 
 def fold(units: Units, traversal: Traversal) -> bytes:
-    """What is left of units after their prediction, modulo 2^16, as bytes that deflate well.
+    """Residuals of units after their prediction, modulo 2^16, as bytes that deflate well.
 
     Args:
         units: Units of each vertex, shape (n, 3).
-        traversal: Traversal of the mesh.
     """
     units = np.concatenate([units, np.zeros((1, 3), np.int16)])
     predicted = units[traversal.p] + units[traversal.q] - units[traversal.r]
@@ -117,17 +116,16 @@ def fold(units: Units, traversal: Traversal) -> bytes:
 
 
 def unfold(raw: bytes, traversal: Traversal) -> Units:
-    """The units that `fold` made bytes of, shape (n, 3).
+    """The units that `fold` turned into these bytes, shape (n, 3).
 
     Args:
         raw: 6 n bytes.
-        traversal: Traversal of the mesh.
     """
     n = traversal.vertices
     planes = np.frombuffer(raw, np.uint8).reshape(2, 3, n)
     folded = np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<u2")[:, :, 0]
     steps = (folded >> 1).astype(np.int16) ^ -(folded & 1).astype(np.int16)
-    units = np.zeros((n + 1, 3), np.int16)  # the last one stands for zero
+    units = np.zeros((n + 1, 3), np.int16)  # the last row stands for zero
     for v, p, q, r, step in zip(
         *(a.tolist() for a in (traversal.order, traversal.p, traversal.q, traversal.r)),
         steps,
@@ -144,7 +142,7 @@ def _check_scale(scale: float, *, remote: bool) -> None:
 
 
 def _inflate(deflated: bytes, size: int) -> bytes:
-    """Exactly `size` bytes, and never more of them in memory."""
+    """The inflated bytes; raises RemoteProtocolError unless they are exactly `size` bytes."""
     stream = zlib.decompressobj()
     try:
         raw = stream.decompress(deflated, size + 1)

@@ -1,8 +1,8 @@
 """The order in which a surface is sent, and the vertices that predict each vertex.
 
-Both sides derive the same from the resting mesh: breadth first from vertex 0, neighbours by number.
-A vertex is predicted by the parallelogram over an edge that was sent before it, p + q - r; on a
-smooth surface the residual is small (Touma and Gotsman 1998, Triangle mesh compression).
+Both sides derive the same order from the resting mesh: breadth first from vertex 0, neighbours by
+number. A vertex is predicted by the parallelogram over an edge that was sent before it, p + q - r;
+on a smooth surface the residual is small (Touma and Gotsman 1998, Triangle mesh compression).
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class Traversal:
         """The traversal of a mesh.
 
         Args:
-            n: How many vertices it has.
-            faces: Their corners, shape (m, 3).
+            n: Number of vertices.
+            faces: Corners of the faces, shape (m, 3).
         """
         corners = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
         graph = _graph(n, corners)
@@ -57,7 +57,7 @@ class Traversal:
 
 
 def _graph(n: int, corners: Ints) -> sp.csr_array:
-    """Which vertices share an edge, neighbours by number."""
+    """Sparse matrix of the vertices that share an edge; neighbours are sorted by number."""
     a, b = corners.ravel(), corners[:, [1, 2, 0]].ravel()
     rows, columns = np.concatenate([a, b]), np.concatenate([b, a])
     ones = np.ones(len(rows), dtype=np.int8)
@@ -67,7 +67,7 @@ def _graph(n: int, corners: Ints) -> sp.csr_array:
 
 
 def _breadth_first(graph: sp.csr_array) -> Ints:
-    """All vertices, breadth first; each connected part begins with its lowest number."""
+    """All vertices, breadth first; each connected part begins with its lowest-numbered vertex."""
     left = np.ones(graph.shape[0], dtype=np.bool_)
     parts: list[Ints] = []
     while left.any():
@@ -88,7 +88,10 @@ def _by_neighbour(predicted: Ints, graph: sp.csr_array, order: Ints, place: Ints
 
 
 def _by_parallelogram(predicted: Ints, corners: Ints, place: Ints) -> None:
-    """Predict over an edge of exactly two faces; of several, that whose far corner r came first."""
+    """Predict each vertex over an edge of exactly two faces.
+
+    If several edges are possible, the edge whose far corner r was sent first is used.
+    """
     far = corners.ravel()
     ends = np.sort(np.stack([corners[:, [1, 2, 0]], corners[:, [2, 0, 1]]], axis=2).reshape(-1, 2))
     _, edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
@@ -101,7 +104,7 @@ def _by_parallelogram(predicted: Ints, corners: Ints, place: Ints) -> None:
     rows = np.arange(len(sides))
     p, q = sides[rows, later], sides[rows, 1 - later]
     keep = np.flatnonzero(np.maximum(place[q], place[r]) < place[v])
-    # Sorted so that the best of each vertex is the last to be written.
+    # Sorted so that the best prediction of each vertex is written last.
     best = keep[np.lexsort((place[q[keep]], place[p[keep]], place[r[keep]]))][::-1]
     for column, corner in enumerate((p, q, r)):
         predicted[v[best], column] = corner[best]

@@ -1,9 +1,10 @@
-"""Messages of a connection that brings a mesh file to a server, as JSON text.
+"""Messages of a connection that uploads a mesh file to a server, as JSON text.
 
 client -> server    begin_upload, the file as binary messages, prepare_object
 server -> client    upload_offer, examined and a rest mesh, progress, refused, prepared; or error
 
-The subprotocol is one of its own: the messages of those who touch and watch do not change with it.
+Uploads have a subprotocol of their own, so that their changes leave the messages of clients that
+touch or watch as they are.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from cohaptic.protocol.messages import Error, decode_text
 
 SUBPROTOCOL = "cohaptic.upload.v1"
 CHUNK = 32 * 1024  # bytes of the file in one message
-MAX_RULE = 16_384  # characters of a rule that says what is held; a painted region is a long one
-MAX_UPLOAD_TEXT = 24_576  # characters of the longest message, that with such a rule
+MAX_RULE = 16_384  # characters of a rule that says which part is held; painted regions are long
+MAX_UPLOAD_TEXT = 24_576  # characters of the longest message, which holds such a rule
 MAX_FINDINGS = 32
 MIN_SCALE, MAX_SCALE = 1e-9, 1e9  # m in one unit of a file
 
@@ -26,12 +27,12 @@ Words = Annotated[str, Field(max_length=600)]
 
 
 class UploadOffer(ControlMessage):
-    """What the server takes, as it says at once.
+    """Files that the server accepts; its first message on the connection.
 
     Args:
-        kinds: Suffixes of files, with the point.
+        kinds: Suffixes of file names, with the dot.
         max_bytes: Largest size of a file.
-        max_memory: Largest memory of the process that reads and prepares it [bytes].
+        max_memory: Largest memory of the process that reads and prepares the file [bytes].
         max_seconds: Longest time of the preparation [s].
     """
 
@@ -43,11 +44,11 @@ class UploadOffer(ControlMessage):
 
 
 class BeginUpload(ControlMessage):
-    """The file that follows, in binary messages.
+    """Announce the file that follows in binary messages.
 
     Args:
-        name: Name of the file, for people: no path is made of it.
-        size: In bytes.
+        name: Name of the file, for people only: the server makes no path from it.
+        size: Size of the file [bytes].
     """
 
     type: Literal["begin_upload"] = "begin_upload"
@@ -56,11 +57,11 @@ class BeginUpload(ControlMessage):
 
 
 class Finding(ControlMessage):
-    """Something that is wrong with the file, or could be better.
+    """A fault of the file, or something that could be better.
 
     Args:
-        problem: What, a phrase.
-        remedy: What is done about it, a phrase.
+        problem: Phrase that names the problem.
+        remedy: Phrase that says what is done about the problem.
     """
 
     problem: Words
@@ -68,11 +69,11 @@ class Finding(ControlMessage):
 
 
 class Examined(ControlMessage):
-    """What is in the file; a rest mesh frame follows, simplified where the surface is fine.
+    """Contents of the file; a rest mesh frame follows, simplified where the surface is fine.
 
     Args:
-        findings: All of them.
-        fix: Rule of the proposed part that is held.
+        findings: All findings on the file.
+        fix: Rule that gives the part proposed to be held.
         scale: Metres in one unit of the file, as proposed; the rest mesh is in metres with it.
         triangles: Triangles of the surface in the file.
     """
@@ -85,11 +86,11 @@ class Examined(ControlMessage):
 
 
 class PrepareObject(ControlMessage):
-    """Make the object of the file.
+    """Ask the server to make the object from the file.
 
     Args:
-        fix: Rule that says what is held; its lengths are in metres with `scale`.
-        scale: Metres in one unit of the file; None takes the proposed ones.
+        fix: Rule that says which part is held; its lengths are in metres with `scale`.
+        scale: Metres in one unit of the file; None takes the proposed scale.
         young: Young's modulus E [Pa].
         poisson: Poisson's ratio.
     """
@@ -102,11 +103,11 @@ class PrepareObject(ControlMessage):
 
 
 class Progress(ControlMessage):
-    """How far it is.
+    """Progress of the preparation.
 
     Args:
-        phase: In a word or two.
-        share: Share of the phase, 0 to 1.
+        phase: Present phase in a word or two.
+        share: Completed share of the phase, 0 to 1.
     """
 
     type: Literal["progress"] = "progress"
@@ -115,12 +116,12 @@ class Progress(ControlMessage):
 
 
 class Refused(ControlMessage):
-    """The object cannot be made as it was chosen: `prepare_object` may come again.
+    """The object cannot be made with these choices; the client may send `prepare_object` again.
 
     Args:
-        about: Which of the choices does not fit; "file" for none of them alone.
-        message: Why, a sentence.
-        tries: How many are left.
+        about: Choice that does not fit; "file" if no single choice is at fault.
+        message: Reason in one sentence.
+        tries: Number of tries left.
     """
 
     type: Literal["refused"] = "refused"
@@ -130,10 +131,10 @@ class Refused(ControlMessage):
 
 
 class Prepared(ControlMessage):
-    """The object is served: everybody who was there is closed with 4410 and may come again.
+    """The server now serves the object; earlier connections close with 4410 and may come again.
 
     Args:
-        command: That serves it again, with the visitor's own name of the file.
+        command: Command that serves the object again, with the visitor's own name of the file.
     """
 
     type: Literal["prepared"] = "prepared"

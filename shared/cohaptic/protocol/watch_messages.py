@@ -1,10 +1,10 @@
-"""Messages of connections that only watch, beside those of `messages.py`, as JSON text.
+"""Messages of connections that only watch, in addition to those of `messages.py`, as JSON text.
 
 client -> server    watch, first; set_view, set_latency, moderate
 server -> client    watching, first; latency, moderated, put_out; to all: user_joined, user_left,
                     restraints, error
 
-What is said about who else is here, both ways, is in `control/company.py`.
+The messages about the other visitors, in both directions, are in `control/company.py`.
 
 `decode_client_message` decodes the messages of both kinds of client, those that touch and those
 that watch: the first message of a connection decides which kind it is.
@@ -50,7 +50,7 @@ MAX_RATE = 60.0  # frames per second; screens show no more
 MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
 
-MOST_PUT_OUT = 64  # names that an administrator is told
+MOST_PUT_OUT = 64  # banned names that an administrator is told
 
 EncodingName = Literal["frames", "forces"]
 ModerationName = Literal[
@@ -66,12 +66,13 @@ class Watch(WithSecrets):
 
     Args:
         protocol: Version of the wire that the client speaks.
-        encoding: `frames` for the surface in each scene; `forces` without, for a client that makes
-            it of Green's functions. A body that has none is served as frames.
-        rate: Scene frames at most [1/s].
+        encoding: `frames` for scenes with the surface; `forces` for scenes without, for a client
+            that computes the surface from Green's functions. A body without them is served as
+            frames.
+        rate: Largest rate of scene frames [1/s].
         mesh: Form of the resting mesh; `quantised` is shorter, and not exact.
         token: As in a hello.
-        company: Whether it wants to hear who else is here. Not on the wire if not.
+        company: Whether the client wants to be told about other visitors. Not on the wire if False.
     """
 
     type: Literal["watch"] = "watch"
@@ -100,8 +101,8 @@ class SetLatency(ControlMessage):
     """Inject latency between a user and the server; refused unless the server allows it.
 
     Args:
-        user: Its number; ignored for a user who is not (or no longer) in the room.
-        delay: Each way, so that the round trip is twice that longer [s]; 0 ends it.
+        user: Number of the user; ignored if that user is not (or no longer) in the room.
+        delay: Delay each way, so that the round trip grows by twice that [s]; 0 ends it.
         jitter: Largest extra delay of a message, each way [s].
     """
 
@@ -115,11 +116,10 @@ class Moderate(ControlMessage):
     """Administer the room; refused unless the token grants it (roomAdmin).
 
     Args:
-        action: What is done.
-        user: Number of the user whom it is done to; ignored for one who is not in the room.
-        force: For `force_budget`: most of all users' forces together that the body gets [N];
-            None for no limit but the server's own.
-        name: For `unban`: name by which the user touched who was put out.
+        user: Number of the user concerned; ignored if that user is not in the room.
+        force: For `force_budget`: largest sum of all users' forces that the body gets [N]; None for
+            the server's own limit alone.
+        name: For `unban`: name under which the banned user touched.
     """
 
     type: Literal["moderate"] = "moderate"
@@ -133,8 +133,7 @@ class WatchedUser(ControlMessage):
     """One user of the room.
 
     Args:
-        user: Its number.
-        name: Name of the user.
+        user: Number of the user.
     """
 
     user: int
@@ -148,15 +147,15 @@ class Watching(WithSecrets):
         protocol: Version of the wire that the server speaks.
         simulation_period: Time between ticks, N T [s].
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
-        body: The body that everybody touches.
-        model: Identifies the body's Green's functions, on any server; None where the surface is not
-            a sum of them.
+        body: Body that the users of the room touch.
+        model: Identifier of the body's Green's functions, the same on any server; None if the
+            surface is not a sum of them.
         users: Users who joined before.
         allow_latency: Whether `set_latency` is allowed.
-        allow_fixed_gains: Whether those who touch may choose their gains.
-        allow_upload: Whether a page of this machine may bring an object of its own.
-        can_touch: Whether who has this token may touch as well.
-        room_admin: Whether it may send `moderate`.
+        allow_fixed_gains: Whether clients that touch may choose their gains.
+        allow_upload: Whether a page on the server's machine may upload its own object.
+        can_touch: Whether this client's token also allows it to touch.
+        room_admin: Whether this client may send `moderate`.
         session: As in a welcome.
     """
 
@@ -176,11 +175,11 @@ class Watching(WithSecrets):
 
 
 class Latency(ControlMessage):
-    """The latency injected between a user and the server: at each change, and to a new watcher.
+    """Latency injected between a user and the server; sent at each change and to a new watcher.
 
     Args:
-        user: Its number.
-        delay: Each way [s].
+        user: Number of the user.
+        delay: Delay each way [s].
         jitter: Largest extra delay of a message, each way [s].
     """
 
@@ -191,12 +190,12 @@ class Latency(ControlMessage):
 
 
 class Moderated(ControlMessage):
-    """The answer to `moderate`, once it was carried out, to who asked for it alone.
+    """The answer to `moderate` after it was carried out; sent only to the client that asked.
 
     Args:
-        action: As asked for.
-        user: The same.
-        done: False where the user has left meanwhile.
+        action: Action of the request.
+        user: User of the request.
+        done: False if the user has left meanwhile.
     """
 
     type: Literal["moderated"] = "moderated"
@@ -206,10 +205,10 @@ class Moderated(ControlMessage):
 
 
 class PutOut(ControlMessage):
-    """Who may not come back at present; to administrators alone, at first and at each change.
+    """Users who may not come back; sent only to administrators, first and at each change.
 
     Args:
-        names: By which they touched, the newest last; of more than 64 the newest.
+        names: Names under which they touched, the newest last; at most the newest 64.
     """
 
     type: Literal["put_out"] = "put_out"
@@ -234,7 +233,7 @@ _SERVER: TypeAdapter[WatchControl] = TypeAdapter(
 def decode_client_message(text: str) -> ClientMessage:
     """The message of any client; raises RemoteProtocolError for any invalid text.
 
-    A first message of another protocol version is reported as that, even when the rest of it has
+    A first message of another protocol version is reported as such, even if its other fields have
     changed.
     """
     message = decode_text(_CLIENT, text)

@@ -1,7 +1,8 @@
-"""Frames of RFC 6455, for the messages that come and go at the rate of the simulation.
+"""Frames of RFC 6455 for the messages at the simulation rate.
 
-Both ends read and write those themselves and leave every other frame to `websockets`, which also
-checks them: its parser, queue and tasks cost more than all that is done with a sample or a patch.
+Both ends read and write these frames themselves and leave every other frame to `websockets`, which
+also checks them. The parser, queue and tasks of `websockets` cost more than all the work on a
+sample or a patch.
 """
 
 from __future__ import annotations
@@ -9,21 +10,21 @@ from __future__ import annotations
 import struct
 from typing import NamedTuple
 
-TEXT, BINARY = 0x81, 0x82  # whole messages: with the bit that says that nothing follows
-SMALL = 126  # payload from which on the length has a field of its own [bytes]
+TEXT, BINARY = 0x81, 0x82  # whole messages, with the bit that marks the last frame of a message
+SMALL = 126  # smallest payload whose length has a field of its own [bytes]
 KEY = 4  # bytes of the masking key, which every frame of a client has
-END_OF_HEAD = b"\r\n\r\n"  # of the request that opens a connection, and of the answer
+END_OF_HEAD = b"\r\n\r\n"  # ends the request that opens a connection, and the answer to it
 _MASKED = 0x80
 _MEDIUM, _LONG = struct.Struct("!BBH"), struct.Struct("!BBQ")
 
 
 class Head(NamedTuple):
-    """What the first bytes of a frame say.
+    """Header of a frame.
 
     Args:
-        size: Size of the header, with the masking key if there is one [bytes].
-        payload: Behind it [bytes].
-        masked: Whether there is a key.
+        size: Size of the header, with the masking key if the frame has one [bytes].
+        payload: Size of the payload behind the header [bytes].
+        masked: Whether the frame has a masking key.
     """
 
     size: int
@@ -32,7 +33,7 @@ class Head(NamedTuple):
 
 
 def read_head(data: bytes, at: int) -> Head | None:
-    """The header of the frame that begins at `at`; None while it is not all there."""
+    """The header of the frame that begins at `at`; None while the header is incomplete."""
     head = data[at : at + 10]
     if len(head) < 2:
         return None
@@ -49,8 +50,8 @@ def make_frame(data: str | bytes, key: bytes = b"") -> bytes:
     """The frame of a whole message.
 
     Args:
-        data: Text or binary.
-        key: Key of a client: four bytes that nobody can foretell. A server has none.
+        data: Text or binary message.
+        key: Masking key of a client, four unpredictable bytes; empty for a server.
     """
     kind, payload = (TEXT, data.encode()) if isinstance(data, str) else (BINARY, data)
     size = len(payload)
@@ -65,7 +66,7 @@ def make_frame(data: str | bytes, key: bytes = b"") -> bytes:
 
 
 def mask(data: bytes, key: bytes) -> bytes:
-    """Bytes masked with a key of `KEY` bytes; masked ones become plain again."""
+    """Bytes masked with a key of `KEY` bytes; masking twice gives the plain bytes again."""
     size = len(data)
     keys = key * (size // KEY + 1)
     # One operation on long integers instead of one for each byte.
@@ -74,11 +75,11 @@ def mask(data: bytes, key: bytes) -> bytes:
 
 
 def begins_message(frame: bytes) -> bool:
-    """Whether a frame is the first, and perhaps the only one, of a message with data."""
+    """Whether a frame is the first (perhaps the only) frame of a text or binary message."""
     return bool(frame) and frame[0] & 0x0F in (TEXT & 0x0F, BINARY & 0x0F)
 
 
 def is_small_masked(data: bytes) -> bool:
-    """Whether the bytes are exactly one frame with a mask and less than 126 bytes."""
+    """Whether the bytes are exactly one masked frame with a payload of less than 126 bytes."""
     size = len(data) - 2 - KEY
     return 0 <= size < SMALL and data[1] == _MASKED | size

@@ -1,8 +1,8 @@
-"""Text for a terminal or a pipe that is written by a thread of its own: nobody waits for a reader.
+"""Write text to a terminal or a pipe in a separate thread, so that the program never waits.
 
-A terminal that is stopped (Ctrl-S, a pane that is paused) and a pipe that is full let a write wait
-for as long as that lasts. What waits here is bounded. What does not fit is left out and counted,
-and the reader is told so once it reads again.
+A stopped terminal (Ctrl-S, a paused pane) or a full pipe blocks a write for as long as that lasts.
+The amount of waiting text is bounded. Lines that do not fit are left out and counted, and the
+reader is told their number once it reads again.
 """
 
 from __future__ import annotations
@@ -16,42 +16,41 @@ from collections.abc import Callable
 from typing import TextIO
 
 MOST = 256 * 1024  # bytes that wait for a reader
-LAST_WORDS = 1.0  # s at the most for the end of a program to wait for its reader
+LAST_WORDS = 1.0  # s; longest time that an ending program waits for its reader
 
 
 def in_words(lines: int) -> str:
-    """Words on what was left out."""
+    """Text that tells a reader how many lines were left out."""
     return f"{lines} lines were left out here: nobody read them in time\n"
 
 
 def aside(
     stream: TextIO, most: int = MOST, tell: Callable[[int], str] = in_words
 ) -> Aside | TextIO:
-    """What to write to in place of a stream; the same where it is no file of the system's.
+    """Replacement for a stream that writes aside; the stream itself if it has no file descriptor.
 
     Args:
         stream: Stream of a terminal, a pipe or a file.
         most: Bytes that may wait.
-        tell: Makes the text for a reader from the number of lines that were left out.
+        tell: Function that makes the text for a reader from the number of lines left out.
     """
     try:
         stream.flush()
         return Aside(stream.fileno(), stream.encoding or "utf-8", most, tell)
-    except (OSError, ValueError, AttributeError):  # in a test, or it is closed
+    except (OSError, ValueError, AttributeError):  # in a test, or the stream is closed
         return stream
 
 
 class Aside(io.TextIOBase):
-    """Writes one file aside.
+    """Text stream that writes to one file in a separate thread.
 
     Args:
-        file: Its number; it stays open.
-        encoding: Encoding of the text.
+        file: Descriptor of the file, which stays open.
         most: Bytes that may wait.
         tell: As for `aside`.
 
     Attributes:
-        left_out: Lines so far.
+        left_out: Lines left out so far.
     """
 
     def __init__(
@@ -65,32 +64,32 @@ class Aside(io.TextIOBase):
         self._file, self._encoding, self._most, self._tell = file, encoding, most, tell
         self._untold = 0
         self._waiting: deque[bytes] = deque()
-        self._size = 0  # of what waits or is being written [bytes]
+        self._size = 0  # text that waits or is being written [bytes]
         self._changed = threading.Condition()
         self._thread: threading.Thread | None = None
-        self._gone = False  # whether nobody will ever read
+        self._gone = False  # whether the file has lost its reader for good
 
     def write(self, text: str, /) -> int:
-        """Write without waiting; all of a text or nothing of it."""
+        """Accept a text without waiting; the text is written whole or left out whole."""
         if text:
             with self._changed:
                 self._put(text)
         return len(text)
 
     def flush(self) -> None:
-        """Nothing: it is on its way."""
+        """Do nothing: the thread is writing already."""
 
     def drain(self, timeout: float = LAST_WORDS) -> bool:
-        """Wait until all is written; returns whether it is, after so long at the most [s]."""
+        """Wait until all text is written, at most `timeout` [s]; returns whether it is."""
         with self._changed:
             return self._changed.wait_for(lambda: self._size == 0, timeout)
 
     def writable(self) -> bool:
-        """As of a stream."""
+        """Whether the stream can be written to: always."""
         return True
 
     def isatty(self) -> bool:
-        """Whether it is a terminal."""
+        """Whether the file is a terminal."""
         return os.isatty(self._file)
 
     def fileno(self) -> int:
@@ -106,7 +105,7 @@ class Aside(io.TextIOBase):
         data = text.encode(self._encoding, "backslashreplace")
         if self._untold and not self._gone:
             data = self._tell(self._untold).encode(self._encoding, "backslashreplace") + data
-        # A text that is longer than all that may wait goes alone.
+        # A text longer than the bound is accepted if nothing else waits.
         if self._gone or (self._size and self._size + len(data) > self._most):
             self._leave_out(text.count("\n"))
             return
@@ -123,7 +122,7 @@ class Aside(io.TextIOBase):
             with self._changed:
                 self._changed.wait_for(lambda: self._waiting)
                 data = self._waiting.popleft()
-            # Not the stream: at the end of the program Python would wait for its lock.
+            # Write to the descriptor: Python would wait for a stream's lock when the program ends.
             error = self._write(data)
             with self._changed:
                 self._size -= len(data)
@@ -139,14 +138,17 @@ class Aside(io.TextIOBase):
         while left:
             try:
                 left = left[os.write(self._file, left) :]
-            except BlockingIOError:  # somebody has made the file so
+            except BlockingIOError:  # another process has made the file non-blocking
                 _wait_writable(self._file)
             except OSError as error:
                 return error
         return None
 
     def _is_end(self, error: OSError) -> bool:
-        """Whether it has no reader any more; a disk that is full may have room again."""
+        """Whether an error means that the file has no reader any more.
+
+        A full disk does not count, since it may have room again.
+        """
         if error.errno == errno.EIO:
             return os.isatty(self._file)
         return error.errno in (errno.EPIPE, errno.EBADF)

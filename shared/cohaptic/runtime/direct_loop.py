@@ -1,10 +1,10 @@
-"""An event loop that serves a socket and a timer without asyncio's handles, where that pays.
+"""An event loop that serves a socket and a timer without asyncio's handles, to save time.
 
-A process that wakes 120 times a second for a few microseconds of work finds cold caches each time,
-and then pays for the number of different instructions: of a client's network process asyncio's
-round from one `select` to the next was half. Here reading a socket and a timer are callbacks from
-within `select`, of which asyncio hears only when they give it something to do. Everything else is
-asyncio's own loop.
+A process that wakes 120 times a second for a few microseconds of work finds cold caches each time;
+its cost then grows with the number of different instructions. Asyncio's work between two `select`
+calls took half the time of a client's network process. Here the socket and the timer are served by
+callbacks within `select`; asyncio runs only when a callback gives it something to do. Everything
+else is asyncio's own loop.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from math import inf
 from typing import Any, TypeVarTuple, Unpack
 
 _Arguments = TypeVarTuple("_Arguments")
-_READ = 1 << 15  # bytes at once; more of them wait in the kernel for the next round
+_READ = 1 << 15  # bytes read at once; further bytes wait in the kernel for the next round
 
 
 class _DirectSelector(selectors.SelectSelector):
-    """`select`, which also calls back.
+    """A `select` selector that also serves sockets and a timer by callbacks.
 
     Args:
-        time: The clock of the event loop [s].
+        time: Function that reads the clock of the event loop [s].
 
     Attributes:
         roused: Whether asyncio has been given something to do since `select` began.
-        when: The timer is due [s], on that clock; infinite for none.
-        call: What it is due for; raises nothing.
+        when: Time at which the timer is due on that clock [s]; infinite for no timer.
+        call: Function that the timer calls; must not raise.
     """
 
     def __init__(self, time: Callable[[], float]) -> None:
@@ -45,7 +45,7 @@ class _DirectSelector(selectors.SelectSelector):
         self._any_writing = False
 
     def read_directly(self, fd: int, reader: _Reader) -> None:
-        """Read `fd` with `reader`, until asyncio does not want to read it any more."""
+        """Read `fd` with `reader` until asyncio stops reading that file."""
         self._drop(fd)
         self._direct[fd] = reader
 
@@ -56,7 +56,7 @@ class _DirectSelector(selectors.SelectSelector):
         return key
 
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
-        """As in the library; the file is not read directly any more."""
+        """As in the library; also ends direct reading of the file."""
         key = super().unregister(fileobj)
         self._drop(key.fd)
         self._look()
@@ -81,7 +81,7 @@ class _DirectSelector(selectors.SelectSelector):
         super().close()
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """What asyncio has to look at; without anything after the timeout, or when it is roused."""
+        """Files that asyncio has to serve; none after the timeout or when asyncio is roused."""
         self.roused = False
         end = inf if timeout is None else self._time() + timeout
         while True:
@@ -98,18 +98,18 @@ class _DirectSelector(selectors.SelectSelector):
                 return super().select(wait)
             ready = select.select(self._reading, (), (), wait)[0]
             if not self._serve(ready):
-                keys = [self.get_map().get(fd) for fd in ready]  # one may have ended another
+                keys = [self.get_map().get(fd) for fd in ready]  # a reader may have closed another
                 return [(key, selectors.EVENT_READ) for key in keys if key is not None]
             if self.roused or self._time() >= end:
                 return []
 
     def _serve(self, ready: list[int]) -> bool:
-        """Read what is read directly; False if asyncio is to read what is ready."""
+        """Read the ready files if all are read directly; False if asyncio has to read them."""
         for fd in ready:
             if fd not in self._direct:
                 return False
         for fd in ready:
-            reader = self._direct.get(fd)  # the one before may have ended it
+            reader = self._direct.get(fd)  # the previous reader may have closed this one
             if reader is not None and not reader.read():
                 self._drop(fd)
                 return False
@@ -134,13 +134,13 @@ class _Reader:
     """Reads a transport's socket.
 
     Args:
-        loop: That hears of errors.
-        transport: Whose socket it is; aborted when `take` raises.
-        take: Called with what has come.
+        loop: Loop to which errors are reported.
+        transport: Owner of the socket; aborted when `take` raises.
+        take: Function called with the bytes received.
 
     Attributes:
-        socket: Our own handle on it, since the transport's cannot be read from outside. To be
-            closed with the transport's: the connection lives as long as either.
+        socket: Duplicate of the socket, since the transport's own cannot be read from outside.
+            Close it with the transport's: the connection lives as long as either is open.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class _Reader:
         self._loop, self._transport, self._take = loop, transport, take
 
     def read(self) -> bool:
-        """Read once; False at the end of the stream and at errors, which asyncio then sees too."""
+        """Read once; False at the end of the stream or an error, which asyncio then sees, too."""
         try:
             data = self.socket.recv(_READ)
         except (BlockingIOError, InterruptedError):
@@ -177,7 +177,7 @@ class DirectLoop(asyncio.SelectorEventLoop):
         self._direct = _DirectSelector(self.time)
         super().__init__(self._direct)
 
-    # What is given to asyncio within a direct callback must not wait for the next event.
+    # Work given to asyncio within a direct callback must not wait for the next event.
 
     def call_soon(
         self,
@@ -201,11 +201,11 @@ class DirectLoop(asyncio.SelectorEventLoop):
         return super().call_at(when, callback, *args, context=context)
 
     def set_direct_timer(self, when: float, call: Callable[[], None]) -> None:
-        """Call back at a time of this loop's clock [s]; takes the place of the one before.
+        """Set the timer; replaces the previous one.
 
         Args:
-            when: At the latest a moment after this.
-            call: What it does must be short. What it raises ends the loop.
+            when: Time of the call on this loop's clock [s]; the call may come a moment later.
+            call: Function to call. Must be short; an exception that it raises ends the loop.
         """
         self._direct.when, self._direct.call = when, call
 
@@ -214,16 +214,16 @@ class DirectLoop(asyncio.SelectorEventLoop):
         self.set_direct_timer(inf, _nothing)
 
     def read_directly(self, transport: asyncio.Transport, take: Callable[[bytes], None]) -> bool:
-        """Hand what comes on a transport to its protocol without asyncio's handles.
+        """Pass the bytes received on a transport to its protocol without asyncio's handles.
 
-        The end of the stream, errors and all writing stay with the transport.
+        The transport still handles the end of the stream, errors and all writing.
 
         Args:
-            transport: Open. One that is encrypted is left as it is.
-            take: `data_received` of its protocol; what it raises aborts the transport.
+            transport: Open transport. An encrypted one is left as it is.
+            take: `data_received` of its protocol; an exception aborts the transport.
 
         Returns:
-            Whether this transport can be read so.
+            Whether this transport can be read directly.
         """
         if transport.get_extra_info("sslcontext") is not None:
             return False

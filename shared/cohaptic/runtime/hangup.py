@@ -1,7 +1,7 @@
-"""SIGHUP to a server: its terminal has closed, or somebody wants its files to be read again.
+"""SIGHUP to a server: its terminal has closed, or an administrator wants its files read again.
 
-Both come as the same signal. Where one of the standard streams is a terminal that has gone, it is
-the first, which ends a server as SIGTERM does: nobody could see it any more, or end it by Ctrl-C.
+Both cases send the same signal. If a standard stream is a terminal that has closed, SIGHUP ends the
+server as SIGTERM does, because nobody could see the server or end it by Ctrl-C any more.
 """
 
 from __future__ import annotations
@@ -15,24 +15,25 @@ from collections.abc import Callable
 
 
 def terminal_has_gone() -> bool:
-    """Whether this process was given a terminal, and it has closed since."""
+    """Whether a standard stream of this process is a terminal that has closed."""
     if not hasattr(select, "poll"):
         return False
     streams = select.poll()
     for file in range(3):
-        with contextlib.suppress(OSError):  # it is closed
+        with contextlib.suppress(OSError):  # the stream is closed
             if stat.S_ISCHR(os.fstat(file).st_mode):
-                streams.register(file, 0)  # what has hung up is told in any case
+                streams.register(file, 0)  # poll reports a hang-up in any case
     return any(event & select.POLLHUP for _, event in streams.poll(0))
 
 
 def on_hangup(again: Callable[[], None]) -> Callable[[], None]:
-    """What to do when SIGHUP comes: end as by SIGTERM, or read files again.
+    """Handler of SIGHUP: ends the process as SIGTERM does, or reads files again.
 
-    Under `nohup`, where it is ignored until then, it ends nothing.
+    Under `nohup`, which has SIGHUP ignored when this function is called, the handler never ends the
+    process.
 
     Args:
-        again: Called to read them.
+        again: Function that reads the files again.
     """
     hangup = getattr(signal, "SIGHUP", None)  # Windows has none
     stays = hangup is not None and signal.getsignal(hangup) is signal.SIG_IGN

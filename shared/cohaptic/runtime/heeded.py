@@ -1,11 +1,11 @@
 """SIGINT and SIGTERM end every command, however it was started.
 
-A shell without job control (`bash script &`, many service managers) starts what runs in its
-background with SIGINT ignored, so that Ctrl-C of the terminal, which goes to a whole group of
-processes, ends only the command in front. Python leaves it ignored, and SIGINT sent to that one
-process would be lost. Here a signal that reaches a command is meant for it. A command that is to
-outlive its terminal is started with `nohup`, whose SIGHUP stays ignored; one that is to outlive
-Ctrl-C, in a session of its own (`setsid`).
+A shell without job control (`bash script &`, many service managers) starts background commands with
+SIGINT ignored, so that Ctrl-C of the terminal, which goes to a whole process group, ends only the
+foreground command. Python leaves SIGINT ignored, and a SIGINT sent to that one process would be
+lost. Here every signal that reaches a command is meant for the command. To outlive its terminal, a
+command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a command is started
+in a session of its own (`setsid`).
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from collections.abc import Generator
 def signals_heeded() -> Generator[None, None, None]:
     """Within the block SIGINT raises KeyboardInterrupt, and SIGTERM does what SIGINT does.
 
-    Both until the block gives them a meaning of its own, which it then keeps. In another thread
-    than the main one, which hears no signals, nothing is changed.
+    A handler that the block installs itself stays in place afterwards. Outside the main thread,
+    where Python handles no signals, nothing is changed.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -43,5 +43,5 @@ def signals_heeded() -> Generator[None, None, None]:
 
 
 def _as_interrupt(_number: int, _frame: object) -> None:
-    # Whatever SIGINT means to the command by now. On Windows `raise_signal` knows it, too.
+    # Do what SIGINT means to the command by now. On Windows `raise_signal` knows SIGINT, too.
     signal.raise_signal(signal.SIGINT)

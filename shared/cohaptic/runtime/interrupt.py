@@ -18,9 +18,9 @@ from cohaptic.runtime.direct_loop import DirectLoop
 def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
     """Run `work` until it ends or is interrupted, on a loop whose timers are precise.
 
-    The loop waits with `select`: epoll's timeouts are whole milliseconds, rounded up, and every
-    leg of every delay would pay for that. For processes with few sockets, such as clients. A
-    terminal that closes (SIGHUP) interrupts them, too, unless they ignore that (nohup).
+    The loop waits with `select`: epoll rounds time-outs up to whole milliseconds, which would add
+    to every leg of every delay. Use it for processes with few sockets, such as clients. A terminal
+    that closes (SIGHUP) interrupts the process, too, unless it ignores that signal (nohup).
     """
     with asyncio.Runner(loop_factory=DirectLoop) as runner:
         runner.run(until_interrupted(work, lifeline=lifeline, hangup=True))
@@ -29,16 +29,16 @@ def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
 async def until_interrupted(
     work: Coroutine[Any, Any, None], *, lifeline: bool = False, hangup: bool = False
 ) -> None:
-    """Run `work` until it ends, or until something cancels it; its clean-up is awaited.
+    """Run `work` until it ends or is interrupted; its clean-up is awaited.
 
-    It is cancelled once. A second Ctrl-C would cut the clean-up short, and with it the fade of a
-    force and the removal of shared memory; all of it ends within a few seconds by itself.
+    `work` is cancelled only once. A second Ctrl-C would cut the clean-up short, and with it the
+    fade of a force and the removal of shared memory; the clean-up ends by itself within seconds.
 
     Args:
-        work: To be run.
-        lifeline: End as well when standard input closes, so that a child process never outlives
-            its parent, however that one dies.
-        hangup: End as well when SIGHUP comes; a server may have to read its files again then
+        work: Coroutine to run.
+        lifeline: End also when standard input closes, so that a child process never outlives its
+            parent, however the parent dies.
+        hangup: End also when SIGHUP comes. A server may have to read its files again instead
             (`hangup.py`).
     """
     task = asyncio.ensure_future(work)
@@ -52,7 +52,7 @@ async def until_interrupted(
             loop.call_soon_threadsafe(task.cancel)
 
     def watch() -> None:
-        # Not sys.stdin.buffer: a process that ends by itself would abort on its lock at the exit.
+        # A read of sys.stdin.buffer would hold its lock, on which the process would abort at exit.
         while os.read(sys.stdin.fileno(), 4096):
             pass
         if not loop.is_closed():
@@ -62,31 +62,31 @@ async def until_interrupted(
         threading.Thread(target=watch, daemon=True).start()
     with _woken_by_signals(loop):
         for number in _interrupting(hangup=hangup):
-            # Not loop.add_signal_handler: without it, or with the loop, a signal would end the
-            # process at once, and a mask of this thread leaves it to another.
+            # loop.add_signal_handler is not used: after its removal, or once the loop has closed, a
+            # signal would end the process at once. A signal masked here would go to another thread.
             signal.signal(number, cancel)
         try:
             await task
         except asyncio.CancelledError:
             pass
         finally:
-            interrupted = True  # what is left is the end of the process, which no signal cuts short
+            interrupted = True  # from here on no signal cuts the end of the process short
 
 
 def _interrupting(*, hangup: bool) -> Generator[signal.Signals, None, None]:
     for name in ("SIGINT", "SIGTERM", *(["SIGHUP"] if hangup else [])):
         number = getattr(signal, name, None)  # Windows has no SIGHUP
-        # Under `nohup` a program goes on when its terminal closes.
+        # Under `nohup` a program continues when its terminal closes.
         if number is not None and (name != "SIGHUP" or signal.getsignal(number) != signal.SIG_IGN):
             yield number
 
 
 @contextlib.contextmanager
 def _woken_by_signals(loop: asyncio.AbstractEventLoop) -> Generator[None, None, None]:
-    """Every signal is an event of the loop, beside what its handler does.
+    """Make every signal wake the loop, in addition to calling its handler.
 
-    Handlers are called between two lines of Python: of a signal that comes just before the loop
-    waits for its next event, an idle loop would hear when that comes, or never.
+    Python calls handlers between two bytecodes. If a signal comes just before an idle loop waits
+    for its next event, its handler would run only after that event, or never.
     """
     hears, signals = socket.socketpair()
     with hears, signals:
@@ -94,7 +94,7 @@ def _woken_by_signals(loop: asyncio.AbstractEventLoop) -> Generator[None, None, 
         signals.setblocking(False)
         try:
             loop.add_reader(hears, hears.recv, 64)
-        except NotImplementedError:  # the other loop of Windows, which does the same by itself
+        except NotImplementedError:  # the proactor loop of Windows, which does the same by itself
             yield
             return
         before = signal.set_wakeup_fd(signals.fileno(), warn_on_full_buffer=False)
@@ -107,9 +107,9 @@ def _woken_by_signals(loop: asyncio.AbstractEventLoop) -> Generator[None, None, 
 
 @contextlib.contextmanager
 def uninterrupted() -> Generator[None, None, None]:
-    """A process that is started within never hears of Ctrl-C, not even before its first line.
+    """Start processes within the block that never receive Ctrl-C, even before their first line.
 
-    This process hears of it afterwards. Windows has no such mask.
+    This process receives a Ctrl-C of that time after the block. Windows has no such mask.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield

@@ -1,8 +1,8 @@
-"""Files that live as long as the processes that use them, also where those are killed.
+"""Files that live as long as the processes that use them, even if those processes are killed.
 
-Each process that has such a file open holds a lock on it, which the system gives up with the
-process; that is sure where the number of a process is not, which another one may have by now. A
-file without a lock was left behind. Where the system has no such locks nothing is removed.
+Each process that has such a file open holds a lock on the file, and the system releases the lock
+when the process ends. A lock is reliable; a process number is not, since another process may have
+it by now. A file without a lock was left behind. On systems without such locks nothing is removed.
 """
 
 from __future__ import annotations
@@ -14,57 +14,57 @@ import stat
 import sys
 from pathlib import Path
 
-_MADE = 60.0  # s; a file so young may be one that is not locked yet
+_MADE = 60.0  # s; a younger file may not be locked yet
 
 
 def own(file: int) -> None:
-    """Hold the lock of an open file, until its last descriptor is closed; a mapping has one too.
+    """Hold the lock of an open file until its last descriptor closes, also that of a mapping.
 
     Args:
-        file: Descriptor.
+        file: Descriptor of the file.
     """
     if sys.platform != "win32":
         import fcntl
 
-        with contextlib.suppress(OSError):  # of a file system without locks
+        with contextlib.suppress(OSError):  # the file system may have no locks
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
 
 
 def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside: str = "") -> int:
-    """Remove this user's files that nobody owns any more; returns how many.
+    """Remove this user's files that no process holds any more; returns their number.
 
     Args:
-        folder: Where they are.
+        folder: Folder of the files.
         prefix: Prefix of their names.
-        suffix: The same.
+        suffix: Suffix of their names.
         now: Unix time [s].
-        beside: Suffix of a file or a folder that goes with each, behind the whole name.
+        beside: Suffix, appended to the whole name, of a file or folder removed with each file.
     """
     if sys.platform == "win32":
         return 0
     removed = 0
-    with contextlib.suppress(OSError):  # of the folder itself
+    with contextlib.suppress(OSError):  # the folder itself may not be readable
         for path in folder.glob(f"{prefix}*{suffix}"):
             removed += _is_left(path, now) and _remove(path, Path(f"{path}{beside}"))
     return removed
 
 
 def _remove(path: Path, along: Path) -> bool:
-    """Remove a file and what goes with it, which may be itself; whether both are gone."""
+    """Remove `path` and `along`, which may be the same; returns whether both are gone."""
     try:
-        # That goes first: should it not go, its owner's file says so to the next who looks.
+        # `along` goes first: if that fails, `path` remains and the next clean-up tries again.
         if along.is_dir() and not along.is_symlink():
             shutil.rmtree(along)
         else:
             along.unlink(missing_ok=True)
         path.unlink(missing_ok=True)
-    except OSError:  # the next one may go all the same
+    except OSError:  # the next file may be removed all the same
         return False
     return True
 
 
 def _is_left(path: Path, now: float) -> bool:
-    """Whether it is a file of this user that no process holds."""
+    """Whether a path is a file of this user, not too young, that no process holds."""
     if sys.platform == "win32":
         return False
     import fcntl

@@ -1,4 +1,4 @@
-"""More punctual scheduling of a process, where the system offers it; never an error."""
+"""Request more punctual scheduling of a process; never fails where the system offers none."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import os
 import sys
 from typing import Any
 
-# Low real-time priorities: before every ordinary process, behind the system's own. The haptic loop
-# goes before the server, since a late period is felt at once.
+# Low real-time priorities: above every ordinary process, below the system's own. The haptic loop
+# has the higher one, since a late period is felt at once.
 LOOP_PRIORITY = 5
 SERVER_PRIORITY = 2
 LOW_NICENESS = 10
@@ -20,7 +20,7 @@ def prefer_this_process(priority: int) -> str:
     """Request the most punctual scheduling that the system allows.
 
     Args:
-        priority: Real-time priority where there is one; the higher goes first.
+        priority: Real-time priority, where the system has one; a higher one goes first.
 
     Returns:
         The scheduling that was granted, in words for a user.
@@ -33,15 +33,16 @@ def prefer_this_process(priority: int) -> str:
 
 
 def lock_memory() -> str:
-    """Keep this process's memory from being swapped out: a page that is fetched costs periods.
+    """Keep this process's memory from being swapped out: fetching a page costs periods.
 
     Returns:
-        What was granted, in words for a user.
+        The result, in words for a user.
     """
     if sys.platform != "linux":
         return "memory not locked"
-    current, future, on_fault = 1, 2, 4  # of mlockall(2); pages are locked once they are touched
-    # Under a limit, memory that is asked for later could be refused for being locked.
+    # Flags of mlockall(2); with the last one pages are locked once they are touched.
+    current, future, on_fault = 1, 2, 4
+    # Under a limit, later requests for memory could fail because that memory would be locked.
     flags = current | on_fault | (future if memory_lock_limit() == math.inf else 0)
     try:
         libc: Any = ctypes.CDLL(None, use_errno=True)
@@ -54,7 +55,7 @@ def lock_memory() -> str:
 
 
 def memory_lock_limit() -> float:
-    """Bytes of memory that this process may lock; inf for no limit, 0 where there is no such."""
+    """Bytes of memory that this process may lock; inf for no limit, 0 if locking is unavailable."""
     if sys.platform == "win32":
         return 0.0
     import resource
@@ -66,10 +67,10 @@ def memory_lock_limit() -> float:
 
 
 def be_ordinary() -> None:
-    """Give up what `prefer_this_process` was granted, as far as other processes are kept waiting.
+    """Give up the real-time priority that `prefer_this_process` was granted.
 
-    The priority is that of the calling thread, and of those that it starts from now on. Nothing is
-    done on other systems than Linux, where no priority stops others for good.
+    This changes the calling thread and the threads that it starts from now on. On systems other
+    than Linux nothing is done, since no priority there blocks other processes for good.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
@@ -77,13 +78,13 @@ def be_ordinary() -> None:
 
 
 def stand_back(pid: int = 0) -> None:
-    """Lower the priority of a process below all others, where the system allows it.
+    """Lower the priority of a process below ordinary processes, where the system allows it.
 
-    A process has the priority of the thread that starts it, be that a real-time one: who starts it
-    calls this at once, and does not leave it to the process, which imports for seconds before.
+    A process inherits the priority of the thread that starts it, even a real-time one. The parent
+    should call this at once, because the child would first import modules for seconds.
 
     Args:
-        pid: A process that was just started, elsewhere than on Windows; 0 is this one.
+        pid: Process that was just started, not on Windows; 0 is this process.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
@@ -94,7 +95,7 @@ def stand_back(pid: int = 0) -> None:
 
 
 def _linux(priority: int) -> str:
-    # Sleep without the 50 us of slack that a normal thread's timers have.
+    # Sleep without the 50 us of timer slack that a normal thread has.
     prctl_set_timerslack = 29
     try:
         libc: Any = ctypes.CDLL(None)

@@ -1,8 +1,8 @@
-"""Signals wait while a command has force on a hand: the device is let go first.
+"""Delay signals while a command applies force to a hand, so that the device is released first.
 
-A command that gives a force for a moment (a knock, a nudge) has no loop and no second process. What
-would end or stop it in that moment would leave the force there, on a device whose firmware has no
-watchdog for ever.
+A command that gives a force for a moment (a knock, a nudge) has no loop and no second process. A
+signal that ended or stopped the command in that moment would leave the force on; a device whose
+firmware has no watchdog would keep the force for ever.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ import signal
 from collections.abc import Callable, Generator
 from typing import Final
 
-# Ctrl-C, Ctrl-Z, `kill` and a terminal that closes; Windows has the first and the third.
+# Ctrl-C, Ctrl-Z, `kill` and a closing terminal; Windows has only Ctrl-C and `kill`.
 _NAMES: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
 
 
 @contextlib.contextmanager
 def signals_put_off() -> Generator[Callable[[], bool], None, None]:
-    """Put the signals off that come within; each does afterwards what it would have done.
+    """Delay the signals that come within the block; the first one takes effect afterwards.
 
-    For the main thread, and for less than a second.
+    Use it in the main thread only, and for less than a second.
 
     Yields:
-        Whether one has come, upon which the block should end.
+        Function that returns whether a signal has come; the block should then end.
     """
     came: list[int] = []
 

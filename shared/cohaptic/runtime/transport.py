@@ -1,6 +1,6 @@
 """Network settings of a connection.
 
-They are the same for every connection, at both ends, and explained in
+The settings are the same for every connection, at both ends, and explained in
 `docs/decisions/0004-network-settings.md`.
 """
 
@@ -12,29 +12,29 @@ from collections.abc import Callable
 from typing import Any
 
 WEBSOCKET_OPTIONS: dict[str, Any] = {
-    # Frames are packed already; deflate would cost 50 kB and some time per connection.
+    # Frames are packed already; deflate would cost 50 kB of memory and time per connection.
     "compression": None,
-    # Samples and patches are at most a few deep: newest wins, so a long queue has no use.
+    # At most a few samples or patches wait: the newest replaces the others.
     "max_queue": (8, 2),
-    # Above this much unsent data `send` would wait; we never get there (see Outbox).
+    # Above this much unsent data `send` would wait; the Outbox never reaches that amount.
     "write_limit": (65536, 16384),
     "open_timeout": 5,
     "close_timeout": 2,
-    # A peer that vanished without a word is noticed within 15 s; its force is let go after 0.5 s.
+    # A peer that vanished silently is noticed within 15 s; its force is released after 0.5 s.
     "ping_interval": 5,
     "ping_timeout": 10,
 }
 # Bytes that may wait in the kernel. The default lets megabytes of old patches pile up behind a
-# stalled path; with this bound it is a few dozen, and the newest waits where it can be replaced.
+# stalled path; with this bound a few dozen wait, and the newest one can still be replaced.
 NOT_SENT_LOWAT = 4096
 USER_TIMEOUT_MS = 10_000
 
 
 def unsent_of(transport: asyncio.Transport) -> Callable[[], int]:
-    """How many bytes were written to a transport and have not left the process.
+    """Function that counts the bytes written to a transport that have not left the process.
 
-    Under TLS asyncio's answer leaves out what the transport below still has, which may be 64 kB of
-    old patches: a path would look clear while it is stalled.
+    Under TLS asyncio's count leaves out the bytes in the transport below, which may be 64 kB of old
+    patches: a stalled path would look clear.
     """
     below = getattr(getattr(transport, "_ssl_protocol", None), "_transport", None)
     if below is None:
@@ -47,7 +47,8 @@ def tune(sock: socket.socket) -> None:
     """Set the options of a connected socket.
 
     TCP_NODELAY is set here because asyncio leaves it off on some sockets that it did not create.
-    The others exist on Linux, and the first also on macOS; where they do not, the defaults stay.
+    TCP_NOTSENT_LOWAT exists on Linux and macOS, TCP_USER_TIMEOUT on Linux; elsewhere the defaults
+    stay.
     """
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     for name, value in (

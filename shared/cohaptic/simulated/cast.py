@@ -1,7 +1,8 @@
-"""Where a simulated hand that comes from one side finds a body of any shape.
+"""Find the place where a simulated hand that comes from one side meets a body of any shape.
 
-A ray from the side is cast at the body, at the height of its centre and, where it passes by, above
-and below. Plain loops over the triangles: it happens once, before a hand begins.
+A ray from the side is cast at the body at the height of its centre; if the ray misses, further rays
+are cast above and below. Plain loops over the triangles are quick enough, since this happens once,
+before a hand begins.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from cohaptic.simulated.hand import Place
 from cohaptic.vec import Vec3, add, cross, dot, norm, scale, sub, unit
 
 _HEIGHTS = 9  # rays above the centre, and as many below
-_FACING = 0.3  # least cosine between a ray and the normal where it presses; it would glance off
+_FACING = 0.3  # least cosine between a ray and the normal; at a lower one a finger would glance off
 _ROUND = 0.02  # share of the radius by which a facet may lie below the sphere round a body
 
 
@@ -23,15 +24,16 @@ def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, ang
 
     Args:
         mesh: Resting surface.
-        center: Centre of the sphere that holds it [m].
+        center: Centre of the sphere that holds the mesh [m].
         radius: Radius of that sphere [m].
         contact_radius: Contact radius of a fingertip, over which the direction of the press is
             averaged [m].
-        angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].
+        angle: Direction of the hand seen from above, 0 to the right of the body, counter-clockwise
+            [rad].
 
     Returns:
-        On a body that fills the sphere there, the point of the sphere itself; where every ray
-        passes by, the vertex that lies furthest out.
+        Point and direction of the press: the point of the sphere itself if the body fills the
+        sphere there; the vertex that lies furthest out if every ray misses.
     """
     out: Vec3 = (math.cos(angle), math.sin(angle), 0.0)
     seen = [sub(v, center) for v in mesh.vertices]
@@ -48,7 +50,7 @@ def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, ang
 def _first_hit(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, radius: float
 ) -> Vec3 | None:
-    """The outermost point that a ray meets squarely, of the ray nearest to the centre's height."""
+    """Outermost hit of the ray nearest to the centre's height that meets the mesh squarely."""
     flat = [(-out[1] * x + out[0] * y, z, out[0] * x + out[1] * y) for x, y, z in seen]
     crossed = [
         face
@@ -71,18 +73,19 @@ def _hits(
     faces: Sequence[tuple[int, int, int]],
     height: float,
 ) -> Iterator[tuple[float, float]]:
-    """Where a ray at a height meets triangles: distance along it [m], cosine to their normal.
+    """Hits of a ray on triangles: position along the ray [m] and cosine to the triangle's normal.
 
     Args:
-        seen: Vertices [m].
-        flat: The same as somebody on the ray sees them: to the side, up, and towards the eye [m].
-        faces: Those that the ray may meet.
+        seen: Vertices relative to the centre [m].
+        flat: The same vertices in the frame of a viewer on the ray: to the side, up, and towards
+            the viewer [m].
+        faces: Faces that the ray may meet.
         height: Height of the ray [m].
     """
     for a, b, c in faces:
         (ax, ay, af), (bx, by, bf), (cx, cy, cf) = flat[a], flat[b], flat[c]
         ay, by, cy = ay - height, by - height, cy - height
-        # Seen from outside along the ray, the triangle that it meets first is counter-clockwise.
+        # Seen from outside along the ray, a triangle that faces outwards is counter-clockwise.
         wa, wb, wc = bx * cy - cx * by, cx * ay - ax * cy, ax * by - bx * ay
         area = wa + wb + wc
         if area > 0.0 and min(wa, wb, wc) >= 0.0:
@@ -93,7 +96,7 @@ def _hits(
 def _normal(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], at: Vec3, reach: float, out: Vec3
 ) -> Vec3:
-    """Outward unit normal, the mean over the faces within reach that look towards `out`."""
+    """Outward unit normal: mean over the faces within `reach` [m] of `at` that face `out`."""
     total: Vec3 = (0.0, 0.0, 0.0)
     for a, b, c in faces:
         corners = seen[a], seen[b], seen[c]

@@ -1,7 +1,7 @@
 """A simulated network link: delay and jitter with the semantics of a stream.
 
-A late frame delays those behind it and order is kept, as on TCP: independent jitter that reorders
-messages would test something that a websocket never does.
+A late frame delays the frames behind it and the order is kept, as on TCP: independent jitter that
+reorders messages would test a behaviour that a websocket never shows.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cohaptic.errors import LinkOverflow, SettingError
 
 T = TypeVar("T")
 
-MAX_DELAY = 5.0  # s, of delay and of jitter; beyond any path on Earth
+MAX_DELAY = 5.0  # s, for delay and for jitter; longer than on any path on Earth
 CAPACITY = 4096  # messages in flight; 10 s (delay and jitter) at 200 Hz is 2,000
 
 
@@ -24,9 +24,9 @@ class LinkSettings:
     """One direction of a link.
 
     Args:
-        delay: One way [s].
+        delay: Delay one way [s].
         jitter: Largest extra delay [s]; each message draws uniformly from [0, jitter].
-        seed: Same seed, same draws.
+        seed: Seed of the random draws; the same seed gives the same draws.
     """
 
     delay: float = 0.0
@@ -41,7 +41,7 @@ class LinkSettings:
 
 
 class DelayLine(Generic[T]):
-    """Queue that holds each message until it is due; without a clock, `now` is an argument."""
+    """Queue that holds each message until it is due; the caller passes the time as `now` [s]."""
 
     def __init__(self, settings: LinkSettings) -> None:
         self.settings = settings
@@ -53,7 +53,7 @@ class DelayLine(Generic[T]):
         return len(self._items)
 
     def push(self, item: T, now: float) -> float:
-        """Send `item` at `now`; returns when it is due [s].
+        """Send `item` at `now`; returns the time at which it is due [s].
 
         Raises:
             LinkOverflow: `CAPACITY` messages are in flight already.
@@ -61,13 +61,13 @@ class DelayLine(Generic[T]):
         if len(self._items) >= CAPACITY:
             raise LinkOverflow(CAPACITY)
         extra = self._random.uniform(0.0, self.settings.jitter)
-        # Stream semantics: never before the message in front.
+        # Stream semantics: no message is due before the message in front of it.
         self._last_due = max(self._last_due, now + self.settings.delay + extra)
         self._items.append((self._last_due, item))
         return self._last_due
 
     def next_due(self) -> float | None:
-        """When the next message is due [s]; None when the line is empty."""
+        """Time at which the next message is due [s]; None if the line is empty."""
         return self._items[0][0] if self._items else None
 
     def pop_due(self, now: float) -> list[T]:

@@ -1,7 +1,7 @@
 """A simulated hand: its mechanics and its intention, as values.
 
 The client integrates a hand at the rate of its device; the server's reference solution only needs
-its stiffness and its intention. Both import them from this module.
+the hand's stiffness and intention. Both import the classes from this module.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from typing import Final
 from cohaptic.errors import SettingError
 from cohaptic.vec import ZERO, Vec3, add, cross, norm, scale, unit
 
-# Largest stiffness over mass [1/s^2]: a quarter of the stability limit of `move`, semi-implicit
-# Euler without damping in steps of 1 ms, which is 4 / dt^2 = 4e6.
+# Largest stiffness over mass [1/s^2]: a quarter of the stability limit of `move`, which is
+# 4 / dt^2 = 4e6 for semi-implicit Euler without damping in steps of 1 ms.
 MOST_PER_MASS = 1e6
 
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """Second-order hand that follows an intention (science 3.4 gives the ranges of real ones).
+    """Second-order hand that follows an intention (science 3.4 gives the ranges of real hands).
 
     Args:
-        mass: Hand and device together [kg].
-        damping: Towards the point where the intention is at rest [N s/m].
+        mass: Mass of hand and device together [kg].
+        damping: Damping of the tip's absolute velocity [N s/m].
         stiffness: Stiffness of the spring between intention and tip [N/m].
     """
 
@@ -36,7 +36,7 @@ class Hand:
         for name, value, low, high in (
             ("hand mass", self.mass, 0.01, 5.0),
             ("hand damping", self.damping, 0.0, 1000.0),
-            # The stiffest are clamps, not hands: a rig that holds a device at a depth.
+            # The stiffest values model a clamp, a rig that holds a device at a depth.
             ("hand stiffness", self.stiffness, 1.0, min(1e5, MOST_PER_MASS * self.mass)),
         ):
             if not low <= value <= high:
@@ -45,7 +45,7 @@ class Hand:
 
 @dataclass(frozen=True, slots=True)
 class Rhythm:
-    """Release and press, again and again, half of the time each.
+    """Periodic release and press, each for half of the period.
 
     Args:
         period: Period of one release and press [s].
@@ -73,21 +73,22 @@ class Rhythm:
 
 @dataclass(frozen=True, slots=True)
 class Intention:
-    """Where a hand wants its tip to be, over time.
+    """Intended position of a hand's tip over time.
 
     The tip waits in front of `surface`, approaches it along `direction`, and then rests or presses
     `depth` beyond it. A hand that drags presses once, after half a period of its rhythm, and then
-    goes `drag` along the surface and back where others let go and press.
+    moves by `drag` along the surface and back, whereas other hands press and let go.
 
     Args:
         surface: Point of the resting surface in front of the hand [m].
         direction: Unit vector into the body.
-        depth: Beyond `surface` when pressed [m].
-        clearance: In front of `surface` before the approach and when released [m].
-        approach_at: When the approach begins [s].
-        approach_time: How long it takes [s].
-        rhythm: None to rest at `depth` for good.
-        drag: Way along the surface, of a hand that drags instead of letting go [m].
+        depth: Depth beyond `surface` when pressed [m].
+        clearance: Distance in front of `surface` before the approach and when released [m].
+        approach_at: Time at which the approach begins [s].
+        approach_time: Duration of the approach [s].
+        rhythm: Rhythm of pressing or dragging; None to rest at `depth` for good.
+        drag: Displacement along the surface of a hand that drags instead of letting go; 0 for a
+            hand that does not drag [m].
     """
 
     surface: Vec3
@@ -101,26 +102,26 @@ class Intention:
 
     @property
     def drags(self) -> bool:
-        """Whether the rhythm is one of dragging, out and back, and not of pressing."""
+        """Whether the hand drags out and back in its rhythm, instead of pressing and letting go."""
         return self.drag != ZERO
 
     @property
     def _presses_at(self) -> float:
-        """When a hand that drags begins to press [s]: by then resting hands are in contact."""
+        """Time at which a hand that drags begins to press [s]; resting hands touch by then."""
         return self.approach_at + (0.5 * self.rhythm.period if self.rhythm else 0.0)
 
     def level(self, t: float) -> float:
-        """How far pressed at `t` [s], 0 in front of the surface to 1 at `depth`; or dragged."""
+        """Degree of pressing (0 in front of the surface, 1 at `depth`) or dragging at `t` [s]."""
         since = t - (self._presses_at if self.drags else self.approach_at)
         if since <= 0.0:
             return 0.0
         if self.rhythm is None:
             return _ease(since / self.approach_time)
-        # A rhythm begins with its release, which the hand has behind it here.
+        # A rhythm begins with a release; at the start the hand is released already.
         return self.rhythm.level(since) if since > self.rhythm.ramp else 0.0
 
     def tip(self, level: float) -> Vec3:
-        """Intended position of the tip at a level, of a hand that drags once it has pressed [m]."""
+        """Intended position of the tip at a level [m]; a hand that drags has pressed before."""
         if self.drags:
             pressed = add(self.surface, scale(self.direction, self.depth))
             return add(pressed, scale(self.drag, level))
@@ -142,7 +143,7 @@ class Place:
 
     Args:
         point: Point of the surface [m].
-        inward: Unit vector into the body there.
+        inward: Unit vector into the body at that point.
     """
 
     point: Vec3
@@ -160,14 +161,15 @@ class HandScript:
     """Position of a simulated hand round a body, and its intention there.
 
     Args:
-        angle: Seen from above, 0 to the right of the body, counter-clockwise [rad].
+        angle: Direction of the hand seen from above, 0 to the right of the body, counter-clockwise
+            [rad].
         depth: Intended depth below the resting surface [m].
-        rhythm: Press and release in this rhythm; None to rest.
-        approach_at: When the first approach begins [s].
-        hand: Its mechanics.
-        place: On the surface; None to come from far out at `angle`.
-        drag: Way along the surface in the rhythm, instead of letting go: level, to the hand's own
-            right, which is counter-clockwise seen from above; negative to its left [m].
+        rhythm: Rhythm of pressing and releasing; None to rest.
+        approach_at: Time at which the first approach begins [s].
+        hand: Mechanics of the hand.
+        place: Place on the surface; None for the point at `angle` on the sphere round the body.
+        drag: Horizontal displacement along the surface in the rhythm, instead of letting go:
+            positive to the hand's own right, which is counter-clockwise seen from above [m].
     """
 
     angle: float = math.pi
@@ -186,7 +188,7 @@ class HandScript:
             raise SettingError("drag of a hand", f"{1e3 * self.drag:g} mm", "given with a rhythm")
         if not 0.0 <= self.depth <= 0.2:
             raise SettingError("depth of a hand", f"{1e3 * self.depth:g} mm", "from 0 to 200 mm")
-        if not abs(self.angle) <= 2.0 * math.pi:  # also where it was meant in degrees
+        if not abs(self.angle) <= 2.0 * math.pi:  # also catches most angles meant in degrees
             raise SettingError("angle of a hand", f"{self.angle:g} rad", "from -2 pi to 2 pi rad")
 
     def intention(self, center: Vec3, radius: float) -> Intention:
@@ -221,18 +223,18 @@ class HandState:
 
 
 def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> HandState:
-    """Advance a hand by `dt` under `force` on it; semi-implicit Euler, stable for dt <= 1 ms.
+    """Advance a hand by `dt` under `force` by semi-implicit Euler, stable for dt <= 1 ms.
 
     Args:
         state: Position [m] and velocity [m/s] of the tip.
-        hand: Its mechanics.
-        target: Intended position [m].
+        hand: Mechanics of the hand.
+        target: Intended position of the tip [m].
         force: Force of the device on the hand [N].
-        dt: Step [s].
+        dt: Time step [s].
     """
     x, v = state.position, state.velocity
     k, b, m = hand.stiffness, hand.damping, hand.mass
-    # The damping is taken implicitly: no step is then too long for it.
+    # The damping is implicit, so that no step is too long for it.
     shrink = 1.0 / (1.0 + b * dt / m)
     vx = (v[0] + dt * (k * (target[0] - x[0]) + force[0]) / m) * shrink
     vy = (v[1] + dt * (k * (target[1] - x[1]) + force[1]) / m) * shrink

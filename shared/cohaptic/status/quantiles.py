@@ -12,8 +12,8 @@ _OCTAVES = 32  # up to 430 s
 class Tally:
     """Counts non-negative values in logarithmic buckets of 9 % width.
 
-    An hour at 1 kHz is 3.6 million values; the buckets are 257 numbers, and adding one costs half
-    a microsecond.
+    An hour at 1 kHz gives 3.6 million values; the buckets are 257 numbers, and adding a value takes
+    half a microsecond.
     """
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class Tally:
         return self.total / self.count if self.count else 0.0
 
     def quantile(self, q: float) -> float:
-        """Value below which a share `q` lies, to a bucket; 0 before the first value."""
+        """Quantile `q` (0 to 1), to the width of a bucket; 0 before the first value."""
         seen = 0
         for index, n in enumerate(self._counts):
             seen += n

@@ -14,20 +14,21 @@ class Row(NamedTuple):
         x, y, z: Probe [m].
         fx, fy, fz: Force given to the device [N].
         wanted: Normal force that the law asked for, before the safety layer [N].
-        felt_from_others: Part of the force that is there because others touch [N].
+        felt_from_others: Part of the force caused by the others' contacts [N].
         u_others: Displacement of the contact point by the others, along the normal [m].
         indentation: Indentation of the surface under the probe [m].
         k_h: Gain in use [N/m].
         damping: Force of the passivity layer, along the normal [N].
         k_o: Stiffness of the body at the contact [N/m].
         level: Intention of a simulated hand, from 0 (off the surface) to 1 (pressed).
-        scale: Share of the force that the safety layer passes; 1 in full.
-        late: How late the period began [s].
+        scale: Share of the force that the safety layer passes; 1 for the full force.
+        late: Lateness of the start of the period [s].
         tick: Simulation tick of the patch in use.
         patch_age: Time since that patch came [s].
         lag: Lag of the room: time constant with which the object answers the others' forces [s].
-        along: Tangential force, by friction [N].
-        fault: 1 while a fault keeps the force off, 2 if it does until the user acknowledges it.
+        along: Tangential force by friction [N].
+        fault: 1 while a fault keeps the force off; 2 if it stays off until the user acknowledges
+            the fault.
     """
 
     t: float
@@ -59,7 +60,7 @@ ROW = struct.Struct(f"<{len(COLUMNS)}d")  # a row in memory: 64-bit numbers in t
 
 
 def rows_in(block: bytes) -> list[Row]:
-    """The rows of a block of them, one behind the other as `ROW` packs them."""
+    """The rows in a block of bytes, packed one behind the other by `ROW`."""
     return [Row._make(values) for values in ROW.iter_unpack(block)]
 
 

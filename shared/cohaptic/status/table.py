@@ -1,4 +1,4 @@
-"""The live view of a terminal: one row per user, in millimetres and milliseconds."""
+"""The live view in a terminal: one row per user, in millimetres and milliseconds."""
 
 from __future__ import annotations
 
@@ -14,19 +14,18 @@ from rich.text import Text
 from cohaptic.status.report import TouchStatus
 
 _BAR = 10  # characters of a full force bar
-_FULL = 6.0  # N that fill it; a firm press of a finger
+_FULL = 6.0  # N that fill the bar; a firm press of a finger
 _NAME = 12  # characters of a name
-LEAST_LAG = 0.005  # s; shown with two decimals, a shorter lag would read as zero
+LEAST_LAG = 0.005  # s; with two decimals a shorter lag would be shown as zero
 
 
 class _Column(NamedTuple):
     """A column of the table.
 
     Fields:
-        head: Heading.
-        rank: In a narrow terminal the column with the highest rank is left out first.
+        rank: Order of removal: a narrow terminal leaves out the column with the highest rank first.
         least: Smallest width [characters], so that columns stay in place while numbers change.
-        cells: One for each user.
+        cells: One cell for each user.
     """
 
     head: str
@@ -47,10 +46,10 @@ def status_view(users: Sequence[TouchStatus], *, width: int = 120) -> Group:
 
 
 def status_notes(users: Sequence[TouchStatus]) -> list[str]:
-    """Sentences on faults, on devices that are softer than the object, and on a room with a lag.
+    """Sentences on soft devices, cut forces, faults and the room's lag.
 
     Args:
-        users: Everybody who touches the object.
+        users: All users who touch the object.
     """
     notes = [
         f"{user.name}: device renders {soft_words(user.max_stiffness, user.k_o)}"
@@ -68,7 +67,7 @@ def status_notes(users: Sequence[TouchStatus]) -> list[str]:
 
 
 def soft_words(renders: float, k_o: float) -> str:
-    """Stiffness of a device beside that of the object [N/m], in words for a user."""
+    """Stiffness of a device and that of the object [N/m], in words for a user."""
     return f"{renders:,.0f} of {k_o:,.0f} N/m"
 
 
@@ -81,7 +80,7 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
     """A table of the users' present forces, with as many columns as the terminal has room for.
 
     Args:
-        users: One row each.
+        users: Users, one for each row.
         width: Width of the terminal [characters].
     """
     columns = _columns(users)
@@ -102,7 +101,7 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
 
 
 def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
-    """Every column, from left to right."""
+    """All columns, from left to right."""
 
     def column(head: str, rank: int, least: int, cells: Sequence[str]) -> _Column:
         return _Column(head, rank, least, [Text(cell) for cell in cells])
@@ -131,7 +130,7 @@ def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
 
 def _wide(columns: Sequence[_Column]) -> int:
     """Width of a table of these columns [characters]."""
-    # A space on either side of a cell, the box between two, and its edges.
+    # Between two columns are two spaces and a line of the box; its two edges come on top.
     return sum(column.wide for column in columns) + 3 * (len(columns) - 1) + 2
 
 

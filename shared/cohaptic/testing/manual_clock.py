@@ -1,4 +1,4 @@
-"""A clock that only advances on request, for tests of hours of haptics without waiting."""
+"""A clock that only advances on request, so that tests can cover hours of haptics at once."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Where in the world a device's workspace lies: scale, rotation, clutch and centring, for all."""
+"""Placing a device's workspace in the world: scale, rotation, clutch, centring; for all devices."""

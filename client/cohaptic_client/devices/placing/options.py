@@ -1,4 +1,4 @@
-"""Options that every device with a workspace has, and the workspace that they ask for."""
+"""Options of every device with a workspace, and the workspace that they ask for."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ PLACING_OPTIONS = (
     ("clutch", "number of the button that holds the tip while the hand moves on; 0 for none"),
 )
 
-# Of the body's radius: just outside the sphere that holds it, so that a hand in the middle of its
-# workspace touches nothing at the start.
+# Multiple of the body's radius: just outside the sphere that holds the body, so that a hand in the
+# middle of its workspace touches nothing at the start.
 _OUTSIDE = 1.1
 _PLACES: dict[str, Vec3] = {
     "front": (0.0, -_OUTSIDE, 0.0),
@@ -29,12 +29,12 @@ _PLACES: dict[str, Vec3] = {
 }
 
 
-SWITCH = 1  # bit of `DeviceSample.buttons`: what `DeviceInfo.switch` tells of
+SWITCH = 1  # bit of `DeviceSample.buttons` for the switch of `DeviceInfo.switch`
 
 
 def scale_of(choice: DeviceChoice) -> float:
     """Metres of the world for a metre of the device; raises SettingError."""
-    # Beyond a factor of 5 the stiffness and speed that are left to the world are of no use.
+    # Beyond a factor of 5 the stiffness or the speed in the world is too small to be useful.
     return choice.number("scale", 1.0, 0.2, 5.0)
 
 
@@ -44,7 +44,7 @@ def turn_of(choice: DeviceChoice) -> float:
 
 
 def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
-    """Abilities behind the workspace of a choice; raises SettingError for a wrong option."""
+    """Abilities in the world, with the options of a choice; raises SettingError for a wrong one."""
     choice.one_of("place", _PLACES, "front")
     choice.one_of("recentre", ("yes", "no"), "no")
     turn_of(choice)
@@ -53,22 +53,17 @@ def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
 
 
 def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
-    """Whether the clutch's button is the very switch that the hand holds: one of them is useless.
-
-    Args:
-        choice: Choice of the device.
-        info: Abilities of the same.
-    """
+    """Whether clutch and switch are the same button, which makes one of them useless."""
     return info.switch and clutch_of(choice) == SWITCH
 
 
 def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
-    """The device in the world that the options of its configuration ask for.
+    """The device, placed in the world as the options of its configuration ask.
 
     Args:
-        raw: In its own frame.
-        config: With the choice, and the body's place.
-        middle: Middle of its workspace, in its own frame [m].
+        raw: Device in its own frame.
+        config: Configuration with the choice, and the body's place.
+        middle: Middle of the device's workspace, in its own frame [m].
     """
     choice = config.choice
     dx, dy, dz = _PLACES[choice.one_of("place", _PLACES, "front")]

@@ -1,8 +1,8 @@
-"""A device in the world: its own frame on one side, the frame of the body on the other.
+"""A device placed in the world: it maps between the device's own frame and that of the world.
 
-The clutch: while its button is held, the tip stands still in the world and the hand moves on, as
-one lifts a mouse from its pad. It takes hold only while the hand feels no force, and none is given
-until it is released: a hand that moves under a constant force could take any energy out of it.
+While the button of the clutch is held, the tip stands still in the world and the hand moves on, as
+when a mouse is lifted from its pad. The clutch engages only while the hand feels no force, and no
+force is given until its release: a hand moving under a constant force could gain unlimited energy.
 """
 
 from __future__ import annotations
@@ -14,29 +14,29 @@ from cohaptic.vec import ZERO, Vec3, scale
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.placing.workspace import Workspace, seen_from_world
 
-# From no force to all of it after the clutch, or after a device or a loop that was silent.
-RETURN_TIME = 0.5  # s at least
-# N/s; as fast as the safety layer lets a force change that no motion of the hand causes
+# s; least time from no force to full force after the clutch, or a silent device or loop
+RETURN_TIME = 0.5
+# N/s; rate at which the safety layer lets a force change that no motion of the hand causes
 _RETURN_RATE = 20.0
-LOSS_TIME = 0.02  # s from all to none once the device is silent: that of a fault
-# s by which a period is counted as too long before the device lets go: a driver counts from write
-# to write, and this from read to read.
+LOSS_TIME = 0.02  # s from full to no force once the device is silent, as after a fault
+# s; margin before `lets_go` from which a period counts as too long: a driver measures from write to
+# write, and this class from read to read
 _SOONER = 0.001
-# s without force after a period in which the device let go: the loop's own ramp from the force of
-# before, which takes half of it, is for a hand that has none any more.
+# s without force after a period in which the device let go. The loop's own release takes half of
+# this time, and starts from the earlier force, which the hand has already lost.
 AFTER_LOSS = 2.0 * LOSS_TIME
-_LONGEST_STEP = 0.002  # s that count of a late period while a force goes: two of the slower loops
+_LONGEST_STEP = 0.002  # s; a late period counts as at most this while the force falls
 
 
 def return_time(max_force: float) -> float:
-    """Time from no force to all of it, for a device with this largest force [N], in s."""
+    """Time [s] from no force to full force, for a device with the largest force `max_force` [N]."""
     return max(RETURN_TIME, max_force / _RETURN_RATE)
 
 
 class RawDevice(Protocol):
     """A device in its own frame, whose axes point right, away from the user and up.
 
-    The duties are those of `device.Device`; `release` may be called from another thread.
+    Its methods behave as those of `device.Device`; `release` may be called from another thread.
     """
 
     @property
@@ -65,9 +65,8 @@ class Placed:
     """A device whose workspace lies in the world.
 
     Args:
-        raw: In its own frame.
-        workspace: Workspace of the device.
-        recentre: Whether the first point of the tip is put on the workspace's centre.
+        raw: Device in its own frame.
+        recentre: Whether the tip's first position is put on the workspace's centre.
         clutch: Bit of `DeviceSample.buttons` that holds the tip; 0 for none.
     """
 
@@ -79,10 +78,10 @@ class Placed:
         self._recentre = recentre
         self._clutch = clutch
         self._info = seen_from_world(raw.info, workspace.scale)
-        self._held: Vec3 | None = None  # where the tip stands in the world under the clutch
+        self._held: Vec3 | None = None  # place of the tip in the world while the clutch holds it
         self._gain = 1.0
-        self._wait = 0.0  # until the force comes back [s]
-        self._now: float | None = None  # of the last reading
+        self._wait = 0.0  # time until the force comes back [s]
+        self._now: float | None = None  # time of the last reading [s]
         self._return_time = return_time(raw.info.max_force)
         self._longest = raw.info.lets_go - _SOONER  # period after which the hand has no force [s]
         self._force = ZERO
@@ -94,7 +93,7 @@ class Placed:
 
     @property
     def workspace(self) -> Workspace:
-        """How the device's frame lies in the world now."""
+        """Present place of the device's frame in the world."""
         return self._workspace
 
     def read(self, now: float) -> DeviceSample:
@@ -125,7 +124,7 @@ class Placed:
         self._raw.write(given if self._gain == 1.0 else scale(given, self._gain))
 
     def release(self) -> None:
-        """Take the force off the hand; for another thread."""
+        """Take the force off the hand; may be called from another thread."""
         self._raw.release()
 
     def close(self) -> None:
@@ -140,10 +139,11 @@ class Placed:
             self._held = self._workspace.position(position)
 
     def _gain_at(self, now: float, *, silent: bool) -> None:
-        """Share of the force that is given: it goes and comes without a jerk."""
+        """Update the share of the force that is given; it falls and rises without a jerk."""
         passed = 0.0 if self._now is None else max(0.0, now - self._now)
         self._now = now
-        # The clutch takes hold without force; and after too long a period there is none any more.
+        # Both steps to 0 are smooth for the hand: after too long a period the device has let go
+        # already, and the clutch engages only without force.
         if passed > self._longest:
             self._gain, self._wait = 0.0, AFTER_LOSS
         elif self._held is not None:

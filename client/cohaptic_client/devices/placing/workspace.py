@@ -1,11 +1,11 @@
-"""The one map between the frame of a device and the world, both ways.
+"""The map between the frame of a device and the world, in both directions.
 
-The frame of a device has its axes as the user sees them: right, away from the user, up, which are
-those of the world. With scale s a motion of the device by d is one of s d in the world. Forces keep
-their size: the limits of the safety layer are newtons on the hand, and have to hold there. Power is
-therefore scaled by the constant 1 / s, and a port that is passive behind a constant stays passive.
-What the hand feels of a stiffness k of the world is s k, so that a device which renders k_d stably
-has k_d / s to give to the world; the same holds for damping.
+The axes of a device's frame are those of the world as the user sees them: right, away from the user
+and up. With scale s, a motion of the device by d is a motion by s d in the world. Forces keep their
+size, because the limits of the safety layer are newtons on the hand. Power is therefore scaled by
+the constant 1 / s, and a passive port behind a constant factor stays passive. The hand feels a
+stiffness k of the world as s k, so a device that renders k_d stably can render k_d / s in the
+world; the same holds for damping.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from cohaptic_client.devices.device import DeviceInfo
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """How a device's frame lies in the world.
+    """Place of a device's frame in the world.
 
     Args:
         origin: Point of the device's frame that is put on `center` [m].
-        center: In the world [m].
+        center: Point of the world [m].
         scale: Metres of the world for a metre of the device.
         turn: Turn of the device's frame about the vertical, counterclockwise from above [rad].
     """
@@ -40,22 +40,22 @@ class Workspace:
         return (c[0] + x, c[1] + y, c[2] + z)
 
     def velocity(self, device: Vec3) -> Vec3:
-        """Velocity in the world for one of the device [m/s]."""
+        """Velocity in the world for a velocity of the device [m/s]."""
         s = self.scale
         x, y, z = _turned(device, self.turn)
         return (s * x, s * y, s * z)
 
     def force(self, world: Vec3) -> Vec3:
-        """Force on the hand, in the device's frame, for one in the world; of the same size [N]."""
+        """Force on the hand in the device's frame for a force in the world, of equal size [N]."""
         return _turned(world, -self.turn)
 
     def holding(self, device: Vec3, world: Vec3) -> Workspace:
-        """The same, with the point `device` of the device put on `world`: centring, and clutch."""
+        """The same map with the device's point `device` put on `world`, for centring and clutch."""
         return replace(self, origin=device, center=world)
 
 
 def seen_from_world(info: DeviceInfo, scale: float) -> DeviceInfo:
-    """Abilities of a device behind a workspace of this scale, in the units of the world."""
+    """Abilities of a device behind a workspace of this scale, as seen in the world."""
     return replace(
         info,
         max_stiffness=info.max_stiffness / scale,

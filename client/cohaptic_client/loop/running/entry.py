@@ -1,17 +1,18 @@
-"""The life of the loop's process: open the device, run the loop, let go whatever happened.
+"""The life of the loop's process: open the device, run the loop, let the hand go in any case.
 
-It ends on command, on a signal, or when the network process is gone; the last force is always zero.
+The process ends on command, on a signal, or when the network process is gone; the last force is
+always zero.
 
-No signal ends the process with force on the hand. Ctrl-C reaches every process of a terminal, and
-this one ends when its parent says so. Ctrl-Z would stop it in the middle of a contact, with the
-last force on the hand for as long as the terminal likes: the loop runs on, and lets go when its
-parent, which has stopped, is silent. Whatever else would end the process at once ends the loop
-first. A terminal that closes is no end under `nohup`.
+No signal ends the process with force on the hand. Ctrl-C reaches every process of a terminal; this
+process ignores it and ends when its parent says so. Ctrl-Z would stop the process in contact, with
+the last force on the hand until it is resumed. The loop ignores it, runs on, and lets go because
+its stopped parent is silent. Any other signal that would end the process ends the loop first. Under
+`nohup` the closing of the terminal does not end it.
 
-Whatever ends the loop, the hand is let go without a jerk, and the device is closed. An error of a
-driver, an error of ours and a signal come in the middle of a contact: the force of that moment goes
-along the same ramp as after a fault (`safety.FAULT_RELEASE_TIME`): to take 10 N away in a
-millisecond is as much of a jolt as to give them.
+Whatever ends the loop, the hand is let go without a jerk, and the device is closed. Errors of a
+driver, errors of ours and signals may come in contact: the force of that moment then follows the
+same ramp as after a fault (`safety.FAULT_RELEASE_TIME`), because taking 10 N away in a millisecond
+jolts the hand as much as giving them.
 """
 
 from __future__ import annotations
@@ -39,17 +40,17 @@ from cohaptic_client.loop.running.haptic_loop import ORPHANED_AFTER, HapticLoop,
 from cohaptic_client.loop.running.watchdog import Releasable, Watchdog
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, smooth
 
-ZEROS: Final = 2  # times that zero is written: one report may be lost
+ZEROS: Final = 2  # number of writes of zero force, because one report may be lost
 
 
 class Release:
-    """Lets a device go once, however often it is asked to.
+    """Releases and closes a device at the first call; later calls do nothing.
 
     Args:
-        device: To be let go and closed.
-        clock: By which the ramp is timed.
-        period: Between two writes [s].
-        watchdog: That looks after each of these calls, too; None where the device offers none.
+        device: Device to be released and closed.
+        clock: Clock that times the ramp.
+        period: Time between two writes [s].
+        watchdog: Watchdog of the loop, which watches these calls, too; None if there is none.
     """
 
     def __init__(
@@ -60,15 +61,15 @@ class Release:
         self._done = False
 
     def __call__(self, force: Vec3 = ZERO) -> None:
-        """Ramp down, zero force twice, close; whatever the device answers.
+        """Ramp the force down, write zero twice, close; errors of the device are ignored.
 
         Args:
-            force: That it was given last [N].
+            force: Force that the device was given last [N].
         """
         if self._done:
             return
         self._done = True
-        # A device that refuses a write gets its zeros at once.
+        # If the device refuses a write, the ramp ends and the zeros follow at once.
         with contextlib.suppress(Exception):
             self._ramp(force)
         for _ in range(ZEROS):
@@ -76,7 +77,7 @@ class Release:
         self._try(self._device.close)
 
     def _ramp(self, force: Vec3) -> None:
-        """Give each force of the ramp at its time, however long the writes take."""
+        """Write the forces of the ramp, each for the present time, even if writes are slow."""
         clock = self._clock
         if force == ZERO or not is_finite(force):
             return
@@ -84,7 +85,7 @@ class Release:
         while True:
             clock.sleep_until(min(end, clock.now() + self._period))
             left = (end - clock.now()) / FAULT_RELEASE_TIME
-            # What the watchdog has taken away must not be given again.
+            # The force that the watchdog has taken away must not be given again.
             if left <= 0.0 or (self._watchdog is not None and self._watchdog.fired):
                 return
             self._watched(partial(self._device.write, scale(force, smooth(left))))
@@ -104,8 +105,8 @@ class Release:
 
 
 _IGNORED: Final = ("SIGINT", "SIGTSTP", "SIGTTIN", "SIGTTOU", "SIGPIPE")
-# Those that a process may catch and whose default is to end it, but for the ones that an error of
-# the process itself raises (segmentation faults), after which no handler of Python runs.
+# All signals that a process can catch and that end it by default, except those that an error of the
+# process itself raises (segmentation faults): no Python handler runs after these.
 _ENDING: Final = (
     "SIGTERM", "SIGHUP", "SIGQUIT", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGUSR1", "SIGUSR2",
     "SIGXCPU", "SIGXFSZ", "SIGIO", "SIGPWR", "SIGSTKFLT", "SIGBREAK",
@@ -113,7 +114,7 @@ _ENDING: Final = (
 
 
 def handle_signals(end: Callable[[str], None]) -> None:
-    """From now on `end` is called with the name of a signal that would end the process."""
+    """Have `end` called with the name of each signal that would end the process."""
 
     def ended(number: int, _frame: object) -> None:
         end(signal.Signals(number).name)
@@ -131,7 +132,7 @@ def _under_nohup() -> bool:
 
 
 def _set(name: str, handler: Callable[[int, object], None] | signal.Handlers) -> None:
-    number = getattr(signal, name, None)  # systems differ in what they have
+    number = getattr(signal, name, None)  # systems differ in the signals that they have
     if number is not None:
         signal.signal(number, handler)
 
@@ -143,7 +144,7 @@ STOOD_STILL: Final = (
 
 
 def live(text: str) -> None:
-    """Run the loop of a configuration, as `LoopConfig.to_json` wrote it, to its end."""
+    """Run the loop to its end, with a configuration that `LoopConfig.to_json` wrote."""
     config = LoopConfig.from_json(text)
     memory = LoopMemory(config.memory)
     clock = SystemClock(config.clock_origin)
@@ -164,20 +165,20 @@ def live(text: str) -> None:
         sys.exit(2)
     watchdog = _watchdog(device, clock, config.limits.stall)
     release = Release(device, clock, config.haptic_period, watchdog)
-    # Of an end that not even `finally` sees.
+    # For an end of the process that not even `finally` sees.
     atexit.register(release)
     _without_collector()
     orphaned = False
     try:
         scheduling = f"{prefer_this_process(LOOP_PRIORITY)}, {lock_memory()}"
-        # A simulated hand begins then.
+        # A simulated hand begins to move once it is engaged.
         engaged = getattr(device, "engaged", None)
         loop = HapticLoop(config, memory, device, scheduling, watchdog, engaged)
         for signal in early:
             loop.interrupt(signal)
         loop.run()
         orphaned = loop.orphaned
-        if orphaned:  # read by a network process that was stopped, and goes on after all
+        if orphaned:  # for a network process that was only stopped, and goes on later
             memory.status.write(status_json(error=STOOD_STILL))
         if loop.interrupted:
             raise DeviceError(device.info.name, f"its loop was ended by {loop.interrupted}")
@@ -186,7 +187,7 @@ def live(text: str) -> None:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
     except Exception as error:
-        # The hand first, then the report.
+        # Release the hand first, then report.
         _let_go(release, loop)
         memory.status.write(status_json(error=f"the haptic loop failed: {error!r}"))
         raise
@@ -194,14 +195,14 @@ def live(text: str) -> None:
         _let_go(release, loop)
         if watchdog is not None:
             watchdog.stop()
-        # Its maker removes the file, unless it was killed.
+        # The network process removes its files, unless it was killed.
         memory.close(remove=orphaned)
         if orphaned and config.rest_mesh is not None:
             Path(config.rest_mesh).unlink(missing_ok=True)
 
 
 def _opened(config: LoopConfig) -> Device:
-    """The device; raises DeviceError when it cannot be had, or not as the settings ask."""
+    """The opened device; raises DeviceError if it cannot be opened, or not as the settings ask."""
     device = open_device(config.device)
     if config.limits.dead_man and clutch_is_switch(config.device.choice, device.info):
         device.close()
@@ -211,12 +212,12 @@ def _opened(config: LoopConfig) -> Device:
 
 
 def _let_go(release: Release, loop: HapticLoop | None) -> None:
-    """Let the device go from the force that the loop gave it last."""
+    """Release the device from the force that the loop gave it last."""
     release(ZERO if loop is None else loop.written)
 
 
 def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | None:
-    """A watchdog where the device offers what it needs, started."""
+    """A started watchdog; None if another thread cannot release the device."""
     if not isinstance(device, Releasable):
         return None
     watchdog = Watchdog(device, clock, limit)
@@ -225,7 +226,7 @@ def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | No
 
 
 def _without_collector() -> None:
-    """The loop makes no cycles; a collection could cost several periods."""
+    """Switch garbage collection off: the loop makes no cycles, and a run could cost periods."""
     gc.collect()
     gc.freeze()
     gc.disable()

@@ -1,12 +1,12 @@
 """The haptic loop over a device: it reads, runs `step`, writes, and exchanges newest values.
 
-What a period need not do is done at housekeeping, 20 times a second: the parent's commands, the
-newest row where nobody keeps every one, and now and then the report of the state.
+Work that need not be done in every period is done at housekeeping, 20 times a second: the parent's
+commands, the newest row if nobody keeps every row, and at intervals the report of the state.
 
-A new patch is taken over from the shared memory in parts, one in each period. Code and data of an
-arrival are used once in a simulation period, and the processor has them in no
-cache: all of it in one period would make that three times as long as the others. What is begun is
-finished before the next one is begun, so that patches as frequent as periods starve none.
+The loop takes a new patch over from the shared memory in parts, one part in each period. Code and
+data for an arrival are used only once in a simulation period and are in no cache of the processor:
+all parts in one period would make it three times as long as the others. The loop finishes one patch
+before it begins the next, so that patches as frequent as periods are still taken in.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ from cohaptic_client.loop.surfaces import SurfaceMaker
 
 
 class Intake:
-    """Reads, then makes the surface of a mesh patch, then hands over: one of these in each period.
+    """Takes in a patch in parts, one in each period: read it, make its surface, hand both over.
 
-    A plane or sphere comes into use one period after the loop has seen it, a mesh patch two.
+    A plane or sphere comes into use one period after its frame is read, a mesh patch two periods.
 
     Args:
-        slot: With the newest frame. The network process has decoded it before, and refused what is
-            wrong.
-        make: The surface of a patch.
+        slot: Slot with the newest frame. The network process has decoded the frame before, and has
+            refused wrong ones.
+        make: Makes the surface of a patch.
 
     Attributes:
-        patch: To be used in this period, with `surface`.
+        patch: Patch to be used once `advance` has returned True.
         surface: Surface of that patch.
     """
 
@@ -58,7 +58,7 @@ class Intake:
         self.surface: Surface | None = None
 
     def advance(self) -> bool:
-        """Do the part of this period; returns whether a patch is to be used in it."""
+        """Do the part of this period; returns whether `patch` is to be used in this period."""
         patch = self._begun
         if patch is None:
             frame = self._slot.read()
@@ -76,23 +76,23 @@ class Intake:
 ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
 HOUSEKEEPING: Final = 0.05  # s between looks at commands
 REPORT: Final = 0.25  # s between reports of the state; a new fault is reported at once
-# s after the start that are left out of lateness and cost: code and data come into the caches, and
+# s after the start that lateness and cost leave out: code and data are not in the caches yet, and
 # the parent is still busy with its own start.
 WARM_UP: Final = 0.5
-# Bound once, as in `safety`.
+# Bound once, because the look-up of an enum member takes time in every period (see `safety`).
 _FAULT: Final = Mode.FAULT
 _ENGAGED: Final = Mode.ENGAGED
 
 
 @dataclass
 class Statistics:
-    """How punctual the loop is, after the first `WARM_UP`.
+    """How punctual the loop is; only `periods` includes the first `WARM_UP`.
 
     Args:
         late: Lateness of each period [s].
         cost: Cost of each period, from waking to sleeping [s].
-        missed: Periods left out because the one before was too late.
-        periods: Periods of all of the run.
+        missed: Number of periods left out because the one before was too late.
+        periods: Number of periods of the whole run.
     """
 
     late: Tally = field(default_factory=Tally)
@@ -102,20 +102,18 @@ class Statistics:
 
 
 class HapticLoop:
-    """The loop over a device; `run` returns when the force has faded.
+    """The loop over a device.
 
     Args:
-        config: Configuration of the loop.
-        memory: Shared with the network process.
-        device: To be read and written.
-        scheduling: That the system granted to this process, in words.
-        watchdog: Watchdog of the device; None where it offers none.
+        memory: Memory shared with the network process.
+        scheduling: Scheduling that the system has granted to this process, in words.
+        watchdog: Watchdog of the device; None if the device cannot be released by another thread.
         engaged: Called once, with the time at which the hand can feel a force for the first time.
 
     Attributes:
         statistics: How punctual the loop is.
-        orphaned: Whether it ends because the network process is gone.
-        interrupted: Name of the signal that ends it; empty for none.
+        orphaned: Whether the loop ends because the network process is gone.
+        interrupted: Name of the signal that ends the loop; empty for none.
         written: Force that the device was given last [N].
     """
 
@@ -166,10 +164,10 @@ class HapticLoop:
         self.written: Vec3 = ZERO
 
     def run(self) -> None:
-        """Run until told to stop, interrupted, orphaned, or the device fails.
+        """Run until the loop is told to stop, interrupted or orphaned, or the device fails.
 
-        Told to stop or orphaned it ends with zero force. Interrupted, or with an error, it leaves
-        the force of that moment for the caller to take away (`entry.Release`).
+        When told to stop or orphaned, the loop fades the force to zero first. After an interruption
+        or an error the caller has to take away the force of that moment (`entry.Release`).
         """
         clock, period, statistics = self._clock, self._haptic_period, self.statistics
         due = housekeeping = report = clock.now()
@@ -211,10 +209,10 @@ class HapticLoop:
             self._engaged = None
         if watchdog is not None and watchdog.fired:
             output = self._begin_at_zero(watchdog, output)
-        self.written = output.force  # before the call: one that fails may have given it
+        self.written = output.force  # before the call: a failed write may have given the force
         self._device.write(output.force)
         if watchdog is not None:
-            if watchdog.fired:  # the write that held up the loop has come after its release
+            if watchdog.fired:  # the write held up the loop, and may have undone the release
                 output = self._begin_at_zero(watchdog, output)
                 self.written = ZERO
                 self._device.write(ZERO)
@@ -227,11 +225,11 @@ class HapticLoop:
             self._keep_row(sample, output, now, late)
 
     def interrupt(self, signal: str) -> None:
-        """End the loop before its next period; for a handler of signals."""
+        """End the loop before its next period; called by a signal handler."""
         self.interrupted = signal
 
     def _begin_at_zero(self, watchdog: Watchdog, output: Output) -> Output:
-        """Go on from no force: the watchdog has taken it off a device that held up the loop."""
+        """Output and state from zero force: the watchdog has released a device that hung."""
         watchdog.begin()
         watchdog.fired = False
         fault = f"the device held up the loop for more than {1e3 * self._limits.stall:g} ms"
@@ -288,7 +286,7 @@ class HapticLoop:
         state, patch, local = self._state, self._state.patch, output.local
         x, y, z = sample.position
         fx, fy, fz = output.force
-        # In the order of `Row`, whose own constructor is interpreted: longer than a period.
+        # A tuple in the order of `Row`: the interpreted constructor takes longer than a period.
         self._memory.rows.append((
             now, x, y, z, fx, fy, fz,
             local.normal_force, local.felt_from_others, output.u_others, local.indentation,
@@ -301,18 +299,18 @@ class HapticLoop:
 
 
 def fault_level(safety: SafetyState) -> float:
-    """Fault level of a row: 0 without a fault, 1 with one, 2 until the user has acknowledged it."""
+    """Fault level of a row: 0 without a fault, 1 with one, 2 while it needs an acknowledgement."""
     if safety.mode is _FAULT:
         return 2.0
     return 1.0 if safety.fault else 0.0
 
 
 def _rest_mesh(path: str | None) -> RestMesh | None:
-    """The mesh in the file that the network process wrote."""
+    """The resting mesh in the file that the network process wrote; None without a file."""
     return None if path is None else RestMesh.decode(Path(path).read_bytes())
 
 
 def status_json(**values: object) -> bytes:
-    """A status as the network process reads it, cut to the size of its slot."""
+    """A status as JSON for the network process, with its texts cut to fit the slot."""
     values = {k: v[:300] if isinstance(v, str) else v for k, v in values.items()}
     return json.dumps(values).encode()

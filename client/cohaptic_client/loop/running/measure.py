@@ -1,8 +1,8 @@
-"""How punctual a loop is on this machine: empty periods for a while, with what it was granted.
+"""Measures how punctual empty periods are on this machine, and what the system has granted.
 
 python -m cohaptic_client.loop.running.measure SECONDS
 
-A process of its own, scheduled as the haptic loop is and compiled as it is; its last line is JSON.
+The process is scheduled and compiled like that of the haptic loop; its last line is JSON.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ PERIOD: Final = 0.001  # s
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """Lateness of periods of `PERIOD` over some time, and what the system granted."""
+    """Lateness of periods of `PERIOD` over a time [s], and what the system has granted."""
     compiled.use("loop")
-    # Only now: a module that was imported before stays plain.
+    # Imported only now, because a module that was imported before `use` stays interpreted.
     from cohaptic.clock import SystemClock
     from cohaptic.runtime.scheduling import LOOP_PRIORITY, lock_memory, prefer_this_process
     from cohaptic.status.quantiles import Tally

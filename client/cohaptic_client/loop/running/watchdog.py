@@ -1,8 +1,8 @@
-"""A second thread that lets a device go which holds up the loop.
+"""A second thread that releases a device which holds up the loop.
 
-A call of a driver that does not return leaves the last force on the hand. Where the device offers
-`release`, this thread calls it; a loop that hangs for `GIVE_UP` is ended with its process, and the
-device's own firmware, which hears nothing any more, does the rest.
+A driver call that does not return leaves the last force on the hand. If the device offers
+`release`, this thread calls it. If the loop hangs for `GIVE_UP`, the thread ends the process; the
+device's own firmware then receives nothing any more and takes the force away.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from cohaptic.clock import Clock
 from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 
 LOOK: Final = 0.005  # s between looks at the loop: a quarter of `SafetyLimits.stall`
-GIVE_UP: Final = 2.0  # s; twice what a driver may reasonably wait for a USB transfer to time out
+GIVE_UP: Final = 2.0  # s; twice a reasonable time-out of a driver's USB transfer
 HELD: Final = 3  # exit status of a process whose device never came back
 
 
 @runtime_checkable
 class Releasable(Protocol):
-    """A device that another thread can let go while the loop's hangs in `read` or `write`."""
+    """A device that another thread can release while the loop's thread hangs in a call."""
 
     def release(self) -> None:
-        """Take the force off the hand, at once; never waits for a call that is under way."""
+        """Take the force off the hand at once, without waiting for a call that is under way."""
         ...
 
 
@@ -35,13 +35,14 @@ class Watchdog:
     """Watches over the calls of one device.
 
     Args:
-        device: To be released.
+        device: Device to be released.
         clock: Clock of the loop.
         limit: A call that takes longer is a stall [s].
         end: Ends the process with a status.
 
     Attributes:
-        since: When the loop began its present period [s]; inf between two. The loop writes it.
+        since: Time at which the loop began its present period [s]; inf between two periods. The
+            loop writes it.
         fired: Whether the device was released in the present period. The loop reads and clears it.
     """
 
@@ -56,33 +57,33 @@ class Watchdog:
         self.fired = False
         self._device, self._clock, self._limit, self._end = device, clock, limit, end
         self._stopped = False
-        # A daemon: a process that ends waits for nobody.
+        # A daemon thread, so that the end of the process does not wait for it.
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
 
     def start(self) -> None:
-        """Begin to look."""
+        """Begin to watch."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Look no more."""
+        """Stop watching."""
         self._stopped = True
 
     def begin(self) -> None:
-        """From now on the time of a call of the device counts."""
+        """Begin to measure the time of a device call."""
         self.since = self._clock.now()
 
     def end(self) -> None:
-        """The call is over."""
+        """Stop measuring: the call is over."""
         self.since = math.inf
 
     def look(self) -> None:
-        """Release the device if the loop hangs; end the process if it has for too long."""
+        """Release the device if the loop hangs; end the process if it hangs for too long."""
         hung = self._clock.now() - self.since
         if hung <= self._limit:
             return
         if not self.fired:
-            self.fired = True  # first: the loop must not give the old force again
-            # In a thread of its own: it may wait for the very transfer that the loop waits for.
+            self.fired = True  # before the release, so that the loop does not give the old force
+            # In its own thread: `release` may wait for the same transfer as the loop.
             releasing = threading.Thread(target=self._release, name="release", daemon=True)
             releasing.start()
             releasing.join(LOOK)
@@ -94,7 +95,7 @@ class Watchdog:
             self._device.release()
 
     def _run(self) -> None:
-        # Before the loop's own: one that spins at its priority would keep this thread from looking.
+        # Above the loop's priority: a loop that spins would else keep this thread from running.
         prefer_this_process(LOOP_PRIORITY + 1)
         while not self._stopped:
             self._clock.sleep_until(self._clock.now() + LOOK)

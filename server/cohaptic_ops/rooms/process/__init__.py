@@ -1,1 +1,1 @@
-"""The process of one room, what it is started from, and how connections and words reach it."""
+"""The process of one room: its start, its messages, and the connections handed over to it."""

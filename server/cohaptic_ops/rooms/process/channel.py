@@ -1,4 +1,4 @@
-"""Lines between two processes, over one end of a pair of sockets."""
+"""One end of a socket pair over which two processes exchange lines."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from cohaptic_ops.rooms.process.reports import LONGEST, Line, decode, encode
 
 
 class Channel(asyncio.Protocol):
-    """One end; made by `open_channel`.
+    """One end of a channel; made by `open_channel`.
 
     Args:
         take: Called with each line.
-        end: Called once the other end is there no more, or has sent what is no line.
+        end: Called once the other end is closed, or has sent bytes that are not a line.
 
     Attributes:
-        open: Whether the other end is there.
+        open: Whether the other end is connected.
     """
 
     def __init__(self, take: Callable[[Line], None], end: Callable[[], None]) -> None:
@@ -28,12 +28,12 @@ class Channel(asyncio.Protocol):
         self._transport: asyncio.WriteTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Called by the event loop at the beginning."""
+        """Note the transport; called by the event loop at the beginning."""
         assert isinstance(transport, asyncio.WriteTransport)
         self._transport, self.open = transport, True
 
     def data_received(self, data: bytes) -> None:
-        """Called by the event loop with bytes of the other end."""
+        """Cut bytes of the other end into lines; called by the event loop."""
         *lines, self._rest = (self._rest + data).split(b"\n")
         try:
             if len(self._rest) > LONGEST:
@@ -44,29 +44,29 @@ class Channel(asyncio.Protocol):
             self.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Called by the event loop at the end."""
+        """Report the end of the channel; called by the event loop."""
         self.open = False
         self._end()
 
     def tell(self, line: Line) -> None:
-        """Write a line, without waiting; nothing once the other end is gone."""
+        """Write a line without waiting; do nothing once the other end is closed."""
         if self._transport is not None and self.open:
             self._transport.write(encode(line))
 
     def tell_newest(self, line: Line) -> bool:
-        """The same, unless earlier lines wait to be read; returns whether it was written."""
+        """Write a line unless earlier lines are still unread; returns whether it was written."""
         if self._transport is None or not self.open or self._transport.get_write_buffer_size():
             return False
         self._transport.write(encode(line))
         return True
 
     def close(self) -> None:
-        """Write what waits, and end."""
+        """Write the waiting lines, and close."""
         if self._transport is not None:
             self._transport.close()
 
     def abort(self) -> None:
-        """End at once."""
+        """Close at once, without writing the waiting lines."""
         if self._transport is not None:
             self._transport.abort()
 

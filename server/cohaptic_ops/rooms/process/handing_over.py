@@ -1,8 +1,9 @@
-"""Connections from hand to hand: one process accepts them, and another one serves them.
+"""Hands connections over: one process accepts them, and another one serves them.
 
-A connection travels over a pair of unix sockets (SCM_RIGHTS) with a number. At the other end it
-comes out of what asyncio takes for a listening socket, and when it is closed its number comes back.
-What does not fit into the kernel's buffer is not taken: nobody waits.
+A connection travels over a pair of unix sockets (SCM_RIGHTS) with a number. At the other end
+`HandedDoor` accepts the connection like a listening socket; when the connection is closed, its
+number is sent back. A connection that does not fit into the kernel's buffer is not handed over, so
+that no process ever waits.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from cohaptic_server.shell.doors.turn_away import turn_away
 from cohaptic_server.shell.gate import Gate, Taken
 
 _NUMBER = struct.Struct("<Q")
-# Bytes that may wait; a connection counts as 1 KiB or so. More than a hundred newcomers before a
-# room looks for them once means that it hangs.
+# Bytes that may wait; a connection counts as about 1 KiB. If more than a hundred connections wait
+# before a room accepts any, the room hangs.
 _WAITING = 64 * 1024
-_TAKEN_AT_ONCE = 8  # before other events have their turn, as at a door
+_TAKEN_AT_ONCE = 8  # connections before other events have their turn, as at a door
 CAN_HAND_OVER = hasattr(socket, "send_fds") and hasattr(socket, "AF_UNIX")
 
 
 def handing_pair() -> tuple[socket.socket, socket.socket]:
-    """The end that hands connections over, and the one that they come out of."""
+    """A socket pair: the end that hands connections over, and the end that receives them."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
     ours.setblocking(False)
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _WAITING)
@@ -34,25 +35,25 @@ def handing_pair() -> tuple[socket.socket, socket.socket]:
 
 
 def hand_over(end: socket.socket, connection: socket.socket, number: int) -> bool:
-    """Give a connection away; it stays ours, to be closed, in any case.
+    """Hand a connection over; the caller has to close its own socket in any case.
 
     Returns:
-        Whether it was taken. It was not where too many wait, or the other end is gone.
+        Whether the connection was handed over; False if too many wait, or the other end is closed.
     """
     try:
         socket.send_fds(end, [_NUMBER.pack(number)], [connection.fileno()])
-    except OSError:  # also BlockingIOError, and ETOOMANYREFS: too many files are on their way
+    except OSError:  # also BlockingIOError, and ETOOMANYREFS: too many files are in flight
         return False
     return True
 
 
 class HandedSocket(Taken):
-    """A connection that was handed over; says so when it is closed.
+    """A connection that was handed over to this process, and that reports when it is closed.
 
     Args:
-        file: Its descriptor.
-        number: That it came with.
-        left: Called with the number once.
+        file: File descriptor of the connection.
+        number: Number that the connection came with.
+        left: Called once with the number, when the connection is closed.
     """
 
     def __init__(self, file: int, number: int, left: Callable[[int], None]) -> None:
@@ -61,7 +62,7 @@ class HandedSocket(Taken):
         self._told = False
 
     def close(self) -> None:
-        """Close it."""
+        """Close the connection, and report its number."""
         super().close()
         if not self._told:
             self._told = True
@@ -69,11 +70,11 @@ class HandedSocket(Taken):
 
 
 class HandedDoor(socket.socket):
-    """Connections come out of it as out of a listening socket.
+    """Accepts handed-over connections like a listening socket.
 
     Args:
-        end: End of a pair; its file is the door's from now on.
-        gate: Knows whom there is a budget for.
+        end: Receiving end of a pair; the door takes over its file descriptor.
+        gate: Admits connections by their budgets.
         left: Called with the number of each connection that has ended.
     """
 
@@ -84,23 +85,23 @@ class HandedDoor(socket.socket):
         self._taken = 0
 
     def listen(self, backlog: int = 0, /) -> None:
-        """Nothing: it was connected from the beginning."""
+        """Do nothing, since the socket pair is connected from the beginning."""
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection; BlockingIOError if there is none for now."""
+        """The next connection; raises BlockingIOError if none waits now."""
         loop = asyncio.get_running_loop()
         while True:
             if self._taken >= _TAKEN_AT_ONCE:
                 raise BlockingIOError
             data, files, _, _ = socket.recv_fds(self, _NUMBER.size, 1)
             if not data:
-                loop.remove_reader(self)  # the other end is gone: nobody comes any more
+                loop.remove_reader(self)  # the other end is closed: no connection comes any more
                 raise BlockingIOError
             if self._taken == 0:
                 loop.call_soon(self._go_on)
             self._taken += 1
             (number,) = _NUMBER.unpack(data)
-            if not files:  # this process has no more of them
+            if not files:  # this process has no more file descriptors
                 self._left(number)
                 continue
             connection = HandedSocket(files[0], number, self._left)
@@ -115,7 +116,7 @@ class HandedDoor(socket.socket):
             turn_away(connection, refusal)
 
     def close(self) -> None:
-        """Take nobody any more; who waits is closed."""
+        """Accept no more connections, and close those that wait."""
         with contextlib.suppress(OSError, struct.error):
             while True:
                 data, files, _, _ = socket.recv_fds(self, _NUMBER.size, 1)

@@ -1,6 +1,6 @@
-"""The balloon, made once in the process that rooms are forked from; it takes a second of a core.
+"""The balloon, built once in the process that rooms are forked from, in a second of one core.
 
-A room that has it shares its memory with the others, and is back in a moment after its process was
+Rooms with a balloon share its memory, and such a room is back at once after its process was
 killed. Only a server with such a room imports this module.
 """
 
@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 
-with threadpool_limits(limits=1):  # beside other processes, more threads wait for each other
+with threadpool_limits(limits=1):  # more threads would wait for each other beside other processes
     BALLOON = Balloon()
-    # What a room makes of it before anybody may come.
+    # Search structures that every room needs; computed here so that rooms share them.
     SEARCHED = BALLOON.mesh.contacts, BALLOON.mesh.near_tree

@@ -1,6 +1,6 @@
-"""What the process that rooms are forked from has imported: a room is back within a moment.
+"""Imports the modules of rooms in the process that rooms are forked from, so that forks are fast.
 
-It is the last module that this process imports. Rooms share the memory of all of them.
+This module is the last one that the process imports. Rooms share the memory of all modules.
 """
 
 from __future__ import annotations

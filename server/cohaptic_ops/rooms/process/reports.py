@@ -1,6 +1,6 @@
-"""What a room's process and its supervisor tell each other, as lines of JSON. No I/O.
+"""Messages between a room's process and its supervisor, as lines of JSON. No I/O.
 
-State (a report, an allowance) replaces its like; all else is an event.
+A message with state (`Report`, `Measured`, `Allow`) replaces the one before; the others are events.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from cohaptic_ops.monitoring.json_lines import JsonLines
 from cohaptic_ops.monitoring.metrics import RoomMetrics
 
-LONGEST = 64 * 1024  # characters of a line
+LONGEST = 64 * 1024  # bytes of a line
 
 
 class _Line(BaseModel):
@@ -29,7 +29,7 @@ class Failed(_Line):
     """The room cannot be opened; its process ends.
 
     Args:
-        why: A sentence.
+        why: Reason, as a sentence.
     """
 
     kind: Literal["failed"] = "failed"
@@ -40,7 +40,7 @@ class Left(_Line):
     """Connections that were handed over have ended.
 
     Args:
-        numbers: As they were handed over.
+        numbers: Numbers with which the connections were handed over.
     """
 
     kind: Literal["left"] = "left"
@@ -48,14 +48,14 @@ class Left(_Line):
 
 
 class Report(_Line):
-    """State of a room, a few times a second.
+    """State of a room, sent two to four times a second.
 
     Args:
-        users, watchers: Who is there.
-        held_users, held_watchers: Seats that it holds.
-        users_serial, watchers_serial: Serial numbers of the newest `Allow` that it has read; 0
-            before the first.
-        ticks, missed: Since its start.
+        users, watchers: Numbers of users and watchers who are there.
+        held_users, held_watchers: Numbers of seats that the room holds.
+        users_serial, watchers_serial: Serial numbers of the newest `Allow` that the room has read;
+            0 before the first.
+        ticks, missed: Numbers of ticks, due and missed, since the start of the room.
     """
 
     kind: Literal["report"] = "report"
@@ -70,22 +70,18 @@ class Report(_Line):
 
 
 class Measured(_Line):
-    """What a room tells those who look after the server, once a second.
-
-    Args:
-        metrics: Metrics of the room.
-    """
+    """Metrics of a room for the admin port, sent once a second."""
 
     kind: Literal["measured"] = "measured"
     metrics: RoomMetrics
 
 
 class Allow(_Line):
-    """Seats that a room may hold.
+    """Numbers of seats that a room may hold.
 
     Args:
-        users, watchers: How many.
-        users_serial, watchers_serial: As in `seats.Seats`.
+        users, watchers: Seats of users and of watchers.
+        users_serial, watchers_serial: Serial numbers, as in `supervisor.Seats`.
     """
 
     kind: Literal["allow"] = "allow"
@@ -96,13 +92,13 @@ class Allow(_Line):
 
 
 class Stop(_Line):
-    """The room has to tell everybody and end."""
+    """The room has to tell its clients that it stops, and end."""
 
     kind: Literal["stop"] = "stop"
 
 
 class ReadAgain(_Line):
-    """The room has to read its files again: keys."""
+    """The room has to read its files of keys again."""
 
     kind: Literal["read_again"] = "read_again"
 
@@ -115,5 +111,5 @@ _LINES = JsonLines(_KINDS)
 encode, decode = _LINES.encode, _LINES.decode
 
 
-# Before a room has been told how many it may seat: none.
+# A room may seat nobody before its first `Allow`.
 NO_SEATS = Allow(users=0, watchers=0, users_serial=0, watchers_serial=0)

@@ -1,9 +1,9 @@
-"""The process of one room: the ordinary server, whose connections are handed to it.
+"""The process of one room: an ordinary server that gets its connections handed over.
 
-A room may go before ordinary processes, by a real-time priority. Threads of equal real-time
-priority are not preempted for each other: on two cores, two rooms whose ticks take longer than a
-period would stop every other room for good. A room that takes more than its share of a core
-therefore loses its priority until it takes less.
+A room may run at a real-time priority, before ordinary processes. Threads of equal real-time
+priority do not preempt each other: on two cores, two rooms whose ticks take longer than a period
+would stop every other room for good. A room that uses more than its share of a core therefore loses
+the priority until it uses less.
 """
 
 from __future__ import annotations
@@ -50,17 +50,18 @@ from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 
-# Of a core. A tick within half of its period leaves others their turn in each of theirs.
+# Shares of a core, with hysteresis. A tick within half of its period leaves other rooms their turn
+# in each of their periods.
 MOST = 0.5
 LESS = 0.25
-CALM = 5.0  # s below `LESS` before it goes first again: one that swings about the limit does not
+CALM = 5.0  # s below `LESS` until a room has priority again, so that its priority does not flap
 
 
 class Precedence:
-    """Precedence of one room.
+    """Decides whether one room keeps its real-time priority.
 
     Attributes:
-        first: Whether it goes before ordinary processes.
+        first: Whether the room runs before ordinary processes.
     """
 
     def __init__(self) -> None:
@@ -68,10 +69,10 @@ class Precedence:
         self._calm_since: float | None = None
 
     def see(self, share: float, now: float) -> bool:
-        """Take in what its ticks took lately; returns whether `first` changed.
+        """Update `first` by the recent cost of ticks; returns whether it changed.
 
         Args:
-            share: Share of a core that its ticks want: processor time of one over their period.
+            share: Processor time of a tick over the period, as a share of a core.
             now: Time [s].
         """
         before = self.first
@@ -86,14 +87,14 @@ class Precedence:
         return self.first != before
 
 
-REPORT_EVERY = 0.25  # s; a tenth of the shortest lease
-# s, of a room that sleeps: to wake for a report costs it more than all else. Its seats are told at
-# once.
+REPORT_EVERY = 0.25  # s; an eighth of the shortest lease
+# s between reports of a sleeping room, for which waking up costs more than all else. A change of
+# its seats is reported at once.
 REPORT_ASLEEP = 0.5
-# s: the system counts time in hundredths of a second, and metrics come once a second.
+# s: the system counts processor time in hundredths of a second, and metrics are due every second.
 _MEASURED_EVERY = 1.0
-_SWITCH_INTERVAL = 5e-4  # s, as `cohaptic serve`
-_NOT_PREPARED = 2  # exit status
+_SWITCH_INTERVAL = 5e-4  # s, as in `cohaptic serve`
+_NOT_PREPARED = 2  # exit status of a room that could not be opened
 log = logging.getLogger("cohaptic.server")
 
 Build = Callable[[ServerSettings], Body]
@@ -112,16 +113,15 @@ def run_room(
     """Main function of the process.
 
     Args:
-        settings: Settings of the room.
-        build: Makes its body; a function of a module, which the process can import.
-        control: One end of the channel to the supervisor.
-        door: Where connections come out.
+        build: Makes the body; a module-level function, which the process can import.
+        control: The room's end of the channel to the supervisor.
+        door: Receiving end of the pair over which connections are handed over.
         style: Style of the log.
-        protect: Makes what says who comes in; reads the files of keys.
-        measured: Whether it tells the supervisor its metrics.
+        protect: Makes the protection of the room; reads the files of keys.
+        measured: Whether the room sends its metrics to the supervisor.
     """
     set_up_log(style, settings.room)
-    # The supervisor's: it ends the rooms in order, and tells them to read their files again.
+    # Both signals are for the supervisor, which ends the rooms, or lets them read files again.
     for number in ("SIGINT", "SIGHUP"):
         if hasattr(signal, number):
             signal.signal(getattr(signal, number), signal.SIG_IGN)
@@ -129,21 +129,13 @@ def run_room(
     with threadpool_limits(limits=1):
         failed = asyncio.run(_Room(settings, build, door, protect, measured).live(control))
     logging.shutdown()
-    # Threads that are left of a start (a solve, a build) would keep the process as long as they go.
+    # Exit at once: threads left from the start (a solve, a build) would keep the process alive.
     os._exit(_NOT_PREPARED if failed else 0)
 
 
 @dataclass
 class _Room:
-    """What lives in the process.
-
-    Args:
-        settings: Settings of the room.
-        build: As above.
-        door: The same.
-        protect: The same.
-        measured: The same.
-    """
+    """The room in the process, with the arguments of `run_room`."""
 
     settings: ServerSettings
     build: Build
@@ -159,7 +151,7 @@ class _Room:
     news: asyncio.Event = field(default_factory=asyncio.Event)
 
     async def live(self, control: socket.socket) -> bool:
-        """Open the room, serve until it is to stop; returns whether it could not be opened."""
+        """Open the room and serve until it has to stop; returns whether it failed."""
         channel = self.channel = await open_channel(control, self._hear, self.stopping.set)
         loop = asyncio.get_running_loop()
 
@@ -180,11 +172,11 @@ class _Room:
             log.error("the room ends", exc_info=outcome)
             channel.tell(Failed(why=one_line(repr(outcome), 2000)))
         channel.close()
-        await asyncio.sleep(0)  # the last lines leave
+        await asyncio.sleep(0)  # lets the event loop write the last lines
         return failed
 
     async def _serve(self, channel: Channel) -> None:
-        # In a thread: whatever it takes, the room can be stopped meanwhile.
+        # Built in a thread, so that the room can be stopped meanwhile.
         body = await asyncio.to_thread(self.build, self.settings)
         served = ServedBody(body)
         protection = self.protect()
@@ -240,7 +232,8 @@ class _Room:
             done_before, done = done, _ticks_done(server)
             if done <= done_before:
                 continue
-            # Of the ticks that were done: a room that is kept waiting would seem to want little.
+            # Only ticks that were done count: otherwise a room that is kept waiting would seem to
+            # need little.
             share = (used - before) / (done - done_before) * self.settings.simulation_hz
             if precedence.see(share, self.clock.now()):
                 if precedence.first:
@@ -250,7 +243,7 @@ class _Room:
                     log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
 
     async def _pause(self, server: CohapticServer) -> float:
-        """Until the next report; returns how long that was at the most [s]."""
+        """Wait until the next report is due; returns the longest time of this wait [s]."""
         if not server.sleeps:
             await asyncio.sleep(REPORT_EVERY)
             return REPORT_EVERY
@@ -279,6 +272,6 @@ def _ticks_done(server: CohapticServer) -> int:
 
 
 def _processor_time() -> float:
-    """Time of processors that this process has taken so far [s]."""
+    """Processor time that this process has used so far [s]."""
     times = os.times()
     return times.user + times.system

@@ -1,8 +1,8 @@
-"""The process that rooms are forked from, and a hold on those that it has forked.
+"""The process that rooms are forked from (the starter), and handles of the forked processes.
 
-It has imported all that rooms need, so that one is back in a moment. Rooms outlive it; whoever
-killed it would be noticed by the next room only that has to be started, which would wait for all of
-these imports. So it gets a successor at once.
+The starter has imported all modules that rooms need, so that a room starts at once. Rooms outlive
+it. If it were killed, only the next room to be started would notice, and would wait for all these
+imports. The starter is therefore replaced as soon as it has ended.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from cohaptic_ops.rooms.restarts import Restarts
 
 log = logging.getLogger("cohaptic.server")
 
-LOOK_EVERY = 0.5  # s between two looks at whether it is there
+LOOK_EVERY = 0.5  # s between two checks that the starter runs
 
 
 def can_fork() -> bool:
-    """Whether rooms are forked here; elsewhere each is started by itself."""
+    """Whether this system can fork rooms; otherwise each room is spawned."""
     return "forkserver" in multiprocessing.get_all_start_methods()
 
 
 def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
-    """How rooms are started: forked, where that can be, from a process that has imported all.
+    """The class of room processes, which are forked from the starter if the system can fork.
 
     Args:
-        preload: Modules that it imports, beside those that every room needs.
+        preload: Modules that the starter imports, beside those that every room needs.
     """
     context: Any = multiprocessing.get_context("forkserver" if can_fork() else "spawn")
     if can_fork():
@@ -47,10 +47,10 @@ def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
 
 
 async def keep_starter(clock: Clock) -> None:
-    """Start the process that rooms are forked from whenever it is not there, until cancelled.
+    """Start the process that rooms are forked from whenever it is missing, until cancelled.
 
     Args:
-        clock: By which one that ends again and again is started later each time.
+        clock: Clock of the back-off for a process that ends again and again.
     """
     if not can_fork():
         return
@@ -72,30 +72,27 @@ async def keep_starter(clock: Clock) -> None:
 
 
 def _starter_pid() -> int:
-    """Number of the process; 0 where it cannot be told."""
+    """Process id of the starter; 0 if it is not known."""
     from multiprocessing import forkserver
 
     return getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None) or 0
 
 
 class Hold:
-    """On a process that has been started, by which it can be ended whoever has forked it.
+    """Handle that can end a started process even if the process that forked it has ended.
 
-    `multiprocessing` hears of the end of a process from the one that has forked it, and takes all
-    of them for ended with that one: it would kill none of them any more.
-
-    Args:
-        process: That has been started.
+    `multiprocessing` learns of the end of a process from the starter that forked it. Once the
+    starter has ended, `multiprocessing` takes all its processes for ended, and kills none of them.
     """
 
     def __init__(self, process: BaseProcess) -> None:
         self._process, self._file = process, -1
         if hasattr(os, "pidfd_open") and process.pid is not None:
-            with contextlib.suppress(OSError):  # it has ended already, or the system has no such
+            with contextlib.suppress(OSError):  # the process has ended, or the system lacks pidfds
                 self._file = os.pidfd_open(process.pid)
 
     def kill(self) -> None:
-        """End it now."""
+        """Kill the process now."""
         with contextlib.suppress(OSError, ValueError):
             if self._file >= 0:
                 signal.pidfd_send_signal(self._file, signal.SIGKILL)
@@ -103,7 +100,7 @@ class Hold:
                 self._process.kill()
 
     def join(self) -> None:
-        """Wait for its end, then let go of it; in a thread."""
+        """Wait for the end of the process, and release the handle; blocks its thread."""
         if self._file >= 0:
             ended = select.poll()
             ended.register(self._file, select.POLLIN)

@@ -1,9 +1,9 @@
 """A water balloon, linearised about its inflated state.
 
-Rubber membrane (`membrane.py`) unstretched at radius R / stretch, filled with incompressible water
-to radius R. The inflated state solves dE/dx = p dV/dx at V = V0 on the mesh itself, so that the
-tangent K = d2E/dx2 - p d2V/dx2 (in-plane elasticity, pretension, follower pressure) is symmetric
-and every rigid motion of a free balloon is in its null space. Contacts then push on
+The rubber membrane (`membrane.py`) is unstretched at radius R / stretch, and incompressible water
+fills it to radius R. The inflated state solves dE/dx = p dV/dx at V = V0 on the mesh itself. The
+tangent K = d2E/dx2 - p d2V/dx2 (in-plane elasticity, pretension, follower pressure) is therefore
+symmetric, and every rigid motion of a free balloon is in its null space. Contacts then push on
 
     [ K  g ] [u]   [f]        g = dV/dx, exact volume to first order: g . u = 0
     [ g' 0 ] [q] = [0]
@@ -40,14 +40,14 @@ Compliance = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class BalloonSettings:
-    """A balloon.
+    """Settings of a balloon.
 
     Args:
         radius: Inflated radius [m].
-        stretch: Inflated over unstretched radius.
+        stretch: Ratio of the inflated to the unstretched radius.
         mu_h: Shear modulus times thickness of the unstretched rubber [N/m]; latex of 0.5 MPa and
             0.5 mm has 250.
-        base: Vertices below this fraction of the radius under the centre are fixed.
+        base: Vertices more than this fraction of the radius below the centre are fixed.
         contact_radius: Radius of the pressure under a contact [m].
         subdivisions: Subdivisions of the icosahedron; 3 gives 642 vertices.
     """
@@ -66,7 +66,7 @@ class BalloonSettings:
             ("mu_h", 1.0, 1e5),
             ("base", 0.1, 0.98),
             ("contact_radius", 0.001, 0.5),
-            # Above this the dense compliance no longer fits a small machine.
+            # With more subdivisions the dense compliance would not fit a small machine.
             ("subdivisions", 1, 4),
         ):
             if not low <= getattr(self, name) <= high:
@@ -75,11 +75,11 @@ class BalloonSettings:
 
 @dataclass(frozen=True, eq=False)
 class Inflated:
-    """Equilibrium of membrane and water, nothing fixed.
+    """Equilibrium of membrane and water, with no vertex fixed.
 
     Args:
-        x: Vertices, shape (n, 3) [m].
-        faces: Shape (m, 3).
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Vertices of each triangle, shape (m, 3).
         pressure: Pressure of the water [Pa].
         stiffness: Tangent K, sparse, shape (3 n, 3 n) [N/m].
         volume_gradient: g, shape (3 n,) [m^2].
@@ -96,8 +96,8 @@ class Balloon:
     """The linear balloon behind the `Body` Protocol.
 
     Args:
-        settings: Size, rubber and base; the defaults if not given.
-        damping: B_o / K_o at the simulation period of the server. With it the balloon is
+        settings: Size, rubber and base; None takes the defaults.
+        damping: B_o / K_o at the simulation period of the server. A damped balloon is
             Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; C stays that of the steady
             state.
 
@@ -123,15 +123,15 @@ class Balloon:
         self.compliance.setflags(write=False)
 
     def green_source(self) -> Superposition | None:
-        """Where its Green's functions come from, as in `HasGreen`; a damped one has a memory."""
+        """Source of the Green's functions, as in `HasGreen`; None for a damped balloon."""
         return Superposition(self) if self.damping == 0.0 else None
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Superpose the Green's functions under the loads; damping delays it from `before`."""
+        """Superpose the Green's functions of the loads; damping makes this lag behind `before`."""
         n, count = len(self.mesh.vertices), len(loads)
         starts, ends, vertices, weights, directions, forces = LoadArrays.of(loads)
         flat, C = np.empty((count, 3 * n)), np.empty((count, count))
-        # C is symmetric: its rows are its columns, and rows lie together in memory.
+        # C is symmetric: the rows serve as columns, and a row is contiguous in memory.
         if COMPILED:
             superpose(self.compliance, starts, ends, vertices, weights, directions, flat)
         else:
@@ -145,20 +145,20 @@ class Balloon:
         previous = 0.0 if before is None else before.displacement
         x = np.asarray((displacement + self.damping * previous) / (1.0 + self.damping))
         energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
-        # C of the steady state: that of one tick is too small to be safe under delay (science 3.3).
+        # C of the steady state: that of one tick is unsafely small under delay (science 3.3).
         return DenseResponse(x, fields, C, energy)
 
 
 def inflate(settings: BalloonSettings) -> Inflated:
-    """Newton's method on the membrane and the volume together.
+    """Inflate the balloon by Newton's method on the membrane and the volume together.
 
     Raises:
-        BodyError: No equilibrium was reached.
+        BodyError: Newton's method reached no equilibrium.
     """
     x, faces = icosphere(settings.subdivisions, settings.radius)
     membrane = Membrane.at_rest(x / settings.stretch, faces, settings.mu_h)
     target = volume(x, faces)
-    # Laplace: the sphere's pressure is the first guess.
+    # The first guess is the pressure in a sphere by Laplace's law.
     tension = settings.mu_h * (1.0 - settings.stretch**-6)
     p = 2.0 * tension / settings.radius
     for _ in range(20):
@@ -171,7 +171,7 @@ def inflate(settings: BalloonSettings) -> Inflated:
             and abs(excess) < 1e-14 * target
         ):
             return Inflated(x, faces, p, sp.csr_array(K), g)
-        # Rigid motions take no force; a multiplier for each keeps them out of the step.
+        # Rigid motions take no force; a multiplier for each keeps it out of the step.
         rigid = sp.csr_array(rigid_motions(x) / settings.radius)
         column = sp.csr_array(g[:, None])
         system = sp.block_array(
@@ -185,10 +185,10 @@ def inflate(settings: BalloonSettings) -> Inflated:
 
 
 def fixed_by_base(balloon: Inflated, settings: BalloonSettings) -> Mask:
-    """The vertices that the base fixes, shape (n,).
+    """Mask of the vertices that the base fixes, shape (n,).
 
     Raises:
-        BodyError: They are fewer than three.
+        BodyError: The base fixes fewer than three vertices.
     """
     fixed: Mask = balloon.x[:, 2] < -settings.base * settings.radius
     if fixed.sum() < 3:
@@ -202,15 +202,15 @@ def fixed_by_base(balloon: Inflated, settings: BalloonSettings) -> Mask:
 def _free_compliance(balloon: Inflated, free: Mask) -> Compliance:
     """C over the free unknowns, zero at the base, shape (3 n, 3 n), exactly symmetric [m/N].
 
-    It is half of a server's start: LAPACK's inverse of a factor takes a third of the time of a
-    solution for every unit force, and all is done on one triangle.
+    This is half of the time of a server's start. LAPACK's inverse of a factor takes a third of the
+    time of a solution for every unit force, and all steps work on one triangle of the matrix.
     """
     K: Floats = np.asarray(balloon.stiffness[free][:, free].toarray(), dtype=np.float64)
     g = balloon.volume_gradient[free]
     # Past its pressure maximum a balloon is stable only at constant volume: K has one negative
-    # mode, along g. The added term makes K definite and has no effect on g . u = 0.
+    # mode, along g. The added term makes K definite and has no effect on motions with g . u = 0.
     K += np.outer(g, g) * (10.0 * np.diag(K).mean() / (g @ g))
-    # Threads that wait for each other on cores that others use made 0.2 s into 3 s.
+    # One thread: threads that wait for each other on busy cores took 3 s instead of 0.2 s.
     with threadpool_limits(limits=1):
         lower, info = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
         if info != 0:
@@ -221,8 +221,8 @@ def _free_compliance(balloon: Inflated, free: Mask) -> Compliance:
     half = half.astype(np.float32)
     C_free = np.tril(half)
     C_free += np.tril(half, -1).T
-    # A slide reads a megabyte of it for each user and tick, which single precision halves. The
-    # rounded C is exactly symmetric, and the body is as linear as before.
+    # A slide reads a megabyte of C for each user and tick, which single precision halves. The
+    # rounded C is exactly symmetric, and the body stays linear.
     C = np.zeros((free.size, free.size), dtype=np.float32)
     C[np.ix_(free, free)] = C_free
     return C

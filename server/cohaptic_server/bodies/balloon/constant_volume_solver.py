@@ -1,11 +1,12 @@
 """Solves  [K g; g' 0] [u; q] = [b; 0]:  a tangent K at constant volume (g = dV/dx).
 
-K may have one negative mode, which constant volume forbids. It is therefore factored up to a last
-cap, the root of the tree of fronts, and is positive definite with the cap held; then the row of the
-volume, whose pivot is negative; then the cap, which must be positive definite again. This succeeds
-only if K is positive definite on all motions that keep the volume: a factored tangent is a stable
-one. Where the cap is decides how far from rest the body can be with all else still positive
-definite: the last vertices of a narrow band serve better than those on the top, or than a belt.
+K may have one negative mode, which constant volume forbids. The factorisation therefore eliminates
+first all unknowns but those of a cap, the root of the tree of fronts: K must be positive definite
+with the cap held. Next comes the row of the volume, whose pivot is negative, and then the cap,
+which must be positive definite again. This succeeds only if K is positive definite on all motions
+that keep the volume: a tangent that can be factored is stable. The place of the cap decides how far
+from rest the rest of the body stays positive definite: the last vertices in an order of narrow band
+serve better than the vertices on the top, or than a belt.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ def order_from_base(faces: Ints, free: Mask) -> Ints:
     """Free vertices in an order of narrow band (reverse Cuthill-McKee) that begins at the base.
 
     Args:
-        faces: Shape (m, 3).
+        faces: Vertices of each triangle, shape (m, 3).
         free: Vertices that can move, shape (n,).
 
     Returns:
@@ -47,8 +48,8 @@ class ConstantVolumeFactor:
     """A factored tangent at constant volume: a `TangentSolver`.
 
     Args:
-        workspace: Memory for matrices of K's pattern, whose root is not everything.
-        blocks: K, in the pattern's order, shape (e, 9) [N/m].
+        workspace: Memory for matrices of K's pattern, with the cap as the root front.
+        blocks: Blocks of K in the order of the pattern, shape (e, 9) [N/m].
         g: dV/dx of the unknowns in the order of elimination, shape (size,) [m^2].
 
     Raises:
@@ -88,5 +89,5 @@ class ConstantVolumeFactor:
         return self.solve(b)[0]
 
     def step(self, b: Floats) -> Floats:
-        """The same: it is as quick."""
+        """The exact displacements of `displacements`, which are as quick to compute."""
         return self.displacements(b)

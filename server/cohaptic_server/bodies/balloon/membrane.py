@@ -6,8 +6,8 @@ incompressibility),
 
     W = mu h / 2 (tr C + 1 / det C - 3),   S = 2 dW/dC = mu h (I - C^-1 / det C).
 
-Energy, gradient and Hessian are exact for the triangle, so the Hessian is symmetric and rigid
-motions store no energy, whatever the stretch: the pretension of an inflated balloon is in S.
+Energy, gradient and Hessian are exact for the triangle, so at any stretch the Hessian is symmetric
+and a rigid motion stores no energy. S includes the pretension of an inflated balloon.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ class Membrane:
     """A sheet in its unstretched state.
 
     Args:
-        faces: Shape (m, 3).
-        rest_area: Area of each triangle, shape (m,) [m^2].
+        faces: Vertices of each triangle, shape (m, 3).
+        rest_area: Area of each unstretched triangle, shape (m,) [m^2].
         gradients: Gradients of the three shape functions in the triangle's plane,
             shape (m, 3, 2) [1/m].
         mu_h: Shear modulus times thickness [N/m].
@@ -40,14 +40,14 @@ class Membrane:
 
     @classmethod
     def at_rest(cls, x: Floats, faces: Ints, mu_h: float) -> Membrane:
-        """The sheet that is unstretched at vertex positions `x`, shape (n, 3) [m]."""
+        """Returns the sheet that is unstretched at vertex positions `x`, shape (n, 3) [m]."""
         e1, e2 = x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]
         length = np.linalg.norm(e1, axis=1)
         t1 = e1 / length[:, None]
         normal = np.cross(e1, e2)
         double_area = np.linalg.norm(normal, axis=1)
         t2 = np.cross(normal / double_area[:, None], t1)
-        # Columns are the edges in the frame (t1, t2); the rows of the inverse are the gradients
+        # The columns are the edges in the frame (t1, t2); the rows of the inverse are the gradients
         # of the second and third shape function.
         edges = np.zeros((len(faces), 2, 2))
         edges[:, 0, 0] = length

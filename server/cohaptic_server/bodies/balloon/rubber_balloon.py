@@ -1,18 +1,18 @@
 """The water balloon under finite deformation: rubber that wrinkles, water of constant volume.
 
-The nonlinear counterpart of `balloon.py`: the same inflated balloon, but energy, forces and volume
-at the present positions (`rubber_sheet.py`), iterated in each tick (`newton.py`) under the
-contacts' forces as dead loads, which keep their directions while the surface moves. `fields` and
-`compliance` are those of the tangent at the present state (science 3.6); while the surface moves
-the tangent may be `newton.CHORD` behind.
+This is the nonlinear counterpart of `balloon.py`: the same inflated balloon, but with energy,
+forces and volume at the present positions (`rubber_sheet.py`). Each tick iterates (`newton.py`)
+under the contacts' forces as dead loads, which keep their directions while the surface moves.
+`fields` and `compliance` are those of the tangent at the present state (science 3.6); while the
+surface moves, the tangent may lag by `newton.CHORD`.
 
 With a damping B_o the body is Kelvin-Voigt as in eq. (9), with B_o in proportion to K_o
 (`viscous.py`): the internal force follows the external one with a lag.
 
-The Newton iteration moves a rubber sheet round a constant volume of water. A step is tangent to the
-surface of constant volume and then projected onto it. The pressure is the least-squares balance of
-rubber and loads: unlike the sum of Newton's corrections it does not drift when a tangent is close
-to singular.
+The Newton iteration moves a rubber sheet round a constant volume of water. In the space of vertex
+positions, a step is tangent to the manifold of constant volume and is then projected onto this
+manifold. The pressure is the least-squares balance of rubber and loads: unlike the sum of Newton's
+corrections, it does not drift when a tangent is close to singular.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class FilledState:
     """A deformed surface, not necessarily in equilibrium.
 
     Args:
-        x: Vertices, shape (n, 3) [m].
+        x: Positions of the vertices, shape (n, 3) [m].
         strain: Strain of the rubber, as in `tension_field.py`, shape (m, 10).
         energy: Energy of the rubber [J].
         rubber_force: Nodal forces that keep the rubber in this shape, dE/dx, shape (n, 3) [N].
@@ -64,7 +64,7 @@ class FilledState:
 
     @property
     def internal_force(self) -> Floats:
-        """External forces that would be in equilibrium with rubber and water, shape (n, 3) [N]."""
+        """External forces that would balance rubber and water, shape (n, 3) [N]."""
         return np.asarray(self.rubber_force - self.pressure * self.g)
 
 
@@ -73,11 +73,11 @@ class FilledSheet:
 
     Args:
         sheet: Rubber and water.
-        dof: Unknowns in the order of the sheet's analysis, as indices into (3 n,), shape (f,).
+        dof: Indices into (3 n,) of the unknowns, in the order of the sheet's analysis, (size,).
         volume: Volume of the water [m^3].
     """
 
-    # Shares of the mean diagonal; the last exceeds the negative stiffness of the water's pressure.
+    # Shares of the mean diagonal; the last one exceeds the negative stiffness that the water adds.
     stiffenings = (0.03, 1.03)
 
     def __init__(self, sheet: RubberSheet, dof: Ints, volume: float) -> None:
@@ -85,7 +85,7 @@ class FilledSheet:
         self._workspace = Workspace(sheet.analysis)
 
     def at(self, x: Floats, pressure: float) -> FilledState:
-        """The state at vertices `x`, shape (n, 3) [m], and a known pressure [Pa]."""
+        """Returns the state at vertices `x`, shape (n, 3) [m], with a known pressure [Pa]."""
         strain = self._sheet.strain(x)
         g = self._sheet.volume_gradient(x)
         return FilledState(
@@ -93,9 +93,9 @@ class FilledSheet:
         )
 
     def displaced(self, state: FilledState, step: Floats, external: Floats) -> FilledState | None:
-        """The state after a step, projected onto the water's volume; None if that fails.
+        """Returns the state after a step, projected onto the water's volume; None if that fails.
 
-        The projection moves the vertices along dV/dx, by Newton's method.
+        The projection moves the free vertices along dV/dx of `state`, by Newton's method.
         """
         x, direction = state.x + step, np.zeros_like(step)
         direction.reshape(-1)[self.dof] = state.g.reshape(-1)[self.dof]
@@ -113,13 +113,13 @@ class FilledSheet:
         return None
 
     def residual(self, state: FilledState, external: Floats) -> Floats:
-        """External forces less those of rubber and water, shape (n, 3) [N]."""
+        """External forces less the internal forces of rubber and water, shape (n, 3) [N]."""
         return np.asarray(external - state.internal_force)
 
     def factor_tangent(
         self, state: FilledState, stiffening: float, b: Floats
     ) -> tuple[ConstantVolumeFactor, Floats]:
-        """Factor the tangent, its diagonal raised by `stiffening` times its mean."""
+        """Factor the tangent, with its diagonal raised by `stiffening` times the mean diagonal."""
         blocks = self._sheet.tangent(state.strain, state.x, state.pressure)
         if stiffening:
             # The first block of each column is the one on the diagonal.
@@ -130,7 +130,7 @@ class FilledSheet:
         return factor, factor.displacements(b)
 
     def _balanced(self, x: Floats, g: Floats, external: Floats) -> FilledState:
-        """The state at `x` with the pressure that balances rubber and loads best."""
+        """Returns the state at `x` with the pressure that best balances rubber and loads."""
         strain = self._sheet.strain(x)
         force = self._sheet.force(strain)
         along = g.reshape(-1)[self.dof]
@@ -140,13 +140,13 @@ class FilledSheet:
 
 
 # Shares of the vertices in the cap, tried in turn. Far past its pressure maximum a balloon needs a
-# larger one for the rest to be positive definite; a larger cap costs more.
+# larger cap for the rest to be positive definite; but a larger cap costs more.
 _CAPS = (0.14, 0.3, 0.5)
 
 
 @dataclass(frozen=True, eq=False)
 class RubberResponse(FiniteResponse):
-    """A response that the next tick can start from.
+    """A response from which the next tick can start.
 
     Args:
         iterate: Surface and tangents at the end of the tick.
@@ -200,7 +200,7 @@ class RubberBalloon:
         raise BodyError("the held balloon is not stable: its stiffness is indefinite")
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberResponse:
-        """Iterate towards equilibrium with `loads`, from the state of `before`."""
+        """Iterate towards equilibrium with `loads`, from the state of `before` or from rest."""
         start = before.iterate if isinstance(before, RubberResponse) else self._rest
         shares = np.zeros((len(loads), *self.mesh.vertices.shape))
         for i, load in enumerate(loads):

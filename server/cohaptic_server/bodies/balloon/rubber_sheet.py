@@ -18,15 +18,15 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class RubberSheet:
-    """Rubber and water; the order of the unknowns is that of an analysis.
+    """Rubber and water, with the unknowns in the order of an analysis.
 
     Args:
         membrane: The unstretched sheet.
-        number: Number of each vertex among the free ones, negative if it is fixed, shape (n,).
+        number: Number of each vertex among the free ones, negative if fixed, shape (n,).
         analysis: Pattern of the tangent on the free vertices.
 
     Attributes:
-        faces: Shape (m, 3).
+        faces: Vertices of each triangle, shape (m, 3).
         analysis: As given.
     """
 

@@ -1,23 +1,23 @@
 """Neo-Hookean rubber that wrinkles: the relaxed energy of a membrane that carries no compression.
 
-A thin sheet pressed together buckles into wrinkles finer than any triangle, at almost no force.
-Without them the energy of `membrane.py` would resist compression, its tangent would be indefinite
-there, and a mesh would crumple. The relaxed energy (Pipkin 1986, IMA J. Appl.
-Math. 36; Steigmann 1990) takes the wrinkles of least energy, per area of the unstretched sheet and
-with the principal stretches squared c1 >= c2:
+A compressed thin sheet buckles at almost no force into wrinkles that are finer than any triangle.
+The energy of `membrane.py`, without wrinkles, would resist compression; its tangent would be
+indefinite there, and a mesh would crumple. The relaxed energy (Pipkin 1986, IMA J. Appl. Math. 36;
+Steigmann 1990) assumes the wrinkles of least energy. Per area of the unstretched sheet, with the
+squares of the principal stretches c1 >= c2, it is
 
     taut      c2^2 c1 > 1     W = mu h / 2 (c1 + c2 + 1 / (c1 c2) - 3)      as in `membrane.py`
     wrinkled  else, c1 > 1    W = mu h / 2 (c1 + 2 / sqrt(c1) - 3)          the width follows freely
     slack     else            W = 0
 
-It is convex in the deformation gradient: its Hessian, which is exact here, has no negative mode in
-any state, and the only source of an indefinite tangent is the pressure of the water. The Hessian
-jumps where a triangle begins to wrinkle; energy and force do not.
+The relaxed energy is convex in the deformation gradient: its Hessian, which is exact here, has no
+negative mode in any state, and only the pressure of the water can make a tangent indefinite. The
+Hessian jumps where a triangle begins to wrinkle; energy and force are continuous.
 
-These are loops over triangles, compiled where a compiler is at hand (`tension_field.pxd` has the
-types); shapes are not checked here. The strain of a triangle is a row of ten: cosine and sine of
+The functions are loops over triangles, compiled where there is a compiler (`tension_field.pxd` has
+the types); they do not check shapes. The strain of a triangle is a row of ten: cosine and sine of
 the first principal axis in the unstretched sheet, the deformation gradient along both axes (three
-numbers each), and the squares of the principal stretches, the larger first.
+numbers each), and the squares of the principal stretches, the larger one first.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
-    """Principal strains of all triangles.
+    """Compute the principal strains of all triangles.
 
     Args:
-        x: Vertices, shape (n, 3) [m].
-        faces: Shape (m, 3).
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Vertices of each triangle, shape (m, 3).
         gradients: Gradients of the three shape functions in the unstretched sheet, shape (m, 3, 2)
             [1/m].
-        out: Shape (m, 10).
+        out: Receives the strains, shape (m, 10).
     """
     for e in range(len(faces)):
         a, b, c = faces[e, 0], faces[e, 1], faces[e, 2]
@@ -58,8 +58,8 @@ def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
         half = 0.5 * (c11 - c22)
         radius = math.sqrt(half * half + c12 * c12)
         cos, sin = 1.0, 0.0
-        # Half of the angle of (half, c12), from the larger of its cosine and sine; where both
-        # stretches are equal any axes are principal.
+        # Half of the angle of (half, c12), from the larger of cosine and sine. If both stretches
+        # are equal, all axes are principal.
         if radius > 0.0 and half >= 0.0:
             cos = math.sqrt(0.5 * (1.0 + half / radius))
             sin = 0.5 * c12 / (radius * cos)
@@ -71,7 +71,7 @@ def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
             out[e, 2 + i], out[e, 5 + i] = cos * one + sin * two, cos * two - sin * one
         c1 = max(0.5 * (c11 + c22) + radius, 1e-30)
         out[e, 0], out[e, 1], out[e, 8] = cos, sin, c1
-        # From the product, not the difference: exact also for a triangle that is nearly a line.
+        # From the product, not the difference: accurate even if a triangle is nearly a line.
         out[e, 9] = max(c11 * c22 - c12 * c12, 0.0) / c1
 
 
@@ -79,8 +79,8 @@ def energy(strain: Floats, area: Floats) -> float:
     """Sum of W / (mu h) times area [m^2].
 
     Args:
-        strain: Shape (m, 10).
-        area: Shape (m,) [m^2].
+        strain: Strain of each triangle, shape (m, 10).
+        area: Area of each unstretched triangle, shape (m,) [m^2].
     """
     total = 0.0
     for e in range(len(strain)):
@@ -98,11 +98,11 @@ def add_forces(
     """Add the nodal forces that keep the sheet in this state.
 
     Args:
-        strain: Shape (m, 10).
-        faces: Shape (m, 3).
-        gradients: Shape (m, 3, 2) [1/m].
+        strain: Strain of each triangle, shape (m, 10).
+        faces: Vertices of each triangle, shape (m, 3).
+        gradients: As for `strains`, shape (m, 3, 2) [1/m].
         stiffness: mu h times area, shape (m,) [N m].
-        out: Shape (n, 3) [N].
+        out: Receives the sum of the nodal forces, shape (n, 3) [N].
     """
     for e in range(len(faces)):
         c1, c2 = strain[e, 8], strain[e, 9]
@@ -120,7 +120,7 @@ def add_forces(
                 out[faces[e, k], i] += along * strain[e, 2 + i] + across * strain[e, 5 + i]
 
 
-# In one function, since a triangle takes 0.1 us and each call of another would take a part of that.
+# One function, since a triangle takes only 0.1 us, of which calls would take a noticeable part.
 def add_tangents(
     strain: Floats,
     gradients: Floats,
@@ -133,14 +133,14 @@ def add_tangents(
     """Add the Hessians of the triangles to the blocks of the tangent.
 
     Args:
-        strain: Shape (m, 10).
-        gradients: Shape (m, 3, 2) [1/m].
+        strain: Strain of each triangle, shape (m, 10).
+        gradients: As for `strains`, shape (m, 3, 2) [1/m].
         stiffness: mu h times area, shape (m,) [N m].
-        index: Block of each pair of corners (a, b), b <= a; -1 - block where it is transposed,
-            `beyond` where a corner is fixed. Shape (m, 6).
+        index: Block of each pair of corners (a, b), b <= a; -1 - block if the block is transposed;
+            `beyond` if a corner is fixed. Shape (m, 6).
         beyond: Number of blocks.
-        scratch: Shape (6,).
-        blocks: Shape (beyond, 9) [N/m].
+        scratch: Scratch, shape (6,).
+        blocks: Blocks of the tangent, shape (beyond, 9) [N/m].
     """
     for e in range(len(strain)):
         c1, c2 = strain[e, 8], strain[e, 9]
@@ -174,7 +174,7 @@ def add_tangents(
                 ff, gg = k11 * aa + shear * cc, k22 * cc + shear * aa
                 fg, gf = k12 * ac + shear * ca, k12 * ca + shear * ac
                 if target < 0:
-                    # The transpose exchanges the two mixed terms only.
+                    # The transposed block differs only by an exchange of the two mixed terms.
                     target = -1 - target
                     fg, gf = gf, fg
                 for i in range(3):
@@ -189,9 +189,9 @@ def add_volume_gradient(x: Floats, faces: Ints, out: Floats) -> None:
     """Add dV/dx of the enclosed volume.
 
     Args:
-        x: Shape (n, 3) [m].
-        faces: Shape (m, 3).
-        out: Shape (n, 3) [m^2].
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Vertices of each triangle, shape (m, 3).
+        out: Receives the sum, shape (n, 3) [m^2].
     """
     for e in range(len(faces)):
         for k in range(3):
@@ -207,16 +207,16 @@ def add_pressure(
     """Add -p d2V/dx2 to the blocks of the tangent.
 
     Args:
-        x: Shape (n, 3) [m].
-        faces: Shape (m, 3).
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Vertices of each triangle, shape (m, 3).
         pressure: Pressure of the water [Pa].
         index: As for `add_tangents`.
         beyond: As for `add_tangents`.
         blocks: As for `add_tangents`.
     """
     for e in range(len(faces)):
-        # Between two corners it is [v]x / 6 with the third corner's position v, and its negative
-        # the other way round (enclosed_volume.py).
+        # The block of d2V/dx2 between two corners is [v]x / 6, with v the position of the third
+        # corner; the sign changes if the two corners are exchanged (enclosed_volume.py).
         for k in range(3):
             target = index[e, 1 + k if k < 1 else 2 + k]
             if target == beyond:

@@ -1,1 +1,1 @@
-"""Inertia of a linear body by its lowest natural modes, so that a jelly wobbles (science 3.14)."""
+"""Inertia of a linear body by its lowest natural modes, so that jelly wobbles (science 3.14)."""

@@ -1,11 +1,11 @@
-"""A linear body with inertia: its lowest modes swing, all else follows at once (science 3.14).
+"""A linear body with inertia: its lowest modes swing, the rest follows at once (science 3.14).
 
     x = C f + shapes e,    e = D f - shapes' f
 
-The elastic body answers as if it had no mass. Each mode adds its deviation e from the amplitude
-that it would have at rest, which decays as a damped oscillation, and which a change of force makes:
-a force does not move a mode at once. Kinetic and elastic energy together never grow by more than
-the work of the forces.
+The elastic body responds as if it had no mass. Each mode adds its deviation e from the static
+amplitude. A change of force creates a deviation, because a mode does not follow a force at once;
+the deviation then decays as a damped oscillation. Kinetic and elastic energy together never grow by
+more than the work of the forces.
 """
 
 from __future__ import annotations
@@ -21,22 +21,24 @@ from cohaptic_server.bodies.modal.modes import Modes, step_of, swing_of
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 
-# Frequencies at which the swing is looked at: from far below the slowest mode, where it is 1 % of
-# its part at rest, up to that of Nyquist. A peak is as wide as its damping, 4 % at the least.
+# Lowest frequency at which the swing is evaluated, as a share of the slowest mode's (the swing is
+# 1 % of the static amplitude there, at the default damping), and the number of frequencies up to
+# the Nyquist frequency. A peak has a relative width of twice the damping ratio, at least 4 %.
 _LOWEST, _FREQUENCIES = 0.1, 300
 
 
 @dataclass(frozen=True, eq=False)
 class ModalResponse:
-    """A response at rest, and the swing of the modes about it.
+    """A static response, and the swing of the modes about it.
 
     Args:
-        elastic: The response of the elastic body.
+        elastic: Static response of the elastic body.
         modes: Modes of the body.
         along: Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)].
-        static: Amplitude of each at rest under the loads, shape (k,) [sqrt(N m)].
-        deviation: From it, and the speed of it over the mode's frequency, shape (k, 2) [sqrt(N m)].
-        felt: Share of the swing that hands are shown, 0 to 1. Everybody sees all of it.
+        static: Static amplitude of each mode under the loads, shape (k,) [sqrt(N m)].
+        deviation: Deviation of each mode from its static amplitude, and the deviation's speed over
+            the mode's angular frequency, shape (k, 2) [sqrt(N m)].
+        felt: Share of the swing that is shown to hands, 0 to 1. Everybody sees the whole swing.
     """
 
     elastic: Response
@@ -48,7 +50,7 @@ class ModalResponse:
 
     @property
     def compliance(self) -> Floats:
-        """Contact compliance C, at rest, shape (c, c) [m/N]."""
+        """Static contact compliance C, shape (c, c) [m/N]."""
         return self.elastic.compliance
 
     @property
@@ -68,18 +70,19 @@ class ModalResponse:
         return self.elastic.at(vertices) + self._swing(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """What a hand is shown of some vertices: without some of the loads, shape (k, 3) [m].
+        """Displacement of some vertices that a hand is shown, without its loads, (k, 3) [m].
 
-        Left out is what they move at rest. The swing, the own one too, is shown in part (`felt`).
+        The static displacement by `loads` is left out. The share `felt` of the swing is added,
+        including the swing that these loads cause.
         """
         left = self.elastic.without(loads, forces, vertices)
         return left + self.felt * self._swing(vertices) if self.felt else left
 
     def showing(self, share: float) -> ModalResponse:
-        """The response as the next tick finds it, with a share of the swing that hands are shown.
+        """Returns a copy of the response for the next tick, with a new value of `felt`.
 
         Args:
-            share: 0 to 1.
+            share: Share of the swing that is shown to hands, 0 to 1.
         """
         return replace(self, felt=share)
 
@@ -93,15 +96,15 @@ class ModalBody:
 
     Args:
         elastic: A body whose displacements under several loads add up.
-        modes: Its lowest ones, on the vertices of its mesh.
+        modes: Lowest modes of the body, on the vertices of its mesh.
         dt: Simulation period N T of the server [s].
 
     Attributes:
         elastic: As given.
         modes: As given.
         dt: As given.
-        swing: How far the modes swing, over frequency.
-        name: The elastic body's.
+        swing: Amplitude of the modes' swing over frequency.
+        name: Name of the elastic body.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
     """
@@ -118,7 +121,7 @@ class ModalBody:
         self.swing = Swing(at, np.asarray(sizes.max(axis=0)))
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ModalResponse:
-        """Swing on for a tick from the state of `before`; at rest under `loads` without one."""
+        """Advance the swing by a tick from `before`; without `before`, the static response."""
         count, known = len(self.modes), before if isinstance(before, ModalResponse) else None
         elastic = self.elastic.respond(loads, None if known is None else known.elastic)
         arrays = LoadArrays.of(loads)
@@ -132,7 +135,7 @@ class ModalBody:
         return ModalResponse(elastic, self.modes, along, static, deviation, known.felt)
 
     def swinging(self, response: Response) -> ModalResponse | None:
-        """The response as one of this body, as in `Swings`."""
+        """Returns the response if a modal body made it, as in `Swings`; else None."""
         return response if isinstance(response, ModalResponse) else None
 
     def along(self, loads: LoadArrays) -> Floats:

@@ -1,4 +1,4 @@
-"""The lowest natural modes of a body, as they are seen on its surface."""
+"""The lowest natural modes of a body, as displacements of its surface."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from cohaptic.errors import SettingError
 from cohaptic_server.numeric import Floats
 from cohaptic_server.touchable import DAMPING_RATIO
 
-# Above it the unsteadiest hand has nothing to excite a mode with, and a tick of 60 Hz has six
-# samples of a period only: the body is at rest, for a hand, at once.
+# Highest frequency of a mode. Above it even the unsteadiest hand excites no mode, and ticks at
+# 60 Hz have at most six samples per period: to a hand the body is at rest at once.
 HIGHEST = 10.0  # Hz
-MOST = 6  # modes; each adds a field of displacements to what a tick evaluates
+MOST = 6  # modes; each adds a displacement field that every tick evaluates
 
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Natural modes, k of them, on n vertices of a surface.
+    """The k natural modes of a body on the n vertices of its surface.
 
     Args:
-        frequency: Natural angular frequencies, without damping, shape (k,) [rad/s].
-        shapes: Shapes of each, shape (k, n, 3) [sqrt(m/N)]. A force f on a vertex has the static
-            amplitude g = shapes . f [sqrt(N m)], of which the surface moves by shapes g [m]: so
-            shapes' shapes is the mode's part of the compliance. Half of g squared is its energy.
-        damping: Share of critical damping, of every mode.
+        frequency: Natural angular frequencies without damping, shape (k,) [rad/s].
+        shapes: Shape of each mode, shape (k, n, 3) [sqrt(m/N)]. A force f on a vertex gives a mode
+            the static amplitude g = shapes . f [sqrt(N m)], which moves the surface by shapes g
+            [m]. So shapes' shapes is the mode's part of the compliance; its energy is g^2 / 2.
+        damping: Damping ratio of every mode, as a share of critical damping.
 
     Raises:
-        SettingError: The damping is out of its range.
+        SettingError: The damping is out of range.
     """
 
     frequency: Floats
@@ -45,24 +45,25 @@ class Modes:
 
 
 def check_damping_ratio(damping: float) -> None:
-    """Refuse a damping of modes that the oscillator is not made for.
+    """Refuse a damping ratio outside of the range of the oscillator model.
 
     Raises:
-        SettingError: It is not within 0.02 and 0.95. With less a swing outlasts a visit, with more
-            it is no swing: `--relaxation` is for that.
+        SettingError: The ratio is not within 0.02 and 0.95. Below, a swing outlasts a visit; above,
+            a mode does not swing, and `--relaxation` describes it better.
     """
     if not 0.02 <= damping <= 0.95:
         raise SettingError("--damping-ratio", damping, "from 0.02 to 0.95 of critical damping")
 
 
 def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
-    """What a tick makes of the deviation of each mode from its static amplitude.
+    """Matrix that advances each mode's deviation from its static amplitude by one tick.
 
-    The free motion of e'' + 2 zeta w e' + w^2 e = 0, exactly, in the coordinates (e, e' / w).
+    The matrix is the exact free motion of e'' + 2 zeta w e' + w^2 e = 0 in the coordinates
+    (e, e' / w).
 
     Args:
         frequency: w of each mode, shape (k,) [rad/s].
-        damping: zeta, below 1.
+        damping: Damping ratio zeta, below 1.
         dt: Simulation period N T [s].
 
     Returns:
@@ -76,22 +77,22 @@ def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
 
 
 def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats:
-    """|D(z) - 1| of each mode: how far it swings from where it would be at rest.
+    """|D(z) - 1| of each mode: its swing about the static amplitude, relative to that amplitude.
 
-    D(z) is the mode's amplitude over the static one, with a force that is constant over each tick,
-    the one in which it is applied included.
+    D(z) is the ratio of the mode's amplitude to the static one, for a force that is constant over
+    each tick, including the tick in which it is applied.
 
     Args:
-        frequency: Frequency of each mode, shape (k,) [rad/s].
-        damping: Share of critical damping.
+        frequency: Angular frequency of each mode, shape (k,) [rad/s].
+        damping: Damping ratio.
         dt: Simulation period N T [s].
-        at: Angular frequencies up to that of Nyquist, shape (p,) [rad/s].
+        at: Angular frequencies up to the Nyquist frequency, shape (p,) [rad/s].
 
     Returns:
         Shape (k, p).
     """
     step = step_of(frequency, damping, dt)
-    z = np.exp(-1j * at * dt)  # of one tick of delay
+    z = np.exp(-1j * at * dt)  # transfer function of a delay by one tick
     trace = step[:, 0, 0] + step[:, 1, 1]
     det = step[:, 0, 0] * step[:, 1, 1] - step[:, 0, 1] * step[:, 1, 0]
     # First entry of (1 - step z)^-1 step.

@@ -1,1 +1,1 @@
-"""Solids under large deformation: neo-Hookean tetrahedra that are never inverted."""
+"""Solids under large deformation: neo-Hookean tetrahedra that never invert."""

@@ -1,9 +1,9 @@
-"""Loops over hyperelastic tetrahedra; `tetrahedra.py` has the matrices between them.
+"""Loops over hyperelastic tetrahedra; `rubber_tetrahedra.py` has the matrix products between them.
 
-Compiled where a compiler is at hand (`element_loops.pxd` has the types), without the global
-interpreter lock. Shapes are not checked here. m is the number of elements, a of their nodes, c of
-the corners at which the deformation gradient is taken, q of quadrature points. A deformation
-gradient F_ip is a row of nine, 3 i + p.
+The loops are compiled where there is a compiler (`element_loops.pxd` has the types), run without
+the global interpreter lock, and do not check shapes. m is the number of elements, a the number of
+nodes of an element, c the number of corners at which the deformation gradient is taken, and q the
+number of quadrature points. A deformation gradient F_ip is a row of nine, with index 3 i + p.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ def corner_gradients(
     factors: Floats,
     out: Floats,
 ) -> None:
-    """Deformation gradients at the corners, F_ip = sum_s y_si dL_s/dX_p.
+    """Compute the deformation gradients at the corners, F_ip = sum_s y_si dL_s/dX_p.
 
     Args:
-        x: Positions, shape (n, 3) [m].
-        elements: Nodes, shape (m, a).
+        x: Positions of the nodes, shape (n, 3) [m].
+        elements: Nodes of each element, shape (m, a).
         gradients: dL_s/dX_p of the barycentric coordinates, shape (m, 4, 3) [1/m].
-        nodes: Node of the element that y_s at each corner is made of, shape (c, 4).
-        factors: Its factor, and that of node s itself, shape (c, 4, 2).
-        out: Shape (m, 9, c).
+        nodes: Node of the element that makes up y_s at each corner, with node s, shape (c, 4).
+        factors: Factor of that node, and of node s, shape (c, 4, 2).
+        out: Receives the deformation gradients, shape (m, 9, c).
     """
     with cython.nogil:
         for e in range(len(elements)):
@@ -80,11 +80,11 @@ def nodal_forces(
 
     Args:
         stresses: Integrals of stress times the corners' shape functions, shape (m, 9, c) [N m].
-        elements: As there.
-        gradients: As there.
-        nodes: As there.
-        factors: As there.
-        out: Shape (n, 3) [N].
+        elements: As in `corner_gradients`.
+        gradients: As in `corner_gradients`.
+        nodes: As in `corner_gradients`.
+        factors: As in `corner_gradients`.
+        out: Receives the sum of the nodal forces, shape (n, 3) [N].
     """
     with cython.nogil:
         for e in range(len(elements)):
@@ -101,7 +101,7 @@ def nodal_forces(
 
 
 def cofactors(F: Floats, e: int, q: int, cof: Floats) -> float:
-    """Cofactors of the deformation gradient at a point, shape (9,), and its determinant."""
+    """Write the cofactors of F at a point to `cof`, shape (9,), and return the determinant."""
     a, b, c = F[e, 0, q], F[e, 1, q], F[e, 2, q]
     d, f, g = F[e, 3, q], F[e, 4, q], F[e, 5, q]
     h, k, m = F[e, 6, q], F[e, 7, q], F[e, 8, q]
@@ -118,11 +118,11 @@ def cofactors(F: Floats, e: int, q: int, cof: Floats) -> float:
 
 
 def stresses(F: Floats, weights: Floats, mu: Floats, lame: Floats, J: Floats, cof: Floats) -> float:
-    """First Piola-Kirchhoff stresses times weights, in place of the deformation gradients.
+    """Replace the deformation gradients by first Piola-Kirchhoff stresses times weights.
 
     Args:
-        F: Deformation gradients, shape (m, 9, q); where one is inverted it stays as it is.
-        weights: Weights of the points, shape (m, q) [m^3].
+        F: Deformation gradients, shape (m, 9, q); an inverted one stays unchanged.
+        weights: Weights of the quadrature points, shape (m, q) [m^3].
         mu: Shear modulus, shape (m,) [Pa].
         lame: Lame's first constant, shape (m,) [Pa].
         J: Receives the determinants, shape (m, q).
@@ -162,18 +162,18 @@ def moduli(
     swell: Floats,
     weighted: Floats,
 ) -> None:
-    """The parts of the tangent at the points, from the derivatives of the energy by J.
+    """Compute the parts of the tangent at the points, from the derivatives of the energy by J.
 
     Args:
         F: Deformation gradients, shape (m, 9, q); replaced by w U' F [N m].
         gradients: dL_s/dX_p, shape (m, 4, 3) [1/m].
-        weights: Shape (m, q) [m^3].
+        weights: Weights of the quadrature points, shape (m, q) [m^3].
         shapes: dN_a/dL_s for the two s of `terms`, shape (a, 2, q).
-        terms: The two barycentric coordinates that each node's shape function has, shape (a, 2).
+        terms: The two barycentric coordinates in each node's shape function, shape (a, 2).
         mu: Shear modulus, shape (m,) [Pa].
         lame: Lame's first constant, shape (m,) [Pa].
         cof: Scratch, shape (9,).
-        scratch: Shape (22, q).
+        scratch: Scratch, shape (22, q).
         swell: Receives dJ/dx, shape (m, q, 3 a).
         weighted: Receives w U'' dJ/dx, shape (m, 3 a, q).
     """
@@ -198,7 +198,7 @@ def moduli_of_element(
     swell: Floats,
     weighted: Floats,
 ) -> None:
-    """The same for one element; its inner loops are those over the points, side by side."""
+    """Does the work of `moduli` for one element; inner loops run over adjacent points."""
     points = F.shape[2]
     first_constant = lame[e]
     log_part = mu[e] + 0.5 * first_constant
@@ -227,12 +227,12 @@ def moduli_of_element(
 
 
 def turns(moments: Floats, normals: Floats, out: Floats) -> None:
-    """Products of moments of w U' F with the cross products of the gradients of L_s and L_t.
+    """Multiply moments of w U' F by the cross products of the gradients of L_s and L_t.
 
     Args:
         moments: Integrals of w U' F L_c L_d, shape (m, 9, r).
-        normals: Shape (m, 6, 3) [1/m^2].
-        out: Shape (m, 3, r, 6) [N/m].
+        normals: Cross products for the six pairs (s, t), shape (m, 6, 3) [1/m^2].
+        out: Receives the products, shape (m, 3, r, 6) [N/m].
     """
     with cython.nogil:
         for e in range(len(moments)):
@@ -252,14 +252,14 @@ def add_tangents(
     """Add the elements' tangents to the blocks of the matrix.
 
     Args:
-        swell: The part of U'', shape (m, 3 a, 3 a) [N/m].
-        turn: The axial vectors of the part of U', one for each pair of nodes, shape
+        swell: Part of the tangent with U'', shape (m, 3 a, 3 a) [N/m].
+        turn: Axial vectors of the part with U', one for each pair of nodes, shape
             (m, 3, a (a + 1) / 2) [N/m].
-        index: The block of each pair (a, b), b <= a; -1 - block where it is transposed; `beyond`
-            where a node is fixed. Shape (m, a (a + 1) / 2).
+        index: Block of each pair of nodes (a, b), b <= a; -1 - block if the block is transposed;
+            `beyond` if a node is fixed. Shape (m, a (a + 1) / 2).
         count: Number of nodes of an element.
         beyond: Number of blocks.
-        blocks: Shape (beyond, 9) [N/m].
+        blocks: Blocks of the matrix, shape (beyond, 9) [N/m].
     """
     with cython.nogil:
         for e in range(len(swell)):

@@ -1,12 +1,12 @@
-"""Compressible neo-Hookean rubber: no finite energy inverts it.
+"""Compressible neo-Hookean rubber, which no finite energy inverts.
 
-Per volume of the body at rest, with F the deformation gradient and J its determinant,
+The energy per volume of the body at rest, with the deformation gradient F and its determinant J, is
 
     W = mu / 2 (|F|^2 - 3) - mu ln J + lambda / 4 (J^2 - 1 - 2 ln J)        (Ciarlet, Geymonat 1982)
 
-The logarithm is a barrier: W has no bound as J goes to 0. W is polyconvex, so that equilibria
-exist (Ball 1977), and for small strains it is Hooke's law with the same Lame constants.
-`element_loops.py` evaluates it.
+The logarithm is a barrier: W is unbounded as J goes to 0. W is polyconvex, so that equilibria
+exist (Ball 1977), and for small strains W gives Hooke's law with the same Lame constants.
+`element_loops.py` evaluates W.
 """
 
 from __future__ import annotations
@@ -31,5 +31,5 @@ class NeoHookean:
 
     @classmethod
     def of(cls, moduli: Moduli) -> NeoHookean:
-        """The materials with these moduli at small strains."""
+        """Returns the material that has these moduli at small strains."""
         return cls(moduli.mu, moduli.lame)

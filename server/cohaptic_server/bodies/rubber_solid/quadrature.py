@@ -1,9 +1,9 @@
 """The quadrature points of a hyperelastic tetrahedron: a lattice of thirds, and the centre.
 
-For small strains four inner points would suffice. But a bent element is inverted at its edges
-first, so the barrier of its energy must be evaluated there. J, the determinant of the deformation
-gradient, is a cubic in a ten-node tetrahedron with straight edges at rest: its values on the
-lattice determine it, and its Bernstein coefficients bound it between the points.
+For small strains four inner points would suffice. But a bent element inverts at its edges first, so
+the barrier of the energy must be evaluated there. J, the determinant of the deformation gradient,
+is a cubic in a ten-node tetrahedron with straight edges at rest: the values of J on the lattice
+determine the cubic, and its Bernstein coefficients bound J between the points.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ import numpy as np
 from cohaptic_server.mesh.tetrahedra import EDGES
 from cohaptic_server.numeric import Floats
 
-# Weight of a corner, a third of an edge, the middle of a face, the centre. The totals
-# 1 / 10 - 5 e / 27, e, 9 / 10 - 2 e and 32 e / 27 of the 4, 12, 4 and 1 points give a rule of
-# degree 3 for every e; at e = 0.3 all are positive.
+# Weight of a corner, a third point of an edge, the middle of a face, and the centre. With totals of
+# 1 / 10 - 5 e / 27, e, 9 / 10 - 2 e and 32 e / 27 for the 4, 12, 4 and 1 points the rule has degree
+# 3 for every e; at e = 0.3 all weights are positive.
 _WEIGHTS = (1.0 / 90.0, 1.0 / 40.0, 3.0 / 40.0, 16.0 / 45.0)
 
 
 def shape_gradients(count: int) -> Floats:
     """dN_a/dL_i at the quadrature points, shape (q, a, 4); L are barycentric coordinates.
 
-    N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q with ten nodes.
+    With ten nodes N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q; with four nodes N_a = L_a.
     """
     if count == 4:
         return np.eye(4)[None]
@@ -39,7 +39,7 @@ def shape_gradients(count: int) -> Floats:
 
 
 def lattice() -> Floats:
-    """Barycentric coordinates of the points: a lattice of thirds, and the centre, shape (21, 4)."""
+    """Barycentric coordinates of the lattice of thirds, and of the centre, shape (21, 4)."""
     one = np.eye(4)
     thirds = [(2.0 * one[a] + one[b]) / 3.0 for a in range(4) for b in range(4) if a != b]
     return np.concatenate([one, thirds, (1.0 - one) / 3.0, np.full((1, 4), 0.25)])
@@ -48,7 +48,8 @@ def lattice() -> Floats:
 def whole_bounds() -> Floats:
     """Matrix from a cubic's values on the lattice to its Bernstein coefficients, shape (20, 20).
 
-    They bound it too, but less tightly than those of `bounds`, which are means of them.
+    These coefficients bound the cubic, too, but less tightly than those of `bounds`, which are
+    weighted means of these.
     """
     return np.asarray(np.linalg.inv(_bernstein(lattice()[:20])), dtype=np.float64)
 
@@ -56,14 +57,14 @@ def whole_bounds() -> Floats:
 def bounds() -> Floats:
     """Matrix from a cubic's values on the lattice to Bernstein coefficients, shape (160, 20).
 
-    The coefficients belong to the eight parts of the tetrahedron cut at the middles of its edges:
-    the cubic lies between the smallest and the largest of them.
+    The coefficients belong to the eight parts of a tetrahedron that is cut at the middles of its
+    edges. The cubic lies between the smallest and the largest coefficient.
     """
     corners = [np.eye(4)[k] for k in range(4)]
     ab, bc, ac, ad, bd, cd = (0.5 * (corners[p] + corners[q]) for p, q in EDGES)
     a, b, c, d = corners
     parts = [(a, ab, ac, ad), (b, ab, bc, bd), (c, ac, bc, cd), (d, ad, bd, cd)]
-    ring = [ab, bc, cd, ad]  # of the remaining octahedron, about the axis ac - bd
+    ring = [ab, bc, cd, ad]  # corners of the remaining octahedron round its axis ac - bd
     parts += [(ac, bd, ring[k], ring[k - 1]) for k in range(4)]
     thirds, to_coefficients = lattice()[:20], whole_bounds()
     return np.concatenate(
@@ -73,7 +74,7 @@ def bounds() -> Floats:
 
 def _bernstein(points: Floats) -> Floats:
     """Bernstein polynomials of degree 3 at points in barycentric coordinates, shape (p, 20)."""
-    powers = np.rint(3.0 * lattice()[:20]).astype(np.int64)  # (20, 4), each of sum 3
+    powers = np.rint(3.0 * lattice()[:20]).astype(np.int64)  # (20, 4), rows sum to 3
     multinomial = 6.0 / np.array([math.prod(map(math.factorial, p)) for p in powers.tolist()])
     return np.asarray(multinomial * np.prod(points[:, None] ** powers, axis=2))
 

@@ -1,9 +1,9 @@
 """A solid of rubber or tissue under large deformation: any object, fixed in some region.
 
-The nonlinear counterpart of `solid.py`, on the same mesh with the same small-strain moduli
-(`neo_hookean.py`), iterated in each tick (`newton.py`) under the contacts' forces as dead loads,
-which keep their directions while the surface moves. `fields` and `compliance` are those of the
-tangent at the present state (science 3.6); while the body moves the tangent may be a chord behind.
+This is the nonlinear counterpart of `solid.py`, on the same mesh with the same small-strain moduli
+(`neo_hookean.py`). Each tick iterates (`newton.py`) under the contacts' forces as dead loads, which
+keep their directions while the surface moves. `fields` and `compliance` are those of the tangent
+at the present state (science 3.6); while the body moves, the tangent may lag by a chord.
 
 With a damping B_o the body is Kelvin-Voigt as in eq. (9): `viscous.py`.
 """
@@ -29,25 +29,26 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.side_by_side import cores
 
-# One factorisation in a tick of a moving hand: it is most of the cost of a tick.
+# One factorisation in a tick of a moving hand, since this is most of the cost of a tick.
 _STEPS = 1
-_CHORD = 0.002  # of the body's size, where that is less than `newton.CHORD`
-_MOVE = 0.2  # of the body's size, where that is less than `newton.MAX_MOVE`
+_CHORD = 0.002  # share of the body's size; limits the chord if below `newton.CHORD`
+_MOVE = 0.2  # share of the body's size; limits the motion if below `newton.MAX_MOVE`
 _BATCH = 32  # contacts in one solve
-# Time of a tick of two sliding hands with compiled loops, 99th percentile [s], on one and on more
-# processor cores, and its exponent in the number of nodes (docs/decisions/0029).
+# Numbers of nodes, on one core and on more, at which a tick of two sliding hands takes the measured
+# time (99th percentile, compiled loops) [s], and the exponent of the time in the number of nodes
+# (docs/decisions/0029).
 _NODES_ON_ONE_CORE, _NODES_ON_TWO, _MEASURED_TICK, _GROWTH = 1300, 1500, 0.016, 1.35
 
 
 def tick_seconds(nodes: int) -> float:
-    """Estimated time of a tick by the number of nodes, measured in docs/decisions/0029 [s]."""
+    """Estimated time of a tick for a number of nodes, from docs/decisions/0029 [s]."""
     measured = _NODES_ON_TWO if cores() > 1 else _NODES_ON_ONE_CORE
     return float(_MEASURED_TICK * (nodes / measured) ** _GROWTH)
 
 
 @dataclass(frozen=True, eq=False)
 class RubberSolidResponse(FiniteResponse):
-    """A response that the next tick can start from.
+    """A response from which the next tick can start.
 
     Args:
         iterate: Solid and tangents at the end of the tick.
@@ -63,9 +64,9 @@ class RubberSolid:
         tets: The object at rest.
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius; no columns are cached.
-        name: Name for people and for the wire.
+        name: Name of the body, shown to users and sent over the network.
         damping: B_o / K_o at the simulation period of the server.
-        table: What `vertex_compliance` returned for the same solid; computed when needed if None.
+        table: Result of `vertex_compliance` for the same solid; None computes it when needed.
         moduli: Elastic moduli of each tetrahedron, at small strains; None takes the material of the
             settings for all of them.
 
@@ -77,7 +78,7 @@ class RubberSolid:
         rubber: Energy, forces and tangent.
 
     Raises:
-        BodyError: Nothing is fixed, too little, or everything; or the solid is not stable at rest.
+        BodyError: No vertices are fixed, too few, or all; or the solid is not stable at rest.
     """
 
     def __init__(
@@ -107,7 +108,7 @@ class RubberSolid:
         self._table = table
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberSolidResponse:
-        """Iterate towards equilibrium with `loads`, from the state of `before`."""
+        """Iterate towards equilibrium with `loads`, from the state of `before` or from rest."""
         start = before.iterate if isinstance(before, RubberSolidResponse) else self._rest
         surface = self.shape.surface
         shares = np.zeros((len(loads), *self.shape.nodes.shape))
@@ -132,7 +133,7 @@ class RubberSolid:
         """C_ii of a contact centred at each vertex of the body at rest, along its normal.
 
         Args:
-            progress: Receives the completed share, up to 1; once there is a table it is not called.
+            progress: Receives the completed share, up to 1; not called if the table exists.
 
         Returns:
             Shape (n,) [m/N].
@@ -152,7 +153,7 @@ class RubberSolid:
                     mesh, mesh.vertices[k], self.contact_radius, mesh.normals[k]
                 )
                 shares[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
-            # The tangent is positive definite, and no node that is held moves.
+            # The tangent is positive definite, and held nodes do not move: C_ii is not negative.
             fields = self._newton.fields(self._rest.stable, shares)
             table[batch.start : batch.stop] = (shares * fields).sum(axis=(1, 2))
             progress(batch.stop / len(surface))

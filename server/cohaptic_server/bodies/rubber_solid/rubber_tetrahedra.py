@@ -4,21 +4,21 @@ With J the determinant of the deformation gradient F, the energy is that of `neo
 
     W = mu / 2 (|F|^2 - 3) + U(J),    U = -(mu + lambda / 2) ln J + lambda / 4 (J^2 - 1).
 
-Its first part has a constant Hessian. That of the second is U'' dJ dJ + U' d2J: squares, and the
-second derivative of a determinant, which is linear in F and turns one node's displacement into
-another's force. A stiffened tangent leaves out what can make it indefinite: of the term
-s tr(L L) of a gradient L of velocity, with s = mu - lambda / 2 (J^2 - 1), the spin where s > 0 and
-the strain where s < 0.
+The first part of W has a constant Hessian. The Hessian of U is U'' dJ dJ + U' d2J: squares, and the
+second derivative of a determinant, which is linear in F and acts as a cross product between one
+node's displacement and another's force. A stiffened tangent leaves out the parts that can make it
+indefinite. These are parts of the term s tr(L L), with the velocity gradient L and
+s = mu - lambda / 2 (J^2 - 1): the part of the spin where s > 0, and of the strain where s < 0.
 
 Everything that depends on the mesh alone is computed once. A tick passes over the elements in
 batches that stay in the processor's cache.
 
-No element is inverted: `quadrature.py` bounds J throughout each, and no step is taken that brings
-the bound below `_MIN_J`.
+No element inverts: `quadrature.py` gives a lower bound of J in each element, and a step that would
+bring this bound below `_MIN_J` is refused.
 
 The loops over corners and points use tables of the shape functions. The gradients of ten-node shape
 functions are linear, so a deformation gradient is interpolated from the corners: F = sum_c L_c F_c.
-Four-node elements have one point and one such corner.
+Four-node elements have one quadrature point and one such corner.
 """
 
 from __future__ import annotations
@@ -56,17 +56,17 @@ from cohaptic_server.side_by_side import both
 
 @dataclass(frozen=True, eq=False)
 class ShapeTables:
-    """Tables of the elements' shape functions; a nodes, c corners, q quadrature points.
+    """Tables of shape functions for a nodes, c corners, r pairs of corners, q quadrature points.
 
     Args:
         interpolation: Shape functions of the corners at the points, shape (c, q).
-        products: Their products in pairs, shape (r, q).
-        nodes: Node that each y_s is made of beside s itself, shape (c, 4).
+        products: Products of each pair of these functions, shape (r, q).
+        nodes: Node that makes up y_s together with node s, shape (c, 4).
         factors: Factor of that node, and of node s, shape (c, 4, 2).
         terms: Barycentric coordinates in each shape function, shape (a, 2).
-        shapes: Derivatives by these at the points, shape (a, 2, q).
-        turning: From the vectors of `element_loops.turns`, shape (6 r), to those of the pairs of
-            nodes, shape (6 r, a (a + 1) / 2).
+        shapes: Derivatives by these coordinates at the points, shape (a, 2, q).
+        turning: Matrix from the vectors of `element_loops.turns`, shape (6 r), to those of the
+            pairs of nodes, shape (6 r, a (a + 1) / 2).
     """
 
     interpolation: Floats
@@ -79,7 +79,7 @@ class ShapeTables:
 
     @classmethod
     def of(cls, count: int) -> ShapeTables:
-        """The tables of elements of `count` nodes, 4 or 10."""
+        """Returns the tables for elements of `count` nodes, 4 or 10."""
         D = shape_gradients(count)  # (q, a, 4)
         L = np.ones((1, 1)) if count == 4 else lattice()
         corners = L.shape[1]
@@ -101,7 +101,7 @@ class ShapeTables:
 
 
 def _pulls(at_corners: Floats) -> tuple[Ints, Floats]:
-    """Nodes and factors of y_s at the corners, from the derivatives there, shape (c, a, 4)."""
+    """Nodes and factors of y_s at the corners, from dN_a/dL_s there, shape (c, a, 4)."""
     corners = len(at_corners)
     nodes, factors = np.zeros((corners, 4), dtype=np.int64), np.zeros((corners, 4, 2))
     for c, s in itertools.product(range(corners), range(4)):
@@ -119,7 +119,7 @@ def _terms(D: Floats) -> Ints:
 
 
 def _turning(at_corners: Floats, pairs: list[tuple[int, int]]) -> Floats:
-    """The sums  dN_a/dL_s dN_b/dL_t - dN_a/dL_t dN_b/dL_s  of each pair of corners."""
+    """Sums of  dN_a/dL_s dN_b/dL_t - dN_a/dL_t dN_b/dL_s  over each pair of corners."""
     count = at_corners.shape[1]
     sides = list(itertools.combinations(range(4), 2))
     table = np.zeros((len(pairs), len(sides), count * (count + 1) // 2))
@@ -136,16 +136,16 @@ def _turning(at_corners: Floats, pairs: list[tuple[int, int]]) -> Floats:
 
 
 def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) -> Floats:
-    """What a fully stiffened tangent has beside the exact one, shape (k, 3 a, 3 a) [N/m].
+    """Difference of the fully stiffened and the exact tangent, shape (k, 3 a, 3 a) [N/m].
 
-    With h the gradients of the shape functions in the present state it is
+    With h the gradients of the shape functions in the present state, the difference is
     1/2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
 
     Args:
         material: mu and lambda of these elements, shape (k,) [Pa].
-        swell: From `element_loops.moduli`, J h, shape (k, q, 3 a).
-        weighted: From there, w U'' J h, shape (k, 3 a, q).
-        J: Shape (k, q).
+        swell: J h from `element_loops.moduli`, shape (k, q, 3 a).
+        weighted: w U'' J h from `element_loops.moduli`, shape (k, 3 a, q).
+        J: Determinants at the quadrature points, shape (k, q).
     """
     mu, lame = material.mu[:, None], material.lame[:, None]
     s = mu - 0.5 * lame * (J - 1.0) * (J + 1.0)
@@ -160,12 +160,12 @@ def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) ->
     return np.asarray(removed.reshape(k, width, width))
 
 
-# Least share of J that a step leaves at every point: the fraction-to-the-boundary rule of interior
-# point methods.
+# Least share of J, or of 1 if J is larger, that a step must leave at every point: the
+# fraction-to-the-boundary rule of interior point methods.
 _MIN_SHARE = 0.1
 _MIN_J = 0.01  # least J anywhere in an element
-_WORTH_TWO_THREADS = 500  # elements; below it a second thread saves less than to wake it up takes
-_BATCH = 64  # elements; their tangents, 460 kB, stay in the processor's cache
+_WORTH_TWO_THREADS = 500  # elements; with fewer, waking a second thread costs more than it saves
+_BATCH = 64  # elements, whose tangents, 460 kB, stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +175,7 @@ class SolidState:
     Args:
         x: Positions of the nodes, shape (n, 3) [m].
         corners: Deformation gradients at the corners of the elements, shape (m, 9, c).
-        J: Their determinants at the quadrature points, shape (m, q).
+        J: Determinants of the deformation gradients at the quadrature points, shape (m, q).
         energy: Stored energy [J].
         internal_force: dE/dx, shape (n, 3) [N].
     """
@@ -198,7 +198,7 @@ class SolidTangent:
         return np.ascontiguousarray(self.factor.solve(np.ascontiguousarray(b.T)).T)
 
     def step(self, b: Floats) -> Floats:
-        """The same in single precision."""
+        """Displacements as in `displacements`, in single precision."""
         return np.ascontiguousarray(self.factor.approximate(np.ascontiguousarray(b.T)).T)
 
 
@@ -214,7 +214,7 @@ class RubberTetrahedra:
         dof: Unknowns in the order of the factor, as indices into (3 n,), shape (size,).
     """
 
-    # Shares of the negative part of the moduli that are removed.
+    # Share of the negative part of the moduli that is removed.
     stiffenings = (1.0,)
 
     def __init__(self, shape: SolidShape, material: NeoHookean) -> None:
@@ -261,14 +261,14 @@ class RubberTetrahedra:
         return np.asarray(F.transpose(0, 2, 1).reshape(*state.J.shape, 3, 3))
 
     def at(self, x: Floats, least: Floats | float = 0.0) -> SolidState | None:
-        """The solid with its nodes at `x`.
+        """Returns the state of the solid with its nodes at `x`.
 
         Args:
-            x: Shape (n, 3) [m].
+            x: Positions of the nodes, shape (n, 3) [m].
             least: Lower bound of J, one for all points or one for each, shape (m, q).
 
         Returns:
-            None where J is not above `least` at a point, or not above `_MIN_J` in an element.
+            None if J is not above `least` at a point, or its bound not above `_MIN_J`.
         """
         x = np.ascontiguousarray(x)
         m, points = self._weights.shape
@@ -285,7 +285,7 @@ class RubberTetrahedra:
             )
             energy += more
             internal += others
-        # Written as a negation, so that NaN is refused too.
+        # Written as a negation, so that NaN is refused, too.
         if not (least < J).all() or not self._is_bounded(J):
             return None
         log_part = self.material.mu + 0.5 * self.material.lame
@@ -298,7 +298,7 @@ class RubberTetrahedra:
         """Write deformation gradients and determinants of the elements from `begin` to `end`.
 
         Returns:
-            Their energy without its logarithmic part [J], and their nodal forces [N].
+            Energy of these elements without its logarithmic part [J], and their nodal forces [N].
         """
         tables, material, run = self._tables, self.material, slice(begin, end)
         given = self._elements[run], self._gradients[run], tables.nodes, tables.factors
@@ -320,13 +320,13 @@ class RubberTetrahedra:
         """Whether J, shape (m, q), is above `_MIN_J` throughout each element."""
         if J.shape[1] == 1:
             return bool((J > _MIN_J).all())
-        # The bounds of the whole element first: those of its parts are nowhere lower.
+        # The bounds of whole elements come first: the bounds of their parts are nowhere lower.
         coarse = J[:, :20] @ self._whole_bounds.T
         doubtful = ~(coarse > _MIN_J).all(axis=1)
         return bool((J[doubtful, :20] @ self._bounds.T > _MIN_J).all())
 
     def displaced(self, state: SolidState, step: Floats, external: Floats) -> SolidState | None:
-        """The state after a step; None if J falls below `_MIN_SHARE` of its value somewhere."""
+        """Returns the state after a step; None if J gets below its limits, as for `at`."""
         del external
         return self.at(state.x + step, _MIN_SHARE * np.minimum(state.J, 1.0))
 
@@ -361,7 +361,7 @@ class RubberTetrahedra:
     def _tangent(
         self, state: SolidState, stiffening: float, begin: int, end: int, blocks: Floats
     ) -> Floats:
-        """Add the tangents of the elements from `begin` to `end`."""
+        """Add the tangents of the elements from `begin` to `end` to `blocks`."""
         tables, material = self._tables, self.material
         points = self._weights.shape[1]
         count = self._elements.shape[1]
@@ -390,7 +390,7 @@ class RubberTetrahedra:
                 weighted,
             )
             turns(_times(F, products), self._normals[batch], turned)
-            # Of an array and its own transpose BLAS takes three times as long for each element.
+            # Separate arrays: for an array and its own transpose BLAS takes three times as long.
             squares = weighted[:k] @ swell[:k]
             if stiffening:
                 squares += stiffening * removed(of_batch, swell[:k], weighted[:k], state.J[batch])
@@ -406,6 +406,6 @@ class RubberTetrahedra:
 
 
 def _times(stack: Floats, matrix: Floats) -> Floats:
-    """The product of each matrix of a stack (m, k, c) with one and the same (c, q)."""
+    """Product of each matrix of a stack (m, k, c) with the same matrix (c, q)."""
     m, k, c = stack.shape
     return np.asarray((stack.reshape(m * k, c) @ matrix).reshape(m, k, -1))

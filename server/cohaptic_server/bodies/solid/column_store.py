@@ -1,7 +1,7 @@
-"""A bounded store of Green's columns: slots in one slab of memory, least recently used ones go.
+"""A bounded store of Green's columns: slots in one slab, reused from the least recently used.
 
-The slab is in single precision. A column has its rows place after place (`places.py`), so that a
-contact reads the rows of its surroundings in runs.
+The slab is in single precision. A column stores its rows place after place (`places.py`), so that a
+contact reads the rows round it in runs.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from cohaptic_server.bodies.solid.near_field_kernels import NearFieldKernel
 from cohaptic_server.bodies.solid.places import PLACE, Places, Positions
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
-MIN_CAPACITY = 256  # columns, whatever the budget: more than one tick of a full room touches
-_PROTECTED = 4  # ticks after its last use during which a column stays: a response may still read it
+MIN_CAPACITY = 256  # columns at any budget: more than a full room touches in one tick
+_PROTECTED = 4  # ticks after its last use for which a column stays: a response may still read it
 _PLACE_BYTES = 36 * PLACE
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Displacement of surface vertices for unit forces on one of them.
+    """Displacement of surface vertices for unit forces on one vertex.
 
     Args:
         vertex: The vertex with the unit force.
         places: Places whose displacement is known, rising, shape (q,).
-        values: For each vertex of these places, and a force in x, y, z: displacement in x, y, z;
+        values: Displacement in x, y, z for a force in x, y, z, at each vertex of these places,
             shape (q, PLACE * 9) [m/N].
     """
 
@@ -40,19 +40,19 @@ class ColumnStore:
 
     Args:
         points: The surface vertices, shape (n, 3) [m].
-        places: Their places.
+        places: Places of the surface vertices.
         budget: Memory for columns [bytes].
-        reach: Distance from a vertex up to which its column is kept [m]; all of it if not given.
-        fill: Whether the system gives the slab's memory at once. If not, `fill` has to be called
-            before the first column comes: a tick has no time to wait for it.
+        reach: Distance from a vertex up to which its column is kept [m]; None keeps whole columns.
+        fill: Whether to have the system provide the slab's memory at once. If not, call `fill`
+            before the first column comes: a tick has no time to wait for the memory.
 
     Attributes:
         places: As given.
         kernel: Sums the columns.
-        kind: Kind of each vertex's column; those of a kind keep the same places, shape (n,).
-        column_bytes: Memory of one column.
+        kind: Kind of each vertex's column; columns of one kind keep the same places, shape (n,).
+        column_bytes: Memory of one column [bytes].
         capacity: Number of slots.
-        slot: Slot of each vertex's column, -1 for none, shape (n,).
+        slot: Slot of each vertex's column, -1 if there is no column, shape (n,).
         share: Fade-in of each slot, from 0 for a new column to 1, shape (capacity,).
     """
 
@@ -67,8 +67,8 @@ class ColumnStore:
     ) -> None:
         n = len(points)
         self.places, self._points = places, points
-        # The vertices of a place keep the same places: a contact then looks up the position of a
-        # row in few tables, which stay in the cache.
+        # The columns of all vertices of a place keep the same places: a contact then looks up the
+        # position of a row in few tables, which stay in the cache.
         self.kind: Ints = np.zeros(n, dtype=np.int64) if reach is None else places.rank // PLACE
         every = np.arange(places.count)
         self._kept_places = [every] if reach is None else places.within(reach)
@@ -79,15 +79,15 @@ class ColumnStore:
         self.column_bytes = _PLACE_BYTES * self._length
         self.capacity = max(min(MIN_CAPACITY, n), min(budget // self.column_bytes, n))
         self._allocate()
-        # Whole columns are not filled: the system gives memory as they come.
+        # For whole columns the system may provide the memory as the columns come.
         if fill and reach is not None:
             self.fill()
 
     def fill(self) -> None:
-        """Have the system give the memory of the slab, which holds no column yet.
+        """Have the system provide the memory of the slab, before the slab holds any column.
 
-        Hundreds of megabytes take half a second. It can be done in a thread beside ticks: it does
-        not hold the interpreter's lock, and reads and writes nothing else.
+        Hundreds of megabytes take half a second. A thread beside the ticks may call this: it does
+        not hold the interpreter's lock, and touches nothing but the slab.
         """
         self._slab.fill(0.0)
 
@@ -97,7 +97,7 @@ class ColumnStore:
         self._slab: Narrow = np.empty((self.capacity, 9 * PLACE * self._length), dtype=np.float32)
         self.kernel = NearFieldKernel(self._points, self.places.rank, self._slab, self._position)
         self.share: Floats = np.zeros(self.capacity)
-        self._vertex = np.full(self.capacity, -1, dtype=np.int64)  # of each slot
+        self._vertex = np.full(self.capacity, -1, dtype=np.int64)  # vertex of each slot's column
         self._last_use = np.full(self.capacity, -_PROTECTED - 1, dtype=np.int64)
         self._now = 0
         self._touched_since = np.zeros(n, dtype=np.int64)
@@ -109,7 +109,7 @@ class ColumnStore:
         return int((self._vertex >= 0).sum())
 
     def grow(self, capacity: int) -> None:
-        """Make room for `capacity` columns; if there was less, the store is empty afterwards."""
+        """Make room for `capacity` columns; if the store has to grow, it is empty afterwards."""
         if capacity > self.capacity:
             self.capacity = capacity
             self._allocate()
@@ -119,10 +119,10 @@ class ColumnStore:
 
         Args:
             touched: Vertices that are touched in this tick.
-            step: Growth of every column's share.
+            step: Growth of every column's fade-in share.
         """
         self._now += 1
-        # A vertex that was not touched in the previous tick is touched anew.
+        # A touch begins if the vertex was not touched in the previous tick.
         anew = touched[self._last_touch[touched] < self._now - 1]
         self._touched_since[anew] = self._now
         self._last_touch[touched] = self._now
@@ -131,7 +131,7 @@ class ColumnStore:
         np.minimum(1.0, self.share + step, out=self.share)
 
     def lacking(self, vertices: Ints, ticks: int) -> Ints:
-        """Those of `vertices` without a column that have been touched for at least `ticks`."""
+        """Returns those of `vertices` that lack a column and were touched for `ticks` or more."""
         lasting = self._now - self._touched_since[vertices] >= ticks
         return vertices[lasting & (self.slot[vertices] < 0)]
 
@@ -144,13 +144,13 @@ class ColumnStore:
         """Store a column in place of the least recently used one.
 
         Args:
-            column: Column of which the places that count are kept; the displacement of missing ones
-                is 0.
-            share: Its share at first.
-            protected: Ticks after its last use during which a column must stay.
+            column: Column to store. The store keeps the places within its reach, and sets places
+                that the column lacks to 0.
+            share: Initial fade-in share.
+            protected: Ticks after its last use for which a column must stay.
 
         Returns:
-            Whether the column is in the store; it is not where all others are in use.
+            Whether the column is in the store; False if all slots are in use.
         """
         if self.slot[column.vertex] >= 0:
             return True
@@ -169,21 +169,21 @@ class ColumnStore:
         wanted = self._kept_places[int(self.kind[column.vertex])]
         rows = self._slab[slot].reshape(self._length, -1)[: len(wanted)]
         at = np.minimum(np.searchsorted(column.places, wanted), len(column.places) - 1)
-        # Clipping takes the rows straight to where they belong.
+        # With mode="clip", numpy writes the rows directly into `out`, without a buffer.
         np.take(column.values, at, axis=0, out=rows, mode="clip")
         lacking = column.places[at] != wanted
         if lacking.any():
             rows[lacking] = 0.0
 
     def whole_sums(self, slots: Ints, weights: Floats) -> Floats:
-        """Displacement of all vertices, where columns have all places.
+        """Displacement of all vertices, for a store that keeps whole columns.
 
         Args:
-            slots: Columns under a force, shape (s,).
-            weights: Share of the force on each, shape (s,).
+            slots: Slots of the columns under a force, shape (s,).
+            weights: Share of the force on each column, shape (s,).
 
         Returns:
-            For a force of 1 N in x, y, z, shape (n, 3, 3) [m/N].
+            Displacement for a force of 1 N in x, y, z, shape (n, 3, 3) [m/N].
         """
         total = np.zeros(self._slab.shape[1], dtype=np.float32)
         for slot, weight in zip(slots.tolist(), weights.astype(np.float32), strict=True):

@@ -2,14 +2,14 @@
 
     C(x, y) ~ psi(x)' G psi(y),    G_pq: displacement of sample p per unit force at sample q
 
-G is exact, between contacts centred at samples that are spread over the surface. psi distributes a
+G is exact between contacts centred at samples, which are spread over the surface. psi distributes a
 force to the samples round it and interpolates a displacement from them; it preserves moments up to
 the second order (moving least squares), so that the field a few sample spacings away is right to
-third order. It smooths the dent under the force itself: the compliance of a contact at its own
-place is therefore the mean of the vertices' own under it, each of which is exact, and not taken
-from psi' G psi, which is smaller.
+third order. But psi smooths the dent under the force itself, so that psi' G psi is too small there.
+The self-compliance of a contact is therefore the mean of the exact self-compliances of contacts
+centred at the vertices under it.
 
-The far field answers for columns that have not been solved yet, and for vertices that lie too far
+The far field replaces columns that have not been solved yet, and serves vertices that lie too far
 from a contact for its columns to matter.
 """
 
@@ -32,12 +32,12 @@ class FarField:
     Args:
         samples: Vertices of the surface, shape (m,).
         near: Samples round each vertex, as indices into `samples`, shape (n, k).
-        carries: Weights that distribute a vertex's force to the samples and interpolate their
-            displacement; zero at fixed vertices, shape (n, k).
+        carries: Weights that distribute a vertex's force to the samples and interpolate the
+            vertex's displacement from them; zero at fixed vertices, shape (n, k).
         compliance: G, displacement of a sample in x, y, z per unit force at another, both averaged
             over a contact's pressure, shape (3 m, 3 m) [m/N].
-        own: Compliance at itself of a contact centred at each vertex, the rows of a 3x3 block, zero
-            where nothing free is under it, shape (n, 9) [m/N].
+        own: Self-compliance of a contact centred at each vertex, as the rows of a 3x3 block; zero
+            if no free vertex is under the contact, shape (n, 9) [m/N].
         spacing: Mean distance between neighbouring samples [m].
     """
 
@@ -60,7 +60,7 @@ class FarField:
         return out
 
     def respond(self, spread: Floats, out: Floats) -> None:
-        """Displacement of the samples under a force on them.
+        """Compute the displacement of the samples under a force on them.
 
         Args:
             spread: Share of the force on each sample, shape (m,).
@@ -85,23 +85,23 @@ class FarField:
         return out
 
     def without(self, values: Floats, field: Floats, force: Floats) -> Floats:
-        """Displacement of the samples, shape (m, 3) [m], less that by a force.
+        """Displacement of the samples without a force, shape (m, 3) [m].
 
         Args:
-            values: With the force, shape (m, 3) [m].
-            field: `respond` of its contact, shape (3, m, 3) [m/N].
-            force: Shape (3,) [N].
+            values: Displacement with the force, shape (m, 3) [m].
+            field: Result of `respond` for the force's contact, shape (3, m, 3) [m/N].
+            force: Force to leave out, shape (3,) [N].
         """
         out = np.empty_like(values)
         kernels.subtract(values, field, force, out)
         return out
 
     def between(self, spreads: Floats, fields: Floats) -> Floats:
-        """Displacement of contacts by forces on contacts; no vertex is needed for it.
+        """Displacement of contacts by forces on contacts, from the samples alone.
 
         Args:
-            spreads: `spread` of each contact, shape (c, m).
-            fields: `respond` of each contact, shape (c, 3, m, 3) [m/N].
+            spreads: Result of `spread` for each contact, shape (c, m).
+            fields: Result of `respond` for each contact, shape (c, 3, m, 3) [m/N].
 
         Returns:
             Displacement of contact i by 1 N in x, y, z on contact j, shape (c, c, 3, 3) [m/N].
@@ -111,11 +111,11 @@ class FarField:
         return out
 
     def self_compliance(self, vertices: Ints, weights: Floats, direction: Floats) -> float:
-        """Compliance of a contact at itself by that of the vertices under it [m/N].
+        """Self-compliance of a contact, from `own` of the vertices under the contact [m/N].
 
         Args:
             vertices: Vertices under the contact, shape (k,).
-            weights: Share of the force on each, shape (k,).
+            weights: Share of the force on each vertex, shape (k,).
             direction: Unit vector of the force, shape (3,).
 
         Raises:
@@ -136,7 +136,7 @@ class FarField:
         return table
 
     def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        """The arrays of a file, by the names that stored objects have used from the start."""
+        """Arrays for a file, under the names that stored objects have always used."""
         return {
             "places": self.samples,
             "near": self.near,
@@ -148,10 +148,10 @@ class FarField:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, npt.NDArray[np.generic]]) -> FarField:
-        """The far field of `to_arrays`.
+        """Returns the far field from the arrays of `to_arrays`.
 
         Raises:
-            BodyError: An array is missing, or they do not fit together.
+            BodyError: An array is missing, or the arrays do not fit together.
         """
         try:
             found = cls(
@@ -165,7 +165,7 @@ class FarField:
         except KeyError as error:
             raise BodyError(f"a stored object lacks {error}") from error
         m, near = len(found.samples), found.near
-        # The kernels do not look whether an index is one of an array's.
+        # The kernels do not check that an index lies within its array.
         if (
             near.ndim != 2
             or found.carries.shape != near.shape

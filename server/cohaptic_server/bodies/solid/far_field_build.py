@@ -1,7 +1,7 @@
 """Builds the far field of a solid: presses all over its surface, and the interpolation weights.
 
-A press needs forward substitution alone (`cholesky/forward.py`): those on the samples give the
-compliance between all of them, and one on each vertex gives its own.
+A press needs only forward substitution (`cholesky/forward.py`). The presses on the samples give the
+compliance between all samples, and a press on each vertex gives that vertex's self-compliance.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 SAMPLES = 600
-_NEIGHBOURS = 16  # samples that a vertex is interpolated from
-_MIN_COSINE = 0.3  # between normals; a sample below it lies on another side of the body
-# Presses eliminated together: twice as many are 10 % faster, and the largest factor that is made
-# (`objects/prepare.py`) has fronts of 20,000 rows, 120 MB of forces by so many presses.
+_NEIGHBOURS = 16  # samples from which a vertex is interpolated
+_MIN_COSINE = 0.3  # between normals; a sample below this is on another side of the body
+# Presses eliminated together. Twice as many would be only 10 % faster. The largest factor that is
+# made (`objects/prepare.py`) has fronts of 20,000 rows: the forces of 256 presses take 120 MB.
 _BATCH = 256
-_SHARE_OF_SAMPLES = 0.1  # of the time of all presses, roughly
-_CORE = 0.1  # share of the reach, squared, below which the weight levels off
+_SHARE_OF_SAMPLES = 0.1  # rough share of the presses on samples in the time of all presses
+_CORE = 0.1  # squared share of the reach below which the weight levels off
 _TIKHONOV_LINEAR = 1e-6  # relative Tikhonov term on the linear coefficients
 _TIKHONOV_QUADRATIC = 1e-5  # relative Tikhonov term on the quadratic coefficients
-_OTHER_SIDE = 1e-4  # weight of a sample of another side: it counts where there is no other
+_OTHER_SIDE = 1e-4  # weight of a sample on another side, which matters if all samples are there
 
 
 def build_far_field(
@@ -40,7 +40,7 @@ def build_far_field(
     progress: Callable[[float], None] = lambda share: None,
     count: int = SAMPLES,
 ) -> FarField:
-    """Press on every sample and on every vertex.
+    """Build the far field by pressing on every sample and on every vertex.
 
     Args:
         mesh: Resting surface.
@@ -69,7 +69,7 @@ def build_far_field(
 def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc_array:
     """Share of each free node in a press centred at each vertex, shape (free, n).
 
-    The share of the force on fixed vertices moves nothing and is left out.
+    The share of the force on fixed vertices causes no displacement and is left out.
     """
     found = [
         pressure(mesh, at, radius, normal)
@@ -84,9 +84,9 @@ def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc
 
 
 def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float], None]) -> Floats:
-    """The compliance of each press at itself, shape (n, 9) [m/N]."""
+    """Self-compliance of each press, shape (n, 9) [m/N]."""
     count = presses.shape[1]
-    # Presses with the same path to the root go together. One on fixed vertices alone has none.
+    # Presses with the same path to the root share a batch. Presses on fixed vertices have no path.
     lowest = np.full(count, -1)
     loaded = np.flatnonzero(np.diff(presses.indptr))
     fronts = factor.front_of[presses.indices]
@@ -108,27 +108,27 @@ def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float
 def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Ints, Floats]:
     """Samples round each vertex and its weights `carries`, (n, k) each: moving least squares.
 
-    They reproduce quadratic functions in the tangent plane once each sample is spread out by its
-    pressure 1 - (r / radius)^2, of second moment radius^2 / 6: a force that the samples' pressure
-    blurs again keeps its moments. Where every vertex is a sample, each is interpolated from itself
-    alone.
+    The weights reproduce quadratic functions in the tangent plane once each sample is spread over
+    its pressure 1 - (r / radius)^2, whose second moment is radius^2 / 6. So a force keeps its
+    moments although the samples' pressure blurs it again. If every vertex is a sample, each vertex
+    is interpolated from itself alone.
     """
     from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
 
     x = mesh.vertices
     k = min(_NEIGHBOURS, len(samples))
-    # An array of neighbours, so that a single one still has an axis.
+    # k is passed as an array, so that a single neighbour still has an axis.
     near = np.asarray(cKDTree(x[samples]).query(x, k=np.arange(1, k + 1))[1], dtype=np.int64)
     off = x[samples][near] - x[:, None, :]  # (n, k, 3)
     distance = np.sqrt(np.einsum("vki,vki->vk", off, off))
-    # The weight is all but zero at the farthest neighbour: a change of neighbours makes no step.
+    # The weight is almost zero at the farthest neighbour: a change of neighbours causes no jump.
     reach = np.maximum(distance[:, -1:], 1e-12) * (1.0 + 1e-6)
     weights = _kernel(distance / reach) * _same_side(mesh.normals, samples, near)
     basis = _tangent_basis(mesh.normals, off, reach)
     weighted = basis * weights[:, :, None]
     moments = np.einsum("vka,vkb->vab", weighted, basis)
-    # Collinear samples leave one direction undetermined, few samples the curvature: the Tikhonov
-    # term then takes the function as flat.
+    # Collinear samples leave one direction undetermined, and few samples the curvature; the
+    # Tikhonov term then makes the function flat there.
     tikhonov = np.diag([0.0, *[_TIKHONOV_LINEAR] * 2, *[_TIKHONOV_QUADRATIC] * 3])
     moments += np.trace(moments, axis1=1, axis2=2)[:, None, None] * tikhonov
     target = np.zeros((len(x), 6, 1))
@@ -139,15 +139,15 @@ def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Int
     shares /= shares.sum(axis=1, keepdims=True)
     if len(samples) == len(x):
         shares[:] = samples[near] == np.arange(len(x))[:, None]
-    # Contiguous, as rows are taken from it in every tick.
+    # Contiguous, because every tick takes rows from this array.
     return near, np.ascontiguousarray(shares)
 
 
 def _kernel(part: Floats) -> Floats:
-    """Wendland's C2 function over a singular core: a vertex that is a sample takes that sample.
+    """Wendland's C2 function over a core that raises the weight of samples close to the vertex.
 
     Args:
-        part: Distance over that of the farthest neighbour, shape (n, k).
+        part: Distance of each neighbour over that of the farthest one, shape (n, k).
     """
     return np.asarray(((1.0 - part) ** 4 * (4.0 * part + 1.0) + 1e-9) / (part * part + _CORE))
 

@@ -1,6 +1,6 @@
 """Loops over the samples of a far field; compiled where there is a compiler (`.pxd`).
 
-All write into arrays of the caller, who answers for shapes and indices.
+All functions write into arrays of the caller, which must ensure correct shapes and indices.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ def spread(near: Ints, carries: Floats, vertices: Ints, weights: Floats, out: Fl
 
     Args:
         near: Samples round each vertex, shape (n, k).
-        carries: Their shares in a force on the vertex, shape (n, k).
-        vertices: Under the force, shape (v,).
-        weights: Share of the force on each, shape (v,).
+        carries: Share of each of these samples in a force on the vertex, shape (n, k).
+        vertices: Vertices under the force, shape (v,).
+        weights: Share of the force on each vertex, shape (v,).
         out: Receives the share of each sample, shape (m,).
 
     Returns:
-        Whether all of the vertices exist; if not, `out` is incomplete.
+        Whether all vertices exist; if not, `out` is incomplete.
     """
     for p in range(out.shape[0]):
         out[p] = 0.0
@@ -33,21 +33,21 @@ def spread(near: Ints, carries: Floats, vertices: Ints, weights: Floats, out: Fl
 
 
 def respond(compliance: Narrow, shares: Floats, sums: Narrow, out: Floats) -> int:
-    """Displacement of the samples under forces on them along x, y, z.
+    """Compute the displacement of the samples under forces on them along x, y, z.
 
     Args:
         compliance: G, three rows for each sample, shape (m, 9 m) [m/N].
         shares: Share of the force on each sample, shape (m,).
-        sums: Room for sums in single precision, shape (9 m,).
+        sums: Scratch for sums in single precision, shape (9 m,).
         out: Receives displacement per unit force, shape (9 m,) [m/N].
 
     Returns:
-        Number of samples with a share: those whose rows of G were read.
+        Number of samples with a nonzero share, whose rows of G were read.
     """
     size = sums.shape[0]
     for j in range(size):
         sums[j] = 0.0
-    # Four samples at a time, so that a sum is loaded and stored once for four of its terms.
+    # Four samples at a time, so that each sum is loaded and stored once per four terms.
     used = 0
     a = b = c = d = 0
     f = g = h = e = 0.0
@@ -90,13 +90,13 @@ def interpolate(near: Ints, carries: Floats, vertices: Ints, values: Floats, out
 
     Args:
         near: Samples round each vertex, shape (n, k).
-        carries: Their shares in it, shape (n, k).
-        vertices: Shape (v,).
-        values: At the samples, shape (m, 3).
+        carries: Share of each of these samples in the vertex's displacement, shape (n, k).
+        vertices: Vertices to interpolate at, shape (v,).
+        values: Values at the samples, shape (m, 3).
         out: Receives the values at the vertices, shape (v, 3).
 
     Returns:
-        Whether all of the vertices exist; if not, `out` is incomplete.
+        Whether all vertices exist; if not, `out` is incomplete.
     """
     for i in range(vertices.shape[0]):
         v = vertices[i]
@@ -116,13 +116,13 @@ def interpolate(near: Ints, carries: Floats, vertices: Ints, values: Floats, out
 
 
 def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
-    """Displacement of the samples without a force.
+    """Compute the displacement of the samples without a force.
 
     Args:
-        values: With it, shape (m, 3) [m].
+        values: Displacement with the force, shape (m, 3) [m].
         field: Displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
-        force: Shape (3,) [N].
-        out: Receives the displacement without it, shape (m, 3) [m].
+        force: Force to leave out, shape (3,) [N].
+        out: Receives the displacement without the force, shape (m, 3) [m].
     """
     f, g, h = force[0], force[1], force[2]
     for p in range(values.shape[0]):
@@ -132,14 +132,14 @@ def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
 
 
 def between(spreads: Floats, fields: Floats, out: Floats) -> None:
-    """Displacement of contacts by forces on contacts, by the far field alone.
+    """Compute the displacement of contacts by forces on contacts, by the far field alone.
 
     Args:
         spreads: Share of each sample in each contact, shape (c, m).
         fields: Displacement of the samples by each contact per unit force along x, y, z, shape
             (c, 3, m, 3) [m/N].
-        out: Receives the displacement of contact i by a force on contact j, shape (c, c, 3, 3)
-            [m/N]; the direction of the force first.
+        out: Receives the displacement of contact i by a force on contact j; the third axis is the
+            direction of the force, shape (c, c, 3, 3) [m/N].
     """
     count = spreads.shape[0]
     for i in range(count):
@@ -157,20 +157,20 @@ def between(spreads: Floats, fields: Floats, out: Floats) -> None:
 
 
 def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: Floats) -> float:
-    """Compliance of a contact at itself by those of contacts centred at the vertices under it.
+    """Self-compliance of a contact: mean over those of contacts centred at the vertices under it.
 
-    A vertex counts by the fourth power of its weight: those near the centre of the pressure speak
-    for it, as the compliance may change much within a contact, and what a finger slides onto
-    comes in gradually.
+    A vertex counts with the fourth power of its weight. The vertices near the centre of the
+    pressure dominate, because the compliance may change much within a contact, and vertices that
+    a finger slides onto come in gradually.
 
     Args:
-        blocks: Blocks of each vertex, shape (n, 9) [m/N].
-        vertices: Under the contact, shape (v,).
-        weights: Share of the force on each, shape (v,).
-        direction: Unit vector, shape (3,).
+        blocks: Self-compliance of a contact centred at each vertex, shape (n, 9) [m/N].
+        vertices: Vertices under the contact, shape (v,).
+        weights: Share of the force on each vertex, shape (v,).
+        direction: Unit vector of the force, shape (3,).
 
     Returns:
-        Compliance [m/N], never negative; -1 if one of the vertices does not exist.
+        Compliance [m/N], never negative; -1 if a vertex does not exist.
     """
     total = whole = 0.0
     x, y, z = direction[0], direction[1], direction[2]

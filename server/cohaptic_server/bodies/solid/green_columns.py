@@ -1,9 +1,9 @@
-"""Green's functions of a solid's surface: solved for when they are touched, kept while in use.
+"""Green's functions of a solid's surface: solved when vertices are touched, kept while in use.
 
-A column is the displacement of surface vertices for unit forces on one of them, in the three
-directions. A contact is a weighted sum of the columns under it, so that a sliding finger needs only
-the few vertices that it newly covers. Columns belong to vertices and not to contacts: a contact
-changes with every tick, its vertices do not. `column_store.py` keeps them.
+A column is the displacement of surface vertices for unit forces on one vertex, in three directions.
+The response to a contact is a weighted sum of the columns under it, so that a sliding finger needs
+new columns only for the few vertices that it newly covers. Columns belong to vertices and not to
+contacts: a contact changes with every tick, its vertices do not. `column_store.py` keeps columns.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from cohaptic_server.bodies.solid.places import Places
 from cohaptic_server.cholesky.factor import Factor, FactorReader
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
-_BATCH = 16  # vertices in one solve: more of them cost less each, and take more memory
+_BATCH = 16  # vertices per solve; larger batches cost less per vertex, but take more memory
 
 
 @dataclass(frozen=True, eq=False)
 class ColumnRequest:
-    """Columns to be solved for.
+    """A request to solve for columns.
 
     Args:
         vertices: Vertices with the unit forces, shape (k,).
@@ -38,14 +38,13 @@ class GreenColumns:
     """The columns of one solid: the factor that gives them and the store that keeps them.
 
     Args:
-        factor: Factor of the stiffness over the free nodes, or where it can be read once it is
-            needed.
+        factor: Factor of the stiffness over the free nodes, or a reader that loads it when needed.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
         points: The surface vertices, shape (n, 3) [m].
         budget: Memory for columns [bytes].
 
     Attributes:
-        given: The factor as given; it can be exchanged while nobody solves.
+        given: The factor or its reader; may be replaced while no thread solves.
         nodes: As given.
         places: The order of the rows of a column.
         store: The columns that are known.
@@ -66,28 +65,30 @@ class GreenColumns:
 
     @property
     def factor(self) -> Factor:
-        """The factor; it is read at its first use.
+        """The factor; a stored factor is read at its first use.
 
         Raises:
-            BodyError: The stored one is damaged.
-            OSError: It cannot be read.
+            BodyError: The stored factor is damaged.
+            OSError: The stored factor cannot be read.
         """
         if not isinstance(self.given, Factor):
             self.given = self.given.read()
         return self.given
 
     def keep(self, reach: float, *, fill: bool = True) -> None:
-        """Begin with an empty store, whose columns end at a distance from their vertices [m].
+        """Replace the store by an empty one with columns of limited reach.
 
         Args:
-            reach: The distance.
+            reach: Distance from its vertex up to which a column is kept [m].
             fill: As for `ColumnStore`.
         """
         self.store = ColumnStore(self._points, self.places, self._budget, reach, fill=fill)
 
     def ensure(self, vertices: Iterable[int]) -> None:
-        """Solve at once for the missing columns of `vertices`; all of these stay, even beyond the
-        budget, since one tick needs them together."""
+        """Solve at once for the missing columns of `vertices`.
+
+        All columns of `vertices` stay, even beyond the budget, since one tick needs them together.
+        """
         needed = np.unique(np.fromiter(vertices, dtype=np.int64))
         self.store.grow(len(needed))
         self.store.tick(needed, 1.0)
@@ -99,7 +100,7 @@ class GreenColumns:
                 self.store.put(column, 1.0, 0)
 
     def solve(self, request: ColumnRequest) -> list[Column]:
-        """Columns of some vertices; they are not stored."""
+        """Solves for the requested columns, without storing them."""
         rows = self.places.vertices(request.places)
         values = solve_columns(self.factor, self.nodes, request.vertices, rows)
         self.solved += len(request.vertices)
@@ -110,7 +111,7 @@ class GreenColumns:
 
         Args:
             vertices: Vertices with a force in some case, shape (k,).
-            forces: Shape (k, 3, r) [N].
+            forces: Forces on these vertices in the r cases, shape (k, 3, r) [N].
 
         Returns:
             Displacement of every surface vertex in each case, shape (r, 3 n) [m].
@@ -126,7 +127,7 @@ class GreenColumns:
 
 
 def columns_of(request: ColumnRequest, values: Narrow) -> list[Column]:
-    """The columns of a request with their values, as from `solve_columns`; nothing is copied."""
+    """Columns of a request as views of `values`, the result of `solve_columns`."""
     blocks = values.reshape(len(request.vertices), len(request.places), -1)
     return [
         Column(vertex, request.places, block)
@@ -135,16 +136,16 @@ def columns_of(request: ColumnRequest, values: Narrow) -> list[Column]:
 
 
 def solve_columns(factor: Factor, nodes: Ints, vertices: Ints, rows: Ints) -> Narrow:
-    """The displacement of some vertices for unit forces on some.
+    """Displacement of the vertices `rows` for unit forces on `vertices`.
 
     Args:
         factor: Factor of the stiffness over the free nodes.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
-        vertices: With the unit forces, shape (k,).
+        vertices: Vertices with the unit forces, shape (k,).
         rows: Vertices whose displacement counts, shape (r,).
 
     Returns:
-        For a force in x, y, z: displacement in x, y, z; shape (k, r, 9) [m/N].
+        Displacement in x, y, z for a force in x, y, z, shape (k, r, 9) [m/N].
     """
     values = np.zeros((len(vertices), len(rows), 9), dtype=np.float32)
     loaded, observed = nodes[vertices], nodes[rows]

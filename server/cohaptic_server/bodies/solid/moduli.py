@@ -1,4 +1,4 @@
-"""Elastic moduli of each element of a solid: one material, or several parts of their own."""
+"""Elastic moduli of each element of a solid, which has one material or several."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-# Of the stiffest part over the softest one. A factor in double precision loses as many digits as
-# this has, and a tenth of the ten that columns and presses need would be left beyond it.
+# Largest ratio of the stiffest part's modulus to the softest part's. A factor in double precision
+# loses as many digits as this ratio has; beyond it, fewer than the ten digits that columns and
+# presses need would be left.
 MAX_CONTRAST = 1e6
 
 
@@ -41,7 +42,7 @@ class Moduli:
 
     @classmethod
     def uniform(cls, count: int, young: float, nu: float) -> Moduli:
-        """One material in `count` elements."""
+        """Returns the moduli of `count` elements of one material."""
         return cls(np.full(count, young), np.full(count, nu))
 
     @property
@@ -61,5 +62,5 @@ class Moduli:
         return np.asarray(self.young / (2.0 * (1.0 + self.nu)))
 
     def of_elements(self, elements: Ints) -> Moduli:
-        """The moduli of some elements (k,), or of what they were split into."""
+        """Moduli of some elements (k,); an element that was split may occur several times."""
         return Moduli(self.young[elements], self.nu[elements])

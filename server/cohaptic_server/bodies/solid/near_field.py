@@ -1,10 +1,10 @@
-"""One contact of a solid: exact by its columns where it presses, the far field beyond.
+"""One contact of a solid: exact columns near the contact, the far field beyond.
 
-The displacement by a contact is the far field's, corrected near it by the columns under it. The
-correction counts in full up to `NEAR_FIELD_END` sample spacings from the contact and falls smoothly
-to zero at `FAR_FIELD_START`, where the two fields no longer differ noticeably: a tick reads only
-the rows of a column that lie near. The fall also keeps the displacement continuous while a contact
-slides over a vertex whose column is missing, and while a new column fades in.
+The displacement by a contact is the far field's, corrected near the contact by the columns under
+it. The correction counts in full up to `NEAR_FIELD_END` sample spacings from the contact and falls
+smoothly to zero at `FAR_FIELD_START`, where the two fields no longer differ noticeably. So a tick
+reads only the nearby rows of a column. The fall also keeps the displacement continuous while a
+contact slides over a vertex whose column is missing, and while a new column fades in.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 NEAR_FIELD_END = 1.5  # sample spacings from a contact up to which its columns count in full
-FAR_FIELD_START = 2.5  # sample spacings from which they do not count
-_EVERYWHERE = (1e6, 2e6)  # m; the same two distances where columns count at any distance
-_NEGLIGIBLE = 1e-9  # share of a force that may lack columns without an effect
+FAR_FIELD_START = 2.5  # sample spacings beyond which the columns do not count
+_EVERYWHERE = (1e6, 2e6)  # m; the same two distances if columns shall count at any distance
+_NEGLIGIBLE = 1e-9  # share of a force without columns that is neglected
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What the contacts of a solid have in common.
+    """The mesh, columns and far field that all contacts of a solid share.
 
     Args:
         mesh: Resting surface.
@@ -41,28 +41,29 @@ class Surroundings:
 
     @property
     def reach(self) -> float:
-        """Distance from a contact from which its columns do not count [m]."""
+        """Distance from a contact beyond which its columns do not count [m]."""
         return FAR_FIELD_START * self.far_field.spacing
 
     def by_rank(self, vertices: Ints) -> Ints:
-        """Positions in `vertices` (k,) in the order of the columns' rows, shape (k,)."""
+        """Indices that sort `vertices` (k,) into the order of a column's rows, shape (k,)."""
         return self.columns.places.rank[vertices].argsort()
 
 
 @dataclass(frozen=True, eq=False)
 class SolidContact:
-    """The response to a force on one contact, per newton and in any direction.
+    """The response to a force in any direction on one contact, per newton.
 
     Args:
         around: Mesh, columns and far field.
         vertices: Vertices under the contact, shape (k,).
-        weights: Share of the force on each, shape (k,).
-        slots: Known columns under it, shape (s,).
-        known: Vertices that they belong to, shape (s,).
-        known_weights: Share of the force on each of these, times the column's fade-in, shape (s,).
+        weights: Share of the force on each vertex, shape (k,).
+        slots: Slots of the known columns under the contact, shape (s,).
+        known: Vertices of these columns, shape (s,).
+        known_weights: Share of the force on each vertex in `known`, times the column's fade-in,
+            shape (s,).
         centre: Centre of the pressure, shape (3,) [m].
         spread: Share of the force on each sample of the far field, shape (m,).
-        far_field: Displacement of the samples, shape (3, m, 3) [m/N].
+        far_field: Displacement of the samples per unit force in x, y, z, shape (3, m, 3) [m/N].
     """
 
     around: Surroundings
@@ -79,12 +80,12 @@ class SolidContact:
     def of(
         cls, around: Surroundings, vertices: Ints, weights: Floats, far_field: Floats
     ) -> SolidContact:
-        """The response by the columns that are known at present.
+        """Returns the response by the columns that are known at present.
 
         Args:
             around: Mesh, columns and far field.
             vertices: Vertices under the contact, shape (k,).
-            weights: Share of the force on each, shape (k,).
+            weights: Share of the force on each vertex, shape (k,).
             far_field: Receives the displacement of the samples, shape (3, m, 3) [m/N].
         """
         spread = around.far_field.spread(vertices, weights)
@@ -100,13 +101,13 @@ class SolidContact:
 
     @cached_property
     def missing(self) -> float:
-        """Share of the force that has no columns yet; 0 where all count in full."""
+        """Share of the force without columns; 0 if all columns are known and faded in."""
         missing = 1.0 - float(self.known_weights.sum())
         return missing if missing > _NEGLIGIBLE else 0.0
 
     @cached_property
     def _replaced(self) -> Floats:
-        """Far field of the force that has columns, which replace it, shape (3, m, 3) [m/N]."""
+        """The part of the far field that columns replace, shape (3, m, 3) [m/N]."""
         if not self.missing:
             return self.far_field
         far_field = self.around.far_field
@@ -115,11 +116,11 @@ class SolidContact:
         return out
 
     def missing_compliance(self, direction: Floats, smoothed: Floats) -> float:
-        """Self-compliance that columns and far field together underestimate [m/N].
+        """Part of the self-compliance that columns and far field together miss [m/N].
 
         Args:
             direction: Unit vector of the force, shape (3,).
-            smoothed: Compliance at itself by the far field, shape (3, 3) [m/N].
+            smoothed: Self-compliance by the far field alone, shape (3, 3) [m/N].
         """
         if not self.missing:
             return 0.0
@@ -132,7 +133,7 @@ class SolidContact:
         Args:
             u: Displacement of `vertices` by the far field, corrected in place, shape (v, 3) [m].
             force: Force on the contact that `u` contains, shape (3,) [N].
-            vertices: Shape (v,).
+            vertices: Vertices of `u`, shape (v,).
             order: `Surroundings.by_rank` of `vertices`, shape (v,).
         """
         around = self.around
@@ -153,10 +154,11 @@ class SolidContact:
         )
 
     def correction_at(self, other: SolidContact) -> Floats:
-        """The correction of the displacement of another contact, or of this one.
+        """Correction that the columns under this contact make at `other`, which may be this one.
 
         Returns:
-            Displacement by 1 N in x, y, z, averaged over the other's pressure, shape (3, 3) [m/N].
+            Displacement by 1 N in x, y, z, averaged over the pressure of `other`, shape (3, 3)
+            [m/N].
         """
         far_field = self.around.far_field
         end, start = NEAR_FIELD_END * far_field.spacing, FAR_FIELD_START * far_field.spacing
@@ -168,20 +170,20 @@ class SolidContact:
 
     @property
     def own_block(self) -> Floats:
-        """Compliance at itself by its columns alone, all of which are known, shape (3, 3) [m/N]."""
+        """Self-compliance by the columns, all of which must be known, shape (3, 3) [m/N]."""
         return self._block(self, *_EVERYWHERE)[0]
 
     def _block(self, other: SolidContact, full: float, none: float) -> tuple[Floats, Floats]:
-        """Displacement of a contact by the columns under this one, where they count.
+        """Displacement of a contact by the columns under this contact, where these count.
 
         Args:
             other: The displaced contact.
             full: Distance up to which columns count in full [m].
-            none: Distance from which they do not count [m].
+            none: Distance beyond which columns do not count [m].
 
         Returns:
-            For 1 N in x, y, z, averaged over the pressure, shape (3, 3) [m/N]; and the share of
-            each vertex in it, shape (k,).
+            Displacement for 1 N in x, y, z, averaged over the pressure, shape (3, 3) [m/N]; and
+            the weight of each vertex of `other` in this average, shape (k,).
         """
         block, counted = np.empty(9), np.empty(len(other.vertices))
         self.around.columns.kernel.block(
@@ -201,7 +203,7 @@ class SolidContact:
 
     @cached_property
     def order(self) -> Ints:
-        """Positions in `vertices` in the order of the columns' rows, shape (k,)."""
+        """Indices that sort `vertices` into the order of a column's rows, shape (k,)."""
         return self.around.by_rank(self.vertices)
 
     @cached_property

@@ -1,6 +1,6 @@
 """Loops over the columns near a contact; compiled where there is a compiler (`.pxd`).
 
-Indices are not checked here: vertices, slots and weights are the server's own.
+The loops do not check indices: vertices, slots and weights come from the server itself.
 """
 
 from __future__ import annotations
@@ -12,27 +12,27 @@ import numpy as np
 from cohaptic_server.bodies.solid.places import Positions
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
-# As in `places.py`; here it is a constant of the compiled code.
+# `PLACE` of `places.py`, repeated as a constant of the compiled code.
 _PLACE = 32
-# Columns that are read ahead of their sum: as much of them as stays in the nearest cache. Rows of
-# different columns are far from each other. If each was waited for, memory would be idle most of
-# the time: reading ahead takes half of the time of a sum of 100 rows, and more of fewer.
+# Columns that are read ahead of their sum, as many as fit into the nearest cache. Rows of different
+# columns are far apart in memory. Waiting for each row would leave memory idle most of the time: a
+# sum of 100 rows of 70 columns takes 178 us, but 47 us with reading ahead (docs/decisions/0025).
 _AHEAD = 8
-_FAR = 1e9  # m; no vertex is as far from the origin
+_FAR = 1e9  # m; farther from the origin than any vertex
 
 
 class NearFieldKernel:
-    """Sums of columns, and what they change of a far field.
+    """Sums of columns, and the corrections that these make to a far field.
 
     Args:
         points: Resting positions of all vertices, shape (n, 3) [m].
-        rank: Position of each vertex in the order of the rows of columns, shape (n,).
-        slab: Columns, place after place, shape (capacity, places * 32 * 9) [m/N].
-        position: Position of each place in a column, -1 where the column does not have it; a row
-            for each kind of column, shape (kinds, p).
+        rank: Position of each vertex in the order of a column's rows, shape (n,).
+        slab: Columns, each place after place, shape (capacity, places * 32 * 9) [m/N].
+        position: Position of each place in a column of each kind, -1 if columns of that kind lack
+            the place, shape (kinds, p).
 
     Attributes:
-        rows_read: Number of rows of columns that sums were made of since the beginning.
+        rows_read: Total number of column rows that have been summed.
     """
 
     def __init__(self, points: Floats, rank: Ints, slab: Narrow, position: Positions) -> None:
@@ -42,7 +42,7 @@ class NearFieldKernel:
         self.slab = slab
         self.position = position
         self.rows_read = 0
-        # Room for one sum at all vertices.
+        # Scratch for one sum at all vertices.
         self.index = np.empty(n, dtype=np.int64)
         self.share = np.empty(n)
         self.sums = np.empty(9 * n, dtype=np.float32)
@@ -53,10 +53,10 @@ class NearFieldKernel:
         """Find the contacts within reach of the bounding box of some vertices.
 
         Args:
-            vertices: Shape (v,).
+            vertices: Vertices in the box, shape (v,).
             centres: Centres of the contacts, shape (k, 3) [m].
-            reach: Distance [m].
-            out: Receives those that are nearer, shape (k,).
+            reach: Distance from the box [m].
+            out: Receives the indices of the contacts within `reach`, shape (k,).
 
         Returns:
             Number of these contacts.
@@ -94,23 +94,23 @@ class NearFieldKernel:
         near: Ints,
         carries: Floats,
     ) -> None:
-        """Put the columns under a contact in place of the far field.
+        """Replace the far field near a contact by the columns under the contact.
 
         Args:
             u: Displacement of vertices by the far field, corrected in place, shape (v, 3) [m].
-            vertices: Shape (v,).
+            vertices: Vertices of `u`, shape (v,).
             order: Positions in `vertices`, by rank, shape (v,).
             centre: Centre of the contact, shape (3,) [m].
-            full: Distance from it up to which columns count in full [m].
-            none: Distance from which they do not count [m].
+            full: Distance from `centre` up to which columns count in full [m].
+            none: Distance from `centre` beyond which columns do not count [m].
             kinds: Kind of each column, shape (s,).
-            slots: Columns under the contact, shape (s,).
-            weights: Share of the force on each, shape (s,).
-            force: On the contact, shape (3,) [N].
-            replaced: Displacement of the far field's samples by the force on these columns, shape
-                (3, m, 3) [m/N].
+            slots: Slots of the columns under the contact, shape (s,).
+            weights: Share of the force on each column, shape (s,).
+            force: Force on the contact, shape (3,) [N].
+            replaced: Displacement of the far field's samples by unit forces spread over these
+                columns, shape (3, m, 3) [m/N].
             near: Samples round each vertex, shape (n, k).
-            carries: Their shares in its displacement, shape (n, k).
+            carries: Share of each of these samples in the vertex's displacement, shape (n, k).
         """
         count = self._find(vertices, order, centre, full, none)
         self._add(vertices, count, kinds, slots, weights)
@@ -145,20 +145,20 @@ class NearFieldKernel:
         counted: Floats,
         out: Floats,
     ) -> None:
-        """Mean of the sum of columns over a pressure, where they count.
+        """Average the summed columns over a pressure, weighted by how much they count there.
 
         Args:
-            vertices: Under the pressure, shape (v,).
+            vertices: Vertices under the pressure, shape (v,).
             order: Positions in `vertices`, by rank, shape (v,).
-            pressure: Share of each of them, shape (v,).
+            pressure: Share of each of these vertices, shape (v,).
             centre: Centre of the contact with the columns, shape (3,) [m].
-            full: Distance from it up to which columns count in full [m].
-            none: Distance from which they do not count [m].
+            full: Distance from `centre` up to which columns count in full [m].
+            none: Distance from `centre` beyond which columns do not count [m].
             kinds: Kind of each column, shape (s,).
-            slots: Columns under the contact, shape (s,).
-            weights: Share of the force on each, shape (s,).
-            counted: Receives the share of each of `vertices`, times that with which columns count
-                there, shape (v,).
+            slots: Slots of the columns under the contact, shape (s,).
+            weights: Share of the force on each column, shape (s,).
+            counted: Receives the share of each of `vertices` times the weight of columns at that
+                vertex, shape (v,).
             out: Receives displacement in x, y, z for a force in x, y, z, shape (9,) [m/N].
         """
         count = self._find(vertices, order, centre, full, none)
@@ -174,7 +174,7 @@ class NearFieldKernel:
                 out[c] += counted[i] * self.sums[9 * r + c]
 
     def _find(self, vertices: Ints, order: Ints, centre: Floats, full: float, none: float) -> int:
-        """Find the vertices, by rank, at which the columns of a contact count; their number."""
+        """Find the vertices, by rank, at which a contact's columns count; returns their number."""
         found = 0
         for k in range(order.shape[0]):
             i = order[k]
@@ -191,7 +191,7 @@ class NearFieldKernel:
         return found
 
     def _add(self, vertices: Ints, count: int, kinds: Ints, slots: Ints, weights: Floats) -> None:
-        """Sum the columns at the vertices that were found."""
+        """Sum the columns at the vertices that `_find` found."""
         for j in range(9 * count):
             self.sums[j] = 0.0
         number = self._find_runs(vertices, count)
@@ -213,9 +213,9 @@ class NearFieldKernel:
                         self.sums[j] += weight * self.slab[slot, shift + j]
 
     def _find_runs(self, vertices: Ints, count: int) -> int:
-        """Runs of rows that lie side by side in a column; their number.
+        """Find runs of rows that lie side by side in a column; returns the number of runs.
 
-        A run is its first and last position among the sums, its place, and where it begins there.
+        A run is stored as its first and end position in the sums, its place, and its offset there.
         """
         number = 0
         first = 0
@@ -238,7 +238,7 @@ class NearFieldKernel:
         return number
 
     def _read(self, slot: int, kind: int, number: int) -> None:
-        """Read one value of each cache line of a column's runs."""
+        """Read one value per cache line of a column's runs, to bring them into the cache."""
         total = self.ahead[0]
         for i in range(number):
             at = self.position[kind, self.runs[i, 2]]
@@ -249,5 +249,5 @@ class NearFieldKernel:
                     total += self.slab[slot, j]
                     j += 16
                 total += self.slab[slot, end - 1]
-        # The sum is kept, so that no compiler leaves out the reading.
+        # The sum is stored, so that the compiler cannot drop the reads.
         self.ahead[0] = total * 0.0

@@ -1,8 +1,8 @@
-"""The expensive parts of a solid, computed once: its stiffness, the factor of it, its far field.
+"""The expensive parts of a solid, computed once: its stiffness, the factor, the far field.
 
-The stiffness is that of linear elastic tetrahedra of four nodes or ten: isotropic Hooke with Lame's
-lambda = E nu / ((1 + nu)(1 - 2 nu)) and mu = E / (2 (1 + nu)). With H_ab = integral of grad N_a (x)
-grad N_b over an element, the block between its nodes a and b is
+The stiffness is that of linear elastic tetrahedra with four or ten nodes: isotropic Hooke with
+Lame's lambda = E nu / ((1 + nu)(1 - 2 nu)) and mu = E / (2 (1 + nu)). With H_ab = integral of
+grad N_a (x) grad N_b over an element, the block between its nodes a and b is
 
     K_ab = lambda H_ab + mu H_ab' + mu tr(H_ab) 1.
 
@@ -39,7 +39,7 @@ class SolidParts:
 
     Args:
         shape: Nodes and surface.
-        factor: Factor of the stiffness over the free nodes, or where it can be read.
+        factor: Factor of the stiffness over the free nodes, or a reader of the stored factor.
         far_field: Compliance between samples of the surface.
     """
 
@@ -49,23 +49,24 @@ class SolidParts:
 
 
 class KeptFactor(Protocol):
-    """Where a factor in double precision outlives an interruption."""
+    """Storage in which a factor in double precision outlives an interruption."""
 
     def load(self) -> Factor | None:
-        """The factor; None where there is none."""
+        """Returns the stored factor; None if there is none."""
         ...
 
     def save(self, factor: Factor) -> None:
-        """Keep it."""
+        """Store the factor."""
         ...
 
 
 def plan_of_solid(shape: SolidShape, retained: Mask | None = None) -> Plan:
-    """What factoring a solid will take, from its elements alone.
+    """Plan of a solid's factorisation, from its elements alone.
 
     Args:
         shape: Nodes and surface.
-        retained: Nodes that can be loaded and read, shape (nodes,); None takes the surface's.
+        retained: Nodes that can be loaded and read with the factor, shape (nodes,); None takes the
+            nodes on the surface.
     """
     if retained is None:
         retained = _on_surface(shape)
@@ -81,19 +82,19 @@ def factor_of(
     progress: Callable[[float], None] = lambda share: None,
     plan: Plan | None = None,
 ) -> Factor:
-    """The factor of a solid's stiffness over the free nodes.
+    """Factor the stiffness of a solid over the free nodes.
 
     Args:
         shape: Nodes, surface and material.
         progress: Receives the completed share.
-        plan: That of `plan_of_solid`, if it is known already.
+        plan: Result of `plan_of_solid`; None computes it.
     """
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
     matrix = sp.csr_array(stiffness_of(shape)[dof][:, dof])
     points, retained = shape.nodes[free], _on_surface(shape)[free]
     plan = plan or plan_of_solid(shape)
-    give_back()  # the estimate of memory counts what is in use
+    give_back()  # the estimate of memory counts the memory in use
     return factorise(matrix, points, retained, progress, plan)
 
 
@@ -104,7 +105,7 @@ def _on_surface(shape: SolidShape) -> Mask:
 
 
 def stiffness_of(shape: SolidShape) -> sp.csr_array:
-    """Stiffness of all nodes, none of them fixed, shape (3 nodes, 3 nodes) [N/m]."""
+    """Stiffness over all nodes, with no node fixed, shape (3 nodes, 3 nodes) [N/m]."""
     return stiffness(shape.tets, shape.elements, len(shape.nodes), shape.moduli)
 
 
@@ -124,12 +125,12 @@ def make_parts(
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius.
         progress: Receives the phase and its completed share.
-        accept: Called with what factoring takes, before it begins; may raise.
-        factored: Has the factor of an interrupted preparation, or is given it.
+        accept: Called with the plan before factoring begins; may raise to prevent it.
+        factored: Supplies the factor of an interrupted preparation, or stores a new factor.
         moduli: As for `shape_of`.
 
     Raises:
-        BodyError: Nothing is fixed, too little, or everything.
+        BodyError: No vertices are fixed, too few, or all of them.
     """
     progress("factoring", 0.0)
     shape = shape_of(tets, fixed, settings, moduli)
@@ -150,11 +151,11 @@ def make_parts(
     return SolidParts(shape, factor, far_field)
 
 
-_CHUNK = 4000  # elements assembled at once: 900 entries each for ten nodes
+_CHUNK = 4000  # elements assembled at once, each with 900 entries for ten nodes
 
 
 def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_array:
-    """Stiffness of a solid, no node fixed, shape (3 n, 3 n) [N/m].
+    """Stiffness of a solid with no node fixed, shape (3 n, 3 n) [N/m].
 
     Args:
         mesh: Corners of the tetrahedra.
@@ -181,15 +182,15 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_a
 
 
 def _linear_means() -> Floats:
-    """mean(D_ai D_bj) of N_a = L_a, for which D = 1; shape (4, 4, 4, 4)."""
+    """mean(D_ai D_bj) of N_a = L_a, for which D is the identity; shape (4, 4, 4, 4)."""
     return np.asarray(np.einsum("ai,bj->abij", np.eye(4), np.eye(4)))
 
 
 def _quadratic_means() -> Floats:
     """mean(D_ai D_bj) of N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q, shape (10, 10, 4, 4).
 
-    D is linear in L, D_ai = c_ai0 + sum_k c_aik L_k, and over a tetrahedron the mean of L_k is 1/4,
-    that of L_k L_l is 1/20, of L_k^2 is 1/10.
+    D is linear in L, D_ai = c_ai0 + sum_k c_aik L_k. Over a tetrahedron the mean of L_k is 1/4, the
+    mean of L_k L_l is 1/20, and the mean of L_k^2 is 1/10.
     """
     c = np.zeros((10, 4, 5))  # [node, barycentric gradient, 1 and L_0..3]
     for a in range(4):
@@ -204,7 +205,7 @@ def _quadratic_means() -> Floats:
 
 def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
     """Sum element blocks (m, a, 3, a, 3) into a sparse (3 n, 3 n)."""
-    # Indices of four bytes, which any matrix that fits into memory has, take half of the memory.
+    # Indices of four bytes suffice for any matrix that fits into memory, and halve the memory.
     dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1).astype(np.int32)
     rows = np.repeat(dof, dof.shape[1], axis=1).ravel()
     columns = np.tile(dof, (1, dof.shape[1])).ravel()

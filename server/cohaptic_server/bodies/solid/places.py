@@ -1,9 +1,9 @@
-"""The order in which a column keeps the vertices of a surface: those of one place side by side.
+"""The order of vertices in a column: the vertices of one place lie side by side.
 
-A contact needs from each column the rows of the vertices round it. In the order of a mesh's file
-they may lie anywhere, and each of them costs a cache line and a half for its 36 bytes. The surface
-is therefore cut into places of 32 vertices by recursive bisection, down to single vertices: what
-lies together on the surface lies together in memory, and is read in runs.
+A contact needs the rows of the vertices round it from each column. In the order of a mesh's file
+these rows may lie anywhere, and each costs a cache line and a half for its 36 bytes. Recursive
+bisection, down to single vertices, therefore cuts the surface into places of 32 vertices: vertices
+that are close on the surface are close in memory, and are read in runs.
 """
 
 from __future__ import annotations
@@ -13,15 +13,16 @@ import numpy.typing as npt
 
 from cohaptic_server.numeric import Floats, Ints
 
-Positions = npt.NDArray[np.int16]  # of places, of which a surface of a million vertices has 32,768
+# Positions of places in a column: 16 bits suffice for the 32,768 places of a million vertices.
+Positions = npt.NDArray[np.int16]
 
-# Vertices of a place. More of them are longer runs; fewer waste less at the rim of a column, which
-# keeps whole places.
+# Vertices of a place. More vertices give longer runs; fewer waste less memory at the rim of a
+# column, which keeps whole places.
 PLACE = 32
 
 
 class Places:
-    """The vertices of a surface in places.
+    """The vertices of a surface, grouped into places.
 
     Args:
         points: The vertices, shape (n, 3) [m].
@@ -48,10 +49,10 @@ class Places:
         return self.order.reshape(-1, PLACE)[places].ravel()
 
     def within(self, reach: float) -> list[Ints]:
-        """For each place, rising: the places that have a vertex within `reach` [m] of one of its.
+        """For each place, the places with a vertex within `reach` [m] of one of its own, rising.
 
-        The centres decide where they can. The vertices of one place are compared with those of the
-        others at a time, as all pairs of them do not fit into memory.
+        Centres within `reach` suffice, and centres too far apart exclude a place. Otherwise the
+        vertices are compared, place by place, since all pairs do not fit into memory.
         """
         x = self._points[self.order].reshape(-1, PLACE, 3)
         extent = np.sqrt(((x - self.centres[:, None]) ** 2).sum(axis=2).max(axis=1))
@@ -69,13 +70,13 @@ class Places:
 
 
 def _bisected(points: Floats, vertices: Ints) -> Ints:
-    """`vertices` in the order of a recursive bisection across their widest extent."""
+    """Orders `vertices` by recursive bisection across their widest extent."""
     n = len(vertices)
     if n <= 2:
         return vertices
     x = points[vertices]
     axis = int(np.argmax(x.max(axis=0) - x.min(axis=0)))
-    # Whole places to the left, so that no place straddles a cut.
+    # The left part consists of whole places, so that no place straddles a cut.
     left = PLACE * (-(-n // PLACE) // 2) if n > PLACE else n // 2
     along = np.argpartition(x[:, axis], left)
     return np.concatenate(

@@ -30,10 +30,10 @@ class SolidSettings:
 
     Args:
         young: Young's modulus E [Pa]; soft tissue has 1e3 to 1e5, rubber 1e6. A solid of several
-            materials is given `Moduli` instead.
-        nu: Poisson's ratio.
-        contact_radius: Radius of the pressure under a contact [m]; 0 takes a fingertip's, or more
-            where the mesh is too coarse for it.
+            materials takes `Moduli` instead.
+        nu: Poisson's ratio, 0 to 0.499.
+        contact_radius: Radius of the pressure under a contact [m]; 0 takes a fingertip's, or a
+            larger one if the mesh is too coarse.
         order: 1 for linear tetrahedra, 2 for quadratic ones (docs/decisions/0013).
         cache: Memory for Green's functions [bytes].
     """
@@ -60,7 +60,7 @@ class SolidSettings:
 
 @runtime_checkable
 class Shaped(Protocol):
-    """A body that is made of the elements of a shape."""
+    """A body that consists of the elements of a `SolidShape`."""
 
     @property
     def shape(self) -> SolidShape:
@@ -94,7 +94,7 @@ class SolidShape:
 
     @property
     def held(self) -> Mask:
-        """Which vertices of the surface do not move, shape (n,)."""
+        """Mask of the surface vertices that do not move, shape (n,)."""
         return np.asarray(self.fixed[self.surface])
 
     @property
@@ -109,7 +109,7 @@ class SolidShape:
 def shape_of(
     tets: TetMesh, fixed: Mask, settings: SolidSettings, moduli: Moduli | None = None
 ) -> SolidShape:
-    """Nodes and surface of a solid.
+    """Build the nodes and the surface of a solid.
 
     Args:
         tets: The object at rest.
@@ -119,7 +119,7 @@ def shape_of(
             of them.
 
     Raises:
-        BodyError: Nothing is fixed, too little, or everything; or the moduli are not as many.
+        BodyError: No vertices are fixed, too few, or all of them; or the number of moduli is wrong.
     """
     if moduli is None:
         moduli = Moduli.uniform(len(tets.tets), settings.young, settings.nu)
@@ -134,15 +134,15 @@ def shape_of(
 
 
 def fitting_radius(mesh: SurfaceMesh) -> float:
-    """A fingertip's contact radius, or the least that the mesh resolves if that is more [m].
+    """A fingertip's contact radius, or the smallest that the mesh resolves if that is larger [m].
 
-    Below two vertex spacings the stiffness depends on the mesh and not on the body.
+    With a radius below two vertex spacings the stiffness would depend on the mesh, not on the body.
     """
     return max(min(FINGERTIP, 0.25 * mesh.size), 2.0 * mesh.spacing())
 
 
 def _nodes(tets: TetMesh, fixed: Mask, order: int) -> tuple[Floats, Ints, Ints, Mask]:
-    """Nodes, elements, surface faces and fixed nodes, for either order."""
+    """Nodes, elements, surface faces and fixed nodes, for elements of order 1 or 2."""
     if fixed.shape != (len(tets.vertices),):
         raise BodyError(f"held says {fixed.shape} of {len(tets.vertices)} vertices")
     if order == 1:

@@ -1,17 +1,17 @@
 """A linear elastic solid of tetrahedra: any object, fixed in some region.
 
-    K u = f,    u = 0 where it is fixed,    C = P' K^-1 P over the surface vertices P
+    K u = f,    u = 0 at fixed nodes,    C = P' K^-1 P over the surface vertices P
 
-K is factored once, sparsely (`cholesky/factor.py`); C is never formed. A tick needs only its
-columns under the present contacts (`green_columns.py`). Loads and displacements are those of the
-surface vertices; with quadratic elements the middles of edges are among them, so that every node on
-the surface can be touched.
+K is factored once, sparsely (`cholesky/factor.py`); C is never formed. A tick needs only the
+columns of C under the present contacts (`green_columns.py`). Loads and displacements are those of
+the surface vertices; with quadratic elements these include the midpoints of edges, so that every
+node on the surface can be touched.
 
-A solid either solves for missing columns at once, and is exact; or, in the background, it lists
-the columns that it misses, answers from its far field until they arrive (`near_field.py`), and
-never makes a tick wait. The server then delivers the columns (`shell/column_worker.py`).
+A solid has two modes. In the first it solves for missing columns at once, and is exact. In the
+background mode it lists the missing columns, uses its far field until the columns arrive
+(`near_field.py`), and never makes a tick wait; the server delivers them (`shell/column_worker.py`).
 
-Its response to several loads is the superposition of the responses to each, computed on demand.
+The response to several loads is the superposition of the responses to each, computed on demand.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class SolidResponse:
     Args:
         around: Mesh, columns and far field.
         loads: The loads, c of them.
-        contacts: The contacts on which they act, k of them: several loads may share one.
+        contacts: The k contacts on which the loads act; several loads may share a contact.
         contact_of: Contact of each load, shape (c,).
         fields: Displacement of the far field's samples by each contact per unit force along
             x, y, z, shape (k, 3, m, 3) [m/N].
@@ -60,12 +60,12 @@ class SolidResponse:
 
     @classmethod
     def of(cls, around: Surroundings, loads: Sequence[Load], radius: float) -> SolidResponse:
-        """The response by the columns that are known at present."""
+        """Returns the response by the columns that are known at present."""
         number: dict[tuple[int, int], int] = {}
         firsts: list[Load] = []
         contact_of = np.empty(len(loads), dtype=np.int64)
         for i, load in enumerate(loads):
-            # The loads of a contact with friction share its arrays.
+            # The loads of a contact with friction share the same array objects.
             contact_of[i] = number.setdefault((id(load.vertices), id(load.weights)), len(firsts))
             if contact_of[i] == len(firsts):
                 firsts.append(load)
@@ -91,7 +91,7 @@ class SolidResponse:
         corrected = self._corrected(smoothed)
         B = corrected[of[:, None], of]  # (c, c, 3, 3), the force's direction first
         C: Floats = ((B * D[:, :, None]).sum(axis=2) * D[:, None, :]).sum(axis=2)
-        # The two triangles differ where one contact has its columns and another has not.
+        # The two triangles differ if one contact has its columns and another lacks them.
         C = np.asarray(0.5 * (C + C.T))
         numbers: list[int] = of.tolist()
         for i, (load, k) in enumerate(zip(self.loads, numbers, strict=True)):
@@ -102,7 +102,7 @@ class SolidResponse:
         """Displacement of each contact by a force on each, shape (k, k, 3, 3) [m/N].
 
         Args:
-            smoothed: The same by the far field alone.
+            smoothed: The same displacement by the far field alone, shape (k, k, 3, 3) [m/N].
         """
         blocks = smoothed.copy()
         reach = self.around.reach + self.radius
@@ -141,7 +141,7 @@ class SolidResponse:
         for i, force in zip(range(len(self.loads))[loads], forces, strict=True):
             k, removed = self.contact_of[i], force * self._directions[i]
             left[k] -= removed
-            # Usually one contact is left out of many: subtract it rather than add the others.
+            # Usually one contact of many is left out: subtracting it is cheaper than a new sum.
             samples = self.around.far_field.without(samples, self.fields[k], removed)
         return self._by(left, samples, vertices)
 
@@ -149,9 +149,9 @@ class SolidResponse:
         """Displacement of some vertices, shape (v, 3) [m].
 
         Args:
-            forces: On each contact, shape (k, 3) [N].
-            samples: Displacement of the far field's samples by them, shape (m, 3) [m].
-            vertices: Shape (v,).
+            forces: Force on each contact, shape (k, 3) [N].
+            samples: Displacement of the far field's samples by these forces, shape (m, 3) [m].
+            vertices: Vertices whose displacement is wanted, shape (v,).
         """
         around = self.around
         u = around.far_field.at(samples, vertices)
@@ -192,14 +192,14 @@ class SolidResponse:
         return (self._on_contacts.ravel() @ self.fields.reshape(-1, 3 * m)).reshape(m, 3)
 
 
-FADE_IN_TICKS = 15  # until a new column counts in full: a quarter of a second at 60 Hz
-# A sliding finger leaves a vertex before its column could arrive; solving for it would take
-# a core from the fingers that stay.
-MIN_TOUCH_TICKS = 9  # ticks for which a vertex must be touched before its column is requested
-_LONGEST_EDGE = 2.0  # contact radii; further corners of a face under a contact carry little of it
-_OFF_CENTRE = 1.1  # centre of a pressure on a curved surface beside its foot
-_BATCH_RADIUS = 2.0  # contact radii round the most urgent column from which others are requested
-MAX_UNDELIVERED = 64  # delivered columns that no tick has taken yet; a tick takes all of them
+FADE_IN_TICKS = 15  # ticks until a new column counts in full: a quarter of a second at 60 Hz
+# Ticks for which a vertex must be touched before its column is requested. A sliding finger leaves a
+# vertex before its column could arrive, and solving for it would take a core from resting fingers.
+MIN_TOUCH_TICKS = 9
+_LONGEST_EDGE = 2.0  # contact radii; more distant corners of a touched face carry little force
+_OFF_CENTRE = 1.1  # factor for a pressure whose centre, on a curved surface, is beside its foot
+_BATCH_RADIUS = 2.0  # contact radii round the most urgent column within which others are requested
+MAX_UNDELIVERED = 64  # largest number of delivered columns that wait for a tick, which takes all
 
 
 class Solid:
@@ -209,7 +209,7 @@ class Solid:
         tets: The object at rest.
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius.
-        name: Name for people and for the wire.
+        name: Name of the body, shown to users and sent over the network.
         parts: Factor and far field from an earlier preparation; None computes them.
         moduli: Elastic moduli of each tetrahedron; None takes the material of the settings for all
             of them.
@@ -220,10 +220,10 @@ class Solid:
         contact_radius: Radius of the pressure under a contact [m].
         shape: Nodes, elements and surface.
         columns: The Green's functions.
-        missing: In the background: vertices whose columns are missing, the most urgent first.
+        missing: Vertices whose columns are missing in the background mode, most urgent first.
 
     Raises:
-        BodyError: Nothing is fixed, too little, or everything.
+        BodyError: No vertices are fixed, too few, or all of them.
     """
 
     def __init__(
@@ -253,7 +253,7 @@ class Solid:
 
     @property
     def far_field(self) -> FarField:
-        """The far field; computed on first use if it was not among the parts."""
+        """The far field; computed on first use if `parts` was not given."""
         if self._far_field is None:
             self._far_field = build_far_field(
                 self.mesh, self.contact_radius, self.columns.factor, self.shape.free_index
@@ -261,26 +261,26 @@ class Solid:
         return self._far_field
 
     def green_source(self) -> SolidGreen:
-        """Where its Green's functions come from, as in `HasGreen`."""
+        """Source of the solid's Green's functions, as in `HasGreen`."""
         return SolidGreen(self)
 
     def in_background(self, *, fill: bool = True) -> None:
-        """From now on a tick does not wait for columns: the server delivers the `missing` ones.
+        """Switch to the background mode: ticks do not wait, the server delivers `missing` columns.
 
         Args:
-            fill: Whether memory for columns is there at once; else `columns.store.fill` has to be
-                called before the first one is delivered.
+            fill: Whether to provide the memory for columns at once; if not, call
+                `columns.store.fill` before the first column is delivered.
         """
-        # A contact reads its columns up to where they do not count, and all under itself.
+        # A contact reads its columns as far as they count, and at all vertices under itself.
         size = self._contact_size()
         reach = size + max(size, FAR_FIELD_START * self.far_field.spacing)
         self.columns.keep(reach, fill=fill)
         self._at_once = False
 
     def _contact_size(self) -> float:
-        """Largest distance of a vertex under a contact from its centre [m].
+        """Largest distance of a vertex under a contact from the contact's centre [m].
 
-        All corners of a face are loaded by the pressure on a part of it.
+        Pressure on a part of a face loads all corners of the face.
         """
         corners = self.mesh.vertices[self.mesh.faces]
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
@@ -288,7 +288,7 @@ class Solid:
         return _OFF_CENTRE * (self.contact_radius + longest)
 
     def request(self, limit: int) -> ColumnRequest | None:
-        """The most urgent missing column and those next to it, with the places that count.
+        """Returns a request for the most urgent missing column and the missing ones close to it.
 
         Args:
             limit: Largest number of columns.
@@ -306,13 +306,13 @@ class Solid:
         return ColumnRequest(vertices, self.columns.store.places_of(vertices))
 
     def solve_missing(self, limit: int) -> None:
-        """Solve for the most urgent columns in this thread; a server has a worker for it."""
+        """Solve for the most urgent columns in this thread; a server uses a worker instead."""
         request = self.request(limit)
         if request is not None:
             self.deliver(self.columns.solve(request))
 
     def deliver(self, columns: Iterable[Column]) -> None:
-        """Hand over columns, for the next tick."""
+        """Hand over columns for the next tick; columns beyond `MAX_UNDELIVERED` are dropped."""
         for column in columns:
             if len(self._delivered) < MAX_UNDELIVERED:
                 self._delivered.append(column)
@@ -353,7 +353,7 @@ class Solid:
         C = np.empty((c, c))
         for i, load in enumerate(loads):
             C[i] = fields[:, load.vertices] @ load.direction @ load.weights
-        C = 0.5 * (C + C.T)  # symmetric but for the columns' single precision
+        C = 0.5 * (C + C.T)  # removes the asymmetry that single precision causes
         forces = np.array([load.force for load in loads])
         displacement = np.tensordot(forces, fields, axes=1) if loads else np.zeros((n, 3))
         return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))
@@ -364,7 +364,7 @@ class Solid:
 
 
 def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
-    """Every touched vertex once, and its largest weight in any load."""
+    """Each touched vertex once, and its largest weight in any load."""
     if not loads:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     vertices = np.concatenate([load.vertices for load in loads])
@@ -376,11 +376,7 @@ def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
 
 
 class SolidGreen:
-    """Green's functions of a solid, solved anew, since its cache of columns belongs to the tick.
-
-    Args:
-        solid: The body.
-    """
+    """Green's functions of a solid, solved anew because the column store belongs to the tick."""
 
     def __init__(self, solid: Solid) -> None:
         self._solid = solid
@@ -396,6 +392,6 @@ class SolidGreen:
         return self._solid.columns.respond(np.array([vertex]), forces).reshape(3, -1, 3)
 
     def identity(self) -> bytes:
-        """The far field, from before any start: every solve would read a factor of a gigabyte."""
+        """Bytes of the far field, which is prepared; a solve would read a factor of a gigabyte."""
         far_field = self._solid.far_field
         return far_field.own.astype("<f4").tobytes() + far_field.compliance.tobytes()

@@ -1,10 +1,10 @@
-"""The lowest natural modes of a solid: how it swings, and up to where its equilibrium is a model.
+"""The lowest natural modes of a solid: its swing, and the frequency limit of a static model.
 
     K x = w^2 M x
 
 with the stiffness K over the free nodes and the lumped mass M. The Lanczos method in shift-invert
 mode (ARPACK) finds the smallest w; each step solves with the Cholesky factor of K. Under a force
-that oscillates with w' the body moves 1 / (1 - (w' / w)^2) times as far as at rest.
+that oscillates with w' a mode moves 1 / (1 - (w' / w)^2) times as far as under a constant force.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.tetrahedra import volumes
 from cohaptic_server.numeric import Floats
 
-_TOLERANCE = 1e-6  # relative, of the squared frequency
-# Share of an element's mass on a corner and on a midside node, in the ratio of the diagonal of the
-# consistent mass matrix (Hinton, Rock, Zienkiewicz 1976).
+_TOLERANCE = 1e-6  # relative tolerance of the squared frequency
+# Share of an element's mass at a corner and at a midside node, by the number of nodes. The shares
+# are in the ratio of the diagonal of the consistent mass matrix (Hinton, Rock, Zienkiewicz 1976).
 _SHARES = {4: (1.0 / 4.0, 0.0), 10: (1.0 / 36.0, 4.0 / 27.0)}
 
 
@@ -36,7 +36,7 @@ class Vibration:
 
     Args:
         frequency: Natural angular frequencies, shape (k,) [rad/s].
-        shapes: Displacement of every node, of unit modal mass: shapes' M shapes = 1, shape
+        shapes: Displacement of every node at unit modal mass, shapes' M shapes = 1, shape
             (k, nodes, 3) [1 / sqrt(kg)].
     """
 
@@ -48,8 +48,7 @@ def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
     """Mass at each node, shape (nodes,) [kg].
 
     Args:
-        shape: The solid.
-        density: Mass density, one or that of each tetrahedron, shape (m,) [kg/m^3].
+        density: Mass density, one for all or one for each tetrahedron, shape (m,) [kg/m^3].
     """
     corner, midside = _SHARES[shape.elements.shape[1]]
     shares = np.full(shape.elements.shape[1], midside)
@@ -66,14 +65,13 @@ def natural_modes(
     progress: Callable[[float], None] = lambda share: None,
     accept: Callable[[Plan], None] = lambda plan: None,
 ) -> Vibration:
-    """The lowest natural modes of a solid.
+    """Compute the lowest natural modes of a solid.
 
     Args:
-        shape: The solid.
         density: As for `lumped_mass`.
-        count: How many of them, 1 or more.
-        progress: Called with the share of the work that is done.
-        accept: Called with what factoring takes, before it begins; may raise.
+        count: Number of modes, 1 or more.
+        progress: Called with the completed share of the work.
+        accept: Called with the plan before factoring begins; may raise to prevent it.
 
     Raises:
         BodyError: The stiffness is not positive definite.
@@ -81,7 +79,7 @@ def natural_modes(
     free = np.flatnonzero(~shape.fixed)
     dof = (3 * free[:, None] + np.arange(3)).ravel()
     K = sp.csr_array(stiffness_of(shape)[dof][:, dof])
-    # A served solid's factor leaves out the interior; here interior nodes carry mass too.
+    # The factor of a served solid leaves out interior nodes, but these carry mass, too.
     every_node = np.ones(len(shape.nodes), dtype=np.bool_)
     plan = plan_of_solid(shape, every_node)
     accept(plan)
@@ -100,7 +98,7 @@ def natural_modes(
         sigma=0.0,
         OPinv=scipy.sparse.linalg.LinearOperator(K.shape, matvec=solve, dtype=np.float64),
         v0=np.random.default_rng(0).normal(size=len(dof)),
-        # Enough for the lowest ones; with the default of 20 one mode takes twice as long.
+        # Enough for the lowest modes; with the default of 20 a single mode takes twice as long.
         ncv=min(2 * count + 6, len(dof)),
         tol=_TOLERANCE,
     )
@@ -118,9 +116,8 @@ def lowest_frequency(
     """The lowest natural frequency of a solid with its fixed nodes at rest [Hz].
 
     Args:
-        shape: The solid.
         density: As for `lumped_mass`.
-        progress: Called with the share of the work that is done.
+        progress: Called with the completed share of the work.
 
     Raises:
         BodyError: The stiffness is not positive definite.

@@ -1,4 +1,4 @@
-"""How sharply a displacement bulges a surface: the inner loop of `mesh/curvature.py`."""
+"""Curvature of the bulge that a displacement makes, for `world/loops/free_surfaces.py`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 from cohaptic_server.numeric import Floats, Ints
 
-_UNKNOWNS = 6  # of a quadratic in two coordinates; the first three are its second derivatives
+_UNKNOWNS = 6  # of a quadratic in two coordinates; its second derivatives come first
 _TIKHONOV = 1e-10  # relative to the normal matrix's trace
 _POINT, _NORMAL = 1, 2  # rows of a contact's frame
 
@@ -24,16 +24,17 @@ def fit_bulge(
     """Largest outward curvature that a displacement gives a plane round a contact [1/m].
 
     The displacement along the contact's normal is fitted by a quadratic, over vertices that face as
-    the contact does. Their weight falls to zero towards the radius.
+    the contact does. The weight of a vertex falls to zero towards the radius.
 
     Args:
         rest: Resting positions of all vertices, shape (n, 3) [m].
-        normals: At these, shape (n, 3).
-        vertices: Those whose displacement is known, shape (k,).
-        displacement: Displacement of these, shape (k, 3) [m].
+        normals: Resting normals of all vertices, shape (n, 3).
+        vertices: Vertices whose displacement is known, shape (k,).
+        displacement: Displacement of these vertices, shape (k, 3) [m].
         frame: Foot, point and normal of the contact, shape (3, 3).
         radius: Radius of the fit [m].
-        matrix: Room for the normal equations, shape (6, 8): the right side, then one row.
+        matrix: Room for the normal equations, shape (6, 8): column 6 is their right side, column 7
+            holds the terms of one point.
 
     Returns:
         The curvature; zero with fewer than six points.
@@ -67,7 +68,7 @@ def fit_bulge(
     trace = 0.0
     for i in range(_UNKNOWNS):
         trace += matrix[i, i]
-    # Points in a row leave a derivative undetermined; it is then zero.
+    # Points on a line leave a derivative undetermined; the Tikhonov term then makes it zero.
     for i in range(_UNKNOWNS):
         matrix[i, i] += _TIKHONOV * max(1e-9, trace)
     solve(matrix)
@@ -78,7 +79,7 @@ def fit_bulge(
 
 def add_height(matrix: Floats, s: float, t: float, height: float, weight: float) -> None:
     """Add a height at (s, t) to the upper triangle and the right side of the normal equations."""
-    row = _UNKNOWNS + 1  # a column of the room is the row of the terms
+    row = _UNKNOWNS + 1  # column of `matrix` that holds the terms of the point
     matrix[0, row] = 0.5 * s * s
     matrix[1, row] = s * t
     matrix[2, row] = 0.5 * t * t

@@ -1,7 +1,7 @@
 """The search for a contact on a displaced surface: the inner loops of `world/contact.py`.
 
-Compiled where a compiler is at hand; as plain Python it gives the same numbers. What is found is
-left in arrays that the caller gave, so that nothing is made on the way.
+The module is compiled where a compiler is at hand; as plain Python it gives the same numbers. The
+search leaves its result in arrays of the caller, so that no object is made on the way.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints
 
 KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`
-# m; where facets or others tilt the surface, an offset along it is one of the depth, too: a press
-# less deep than this has its contact so much nearer, by the square of the share, as both the offset
-# and its part of the force count. At 2 mm the force on one limb was 4 % off without.
+# m; where facets or others tilt the surface, an offset along it is also an error of the depth. For
+# a press less deep than this, the tolerance shrinks with the square of the depth's share, as both
+# the offset and its part of the force count. Without that, the force on one limb was 4 % off at
+# 2 mm.
 _DEEP = 0.01
-_FINEST = 1e-6  # m; beyond it nobody asks
+_FINEST = 1e-6  # m; no caller needs a finer tolerance
 MIN_SLOPE = 0.1  # lower bound of a contact's slope; keeps the stopping distance positive
-# Each iteration shortens the offset by depth / radius of curvature; two follow a moving hand.
+# Each iteration multiplies the offset by depth / radius of curvature; two follow a moving hand.
 _MAX_ITERATIONS = 20
 _MAX_RATIO = 0.5  # largest ratio of two successive offsets that Aitken extrapolation trusts
 _FOOT, _POINT, _NORMAL = 0, 1, 2  # rows of a frame
@@ -33,12 +34,12 @@ class ContactSearch:
 
     Args:
         vertices: Resting positions, shape (n, 3) [m].
-        normals: At the vertices, shape (n, 3).
-        faces: Corners, shape (m, 3).
+        normals: Normals at the vertices, shape (n, 3).
+        faces: Corners of the faces, shape (m, 3).
         rings: Faces round each vertex, short rows filled up with the first, shape (n, valence).
-        near: For the nearest point of the surface.
-        field: The displacement.
-        pressure: It leaves its vertices in `under`, and their shares in `weights`.
+        near: Search for the nearest point of the surface.
+        field: Displacement of the surface.
+        pressure: Pressure search, which leaves vertices in `under` and shares in `weights`.
         size: Radius of a sphere of the surface's area [m].
         frame: Foot, contact point and normal that were found, shape (3, 3).
         under: Vertices under the pressure, rising, shape (n,).
@@ -82,7 +83,7 @@ class ContactSearch:
         self.slope = slope
 
     def give(self, frame: Floats, under: Ints, weights: Floats) -> None:
-        """Copy the contact that it holds into the first places of arrays that are long enough."""
+        """Copy the contact found into the first places of arrays that are long enough."""
         for i in range(3):
             for j in range(3):
                 frame[i, j] = self.frame[i, j]
@@ -104,15 +105,15 @@ class ContactSearch:
         """Find the contact of a probe on the loaded field.
 
         Args:
-            x, y, z: Probe [m].
+            x, y, z: Position of the probe [m].
             radius: Radius of the pressure [m].
             again: Start from the contact that was taken or found last; else search everywhere.
-            keep: Offset beside the normal within which that contact stays [m].
+            keep: Offset beside the normal within which the last contact stays [m].
             tolerance: Offset to which a moved contact is found [m].
 
         Returns:
             `KEPT`, `MOVED`, or `UNKNOWN` where the displacement is not known at some vertex under
-            the pressure or beside it; the foot is then where it is needed.
+            the pressure or beside it; the contact is then at the place where it is needed.
         """
         self.field.lacking = False
         state, limit = KEPT, keep
@@ -139,7 +140,7 @@ class ContactSearch:
                 ratio = (ox * before_x + oy * before_y + oz * before_z) / max(square, 1e-300)
                 if factor > 0.0:
                     slope = min(1.0, max(MIN_SLOPE, (1.0 - ratio) / factor))
-            # With a small slope the contact is further from its solution than the offset says.
+            # With a small slope the contact is further from its solution than the offset.
             share = min(1.0, abs(height) / _DEEP)
             near = min(limit, max(_FINEST, limit * share * share))
             if max(abs(ox), max(abs(oy), abs(oz))) < near * slope:
@@ -168,7 +169,7 @@ class ContactSearch:
         return state
 
     def look(self) -> int:
-        """Turn the normal of the contact to the loaded field; `KEPT`, or `UNKNOWN` as above."""
+        """Turn the normal of the contact to the loaded field; `KEPT` or `UNKNOWN` as `locate`."""
         self.field.lacking = False
         self.turn()
         return UNKNOWN if self.field.lacking else KEPT
@@ -176,14 +177,14 @@ class ContactSearch:
     def put(self, place: Floats) -> None:
         """Put the contact point on the loaded field into `place`, shape (3,) [m].
 
-        `field.lacking` tells whether it is not known at some vertex under the pressure.
+        `field.lacking` tells whether the field is not known at some vertex under the pressure.
         """
         self.field.lacking = False
         for axis in range(3):
             place[axis] = -self.gap(axis, 0.0)
 
     def gap(self, axis: int, place: float) -> float:
-        """Coordinate of the probe from the contact point on the displaced surface [m]."""
+        """Coordinate of the probe relative to the contact point on the displaced surface [m]."""
         moved = 0.0
         for k in range(self.count):
             moved += self.weights[k] * self.field.moved(self.under[k], axis)
@@ -196,13 +197,13 @@ class ContactSearch:
             self.frame[_FOOT, axis] = self.near.foot[axis]
 
     def settle(self, radius: float) -> None:
-        """Pressure, contact point and normal at the foot."""
+        """Find pressure, contact point and normal at the foot."""
         self.press(radius)
         self.lift()
         self.turn()
 
     def press(self, radius: float) -> None:
-        """Spread the pressure round the foot, over the side of the surface that the normal says."""
+        """Spread the pressure round the foot, over the surface that faces as the normal does."""
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
         self.count = self.pressure.spread(x, y, z, nx, ny, nz, radius)
@@ -217,11 +218,11 @@ class ContactSearch:
         self.set_normal(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
 
     def lift(self) -> None:
-        """The point of the smooth resting surface over the foot.
+        """Set the contact point to the point of the smooth resting surface over the foot.
 
         Each vertex under the pressure estimates the height of the surface from its position and
         normal; the mean of its normal and the common one makes the estimate exact to second order,
-        and so on every quadric.
+        and therefore exact on every quadric.
         """
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         nx = ny = nz = 0.0
@@ -246,7 +247,7 @@ class ContactSearch:
         self.frame[_POINT, 2] = z + height * nz
 
     def turn(self) -> None:
-        """Unit normal of the displaced surface at the contact, averaged over the pressure."""
+        """Set the normal to that of the displaced surface, averaged over the pressure."""
         nx = ny = nz = 0.0
         faces = self.gather()
         for k in range(faces):
@@ -270,7 +271,7 @@ class ContactSearch:
         self.frame[_NORMAL, 2] = nz / length
 
     def gather(self) -> int:
-        """Number of faces with a corner under the pressure, each with its corners' weights."""
+        """Gather faces with a corner under the pressure, and their weights; return the number."""
         faces = 0
         for k in range(self.count):
             vertex, weight = self.under[k], self.weights[k]

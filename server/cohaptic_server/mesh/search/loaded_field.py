@@ -1,4 +1,4 @@
-"""A displacement field where it is known, for the loops that look it up vertex by vertex."""
+"""A displacement field at the vertices where it is known, for loops that look up each vertex."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class LoadedField:
-    """One field after the other, on a surface of n vertices.
+    """Holder of one displacement field after the other, on a surface of n vertices.
 
     Args:
-        count: n.
+        count: Number of vertices, n.
 
     Attributes:
-        lacking: Whether a displacement was asked for that is not known; who asks sets it back.
+        lacking: Whether a displacement was asked for that is not known; the caller resets it.
     """
 
     def __init__(self, count: int) -> None:
@@ -25,7 +25,7 @@ class LoadedField:
         self.lacking = False
 
     def load(self, known: Ints, values: Floats, whole: bool) -> None:
-        """Take a displacement field: values at the vertices `known`, or at all of them in order."""
+        """Take a displacement field: values at the vertices `known`, or at all if `whole`."""
         for k in range(self.known.shape[0]):
             self.row[self.known[k]] = -1
         for k in range(known.shape[0]):
@@ -38,11 +38,11 @@ class LoadedField:
         """Move the loaded field by a share of the way to another one.
 
         Args:
-            vertices: At which the other one is known, shape (k,).
-            values: Its displacement there, shape (k, 3) [m].
+            vertices: Vertices at which the other field is known, shape (k,).
+            values: Displacement of the other field there, shape (k, 3) [m].
             share: Share of the way, 0 to 1.
-            followed: Set to the field in between; where the loaded one is not known, to the other,
-                shape (k, 3) [m].
+            followed: Set to the field in between, or to the other field where the loaded one is not
+                known, shape (k, 3) [m].
         """
         for k in range(vertices.shape[0]):
             row = self.row[vertices[k]]
@@ -54,7 +54,7 @@ class LoadedField:
                 followed[k, axis] = value
 
     def moved(self, vertex: int, axis: int) -> float:
-        """Displacement of a vertex along an axis; 0 and a note where it is not known [m]."""
+        """Displacement of a vertex along an axis [m]; 0, and `lacking` is set, if not known."""
         if self.whole:
             return float(self.values[vertex, axis])
         row = self.row[vertex]

@@ -1,4 +1,4 @@
-"""Points near a place: the tree that is searched, and the search for one place at a time."""
+"""Points near a place: building the tree that is searched, and the search for one place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class NearTree:
     """Search among points for all that lie within a radius of one place.
 
     Args:
-        points: Shape (n, 3), n at least 1 [m].
+        points: Positions of the points, shape (n, 3), n at least 1 [m].
 
     Attributes:
         tree: Tree of the points.
@@ -26,14 +26,14 @@ class NearTree:
         self.found = np.zeros(len(points), dtype=np.int64)
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Indices within `radius` [m] of a place (3,) [m], rising, shape (k,)."""
+        """Indices of points within `radius` [m] of a place (3,) [m], rising, shape (k,)."""
         x, y, z = point.tolist()
         count = self.tree.within(x, y, z, radius, self.found)
         return np.sort(self.found[:count])
 
 
 def point_tree(points: Floats) -> PointTree:
-    """The tree of some points, shape (n, 3), n at least 1 [m]."""
+    """Build the tree of some points, shape (n, 3), n at least 1 [m]."""
     levels = 0
     while LEAF << levels < len(points):
         levels += 1
@@ -43,7 +43,7 @@ def point_tree(points: Floats) -> PointTree:
 
 
 def _order(points: Floats, levels: int) -> Ints:
-    """An order in which each node's points lie together, split across their longest side."""
+    """Order in which the points of each node lie together, split across their longest side."""
     n = len(points)
     order = np.arange(n, dtype=np.int64)
     for level in range(levels):

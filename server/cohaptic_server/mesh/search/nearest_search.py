@@ -13,14 +13,14 @@ class NearestSearch:
 
     Args:
         vertices: Resting positions, shape (n, 3) [m].
-        faces: Corners, shape (m, 3).
+        faces: Corners of the faces, shape (m, 3).
         around: Faces that share a vertex with each face, shape (m, 3 valence).
-        tree: Tree of the quadrature points, those of a face one after the other.
-        split: Quadrature points of a face.
+        tree: Tree of the quadrature points, which are numbered face after face.
+        split: Number of quadrature points of a face.
 
     Attributes:
         foot: The point that was found last, shape (3,) [m].
-        face: On which it lies.
+        face: Face on which the foot lies.
     """
 
     def __init__(
@@ -35,9 +35,9 @@ class NearestSearch:
         self.face = 0
 
     def nearest(self, x: float, y: float, z: float) -> None:
-        """Foot: the point of the resting surface nearest to a place.
+        """Move the foot to the point of the resting surface nearest to a place.
 
-        It is sought on the face of the nearest quadrature point and on that face's neighbours.
+        The point is sought on the face of the nearest quadrature point and on its neighbours.
         """
         face = self.tree.nearest(x, y, z) // self.split
         best = 1e300
@@ -48,9 +48,10 @@ class NearestSearch:
                 self.face = self.around[face, k]
 
     def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
-        """Move the foot to a face if that is nearer than `best` [m^2]; the least of both squares.
+        """Move the foot to a face if that is nearer than `best` [m^2]; return the lesser square.
 
-        The foot in the triangle's plane where it lies inside, else the nearest point of an edge.
+        The candidate is the foot in the triangle's plane if that lies inside the triangle, else the
+        nearest point of an edge.
         """
         a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
         ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
@@ -82,7 +83,7 @@ class NearestSearch:
         ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
         x: float, y: float, z: float, best: float,
     ) -> float:  # fmt: skip
-        """Move the foot to the point a + s u + t v if that is nearer than `best` [m^2]."""
+        """Move the foot to a + s u + t v if that is nearer than `best` [m^2]; the lesser square."""
         px, py, pz = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
         square = (x - px) * (x - px) + (y - py) * (y - py) + (z - pz) * (z - pz)
         if square >= best:

@@ -1,7 +1,8 @@
-"""Search among points of a surface: the nearest to a place, and all within a radius of it.
+"""Search among points of a surface: the nearest to a place, and all within a radius of the place.
 
-A balanced tree of bounding boxes. It answers as scipy's `cKDTree` does, to which it is tested, but
-without a Python object on the way: a tick asks several times for each user. `near.py` builds it.
+The search uses a balanced tree of bounding boxes, which `near.py` builds. Tests compare its answers
+with scipy's `cKDTree`; it makes no Python object on the way, since a tick searches several times
+for each user.
 """
 
 from __future__ import annotations
@@ -10,15 +11,15 @@ import numpy as np
 
 from cohaptic_server.numeric import Floats, Ints
 
-_DEPTH = 64  # of the stack of a search; a tree of 2^60 points would fill it
+_DEPTH = 64  # length of the stack of a search; a tree of 2^60 points would fill it
 
 
 class PointTree:
     """Points in space, sorted so that those of a box lie together.
 
     Args:
-        points: In the order of the tree, shape (n, 3) [m].
-        order: Index of each of these in the order of whoever asks, shape (n,).
+        points: Positions of the points in the order of the tree, shape (n, 3) [m].
+        order: Index of each point in the order of the caller, shape (n,).
         boxes: Least and greatest coordinates of each node, the root at 1, shape (2^(levels + 1), 6)
             [m].
         levels: Levels of the tree below its root.
@@ -62,12 +63,12 @@ class PointTree:
         return int(self.order[found])
 
     def within(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
-        """Number of points within a radius of a place; their indices, unsorted, go into `found`.
+        """Put the points within a radius of a place, unsorted, into `found`; return their number.
 
         Args:
-            x, y, z: The place [m].
-            radius: Round it [m].
-            found: As long as there are points.
+            x, y, z: Coordinates of the place [m].
+            radius: Radius round the place [m].
+            found: Set to indices of the points; one place for each point of the tree.
         """
         count = self.inside(x, y, z, radius, found)
         for k in range(count):
@@ -75,7 +76,7 @@ class PointTree:
         return count
 
     def inside(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
-        """`within`, with positions in the tree instead of indices."""
+        """Do the same as `within`, with positions in the tree instead of indices."""
         most = radius * radius
         count = 0
         self.stack[0] = 1
@@ -97,26 +98,26 @@ class PointTree:
         return count
 
     def first(self, node: int) -> int:
-        """Position of the first point of a leaf, or of the one behind it."""
+        """Position in the tree of a leaf's first point; the end for the node past the last leaf."""
         leaf = node - (1 << self.levels)
         return (leaf * self.count) >> self.levels
 
     def square(self, k: int, x: float, y: float, z: float) -> float:
-        """Squared distance of a point, by its position in the tree [m^2]."""
+        """Squared distance of a place from a point, by its position in the tree [m^2]."""
         dx = self.points[k, 0] - x
         dy = self.points[k, 1] - y
         dz = self.points[k, 2] - z
         return float(dx * dx + dy * dy + dz * dz)
 
     def apart(self, node: int, x: float, y: float, z: float) -> float:
-        """Squared distance of a box [m^2]."""
+        """Squared distance of a place from the box of a node [m^2]."""
         dx = max(0.0, max(self.boxes[node, 0] - x, x - self.boxes[node, 3]))
         dy = max(0.0, max(self.boxes[node, 1] - y, y - self.boxes[node, 4]))
         dz = max(0.0, max(self.boxes[node, 2] - z, z - self.boxes[node, 5]))
         return float(dx * dx + dy * dy + dz * dz)
 
     def sort(self, numbers: Ints, count: int) -> None:
-        """Sort the first `count` numbers in place: Shell's method, for some tens of them."""
+        """Sort the first `count` numbers in place by Shell's method; `count` is some tens."""
         gap = 1
         while gap < count // 3:
             gap = 3 * gap + 1

@@ -1,6 +1,6 @@
 """The pressure of a fingertip: vertices under it, and the share of the force on each.
 
-Compiled where a compiler is at hand; as plain Python it gives the same numbers.
+The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import numpy as np
 from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.numeric import Floats, Ints
 
-# Cosines of the angle between a finger's normal and the surface: from the first on the surface is
-# pressed in full, below the second not at all. A finger presses both faces of an edge, and the
-# other side of a thin part not. In between its share falls, so that it never steps as a finger
-# goes round a rim.
+# Cosines of the angle between a finger's normal and the surface's: from `_BESIDE` on, the surface
+# is pressed in full; below `_BEHIND`, not at all. A finger presses both faces of an edge, but not
+# the other side of a thin part. In between the share falls gradually, so that the pressure has no
+# step as a finger goes round a rim.
 _BESIDE, _BEHIND = 0.0, -0.5
 
 
@@ -21,13 +21,13 @@ class PressureSearch:
     """Spreads pressures over one surface.
 
     Args:
-        tree: Tree of the quadrature points; what follows is in its order.
+        tree: Tree of the quadrature points; the next four arrays are in its order.
         areas: Areas of the quadrature points, shape (q,) [m^2].
-        corners: Corners of their faces, shape (q, 3).
-        shares: Barycentric coordinates, shape (q, 3).
-        outward: Unit normals of their faces, shape (q, 3).
+        corners: Corners of the points' faces, shape (q, 3).
+        shares: Barycentric coordinates of the points, shape (q, 3).
+        outward: Unit normals of the points' faces, shape (q, 3).
         under: Where vertices under a pressure are left, rising, shape (n,).
-        weights: Where the share of each in the force is left, shape (n,).
+        weights: Where the share of each of these vertices in the force is left, shape (n,).
     """
 
     def __init__(
@@ -49,14 +49,14 @@ class PressureSearch:
     def spread(
         self, x: float, y: float, z: float, nx: float, ny: float, nz: float, radius: float
     ) -> int:
-        """Spread a pressure round a place of the surface; the number of vertices under it.
+        """Spread a pressure round a place of the surface; return the number of vertices under it.
 
         The pressure falls as 1 - (r / radius)^2 over the surface on the side of the finger; each
         quadrature point distributes its part to the corners of its face. A radius below the mesh's
         resolution loads the nearest quadrature point alone.
 
         Args:
-            x, y, z: The place [m].
+            x, y, z: Centre of the pressure [m].
             nx, ny, nz: Outward unit normal of the finger; zeros for all sides.
             radius: Radius of the pressure [m].
         """

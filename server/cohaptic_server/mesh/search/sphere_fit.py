@@ -21,15 +21,15 @@ def fit_spheres(
     matrix: Floats,
     curvature: Floats,
 ) -> None:
-    """Curvature of the sphere nearest to displaced vertices round each contact [1/m].
+    """Find the curvature of the sphere nearest to displaced vertices round each contact [1/m].
 
     Args:
         rest: Resting positions of all vertices, shape (v, 3) [m].
-        starts: Where the vertices of each contact begin, and the last one's end, in the first row,
-            and the same of `rows` in the second, shape (2 or more, n + 1).
-        vertices: Those whose displacement is known, shape (k,).
-        displacement: Displacement of these, shape (k, 3) [m].
-        rows: Those of its vertices that are fitted, counted from a contact's first, shape (r,).
+        starts: Where each contact's part begins, and where the last ends, of `vertices` in the
+            first row and of `rows` in the second, shape (2 or more, n + 1).
+        vertices: Vertices whose displacement is known, shape (k,).
+        displacement: Displacement of these vertices, shape (k, 3) [m].
+        rows: Vertices that are fitted, counted from the contact's first vertex, shape (r,).
         points: Points through which the spheres go, roughly, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).
         radius: Radius of the fit [m].
@@ -62,10 +62,10 @@ def fit_sphere(
 
     Args:
         rest: Resting positions of all vertices, shape (n, 3) [m].
-        vertices: Those whose displacement is known, shape (k,).
-        displacement: Displacement of these, shape (k, 3) [m].
-        rows: Those of `vertices` that are fitted, as indices into them, shape (r,).
-        point: Through which the sphere goes, roughly, shape (3,) [m].
+        vertices: Vertices whose displacement is known, shape (k,).
+        displacement: Displacement of these vertices, shape (k, 3) [m].
+        rows: Vertices that are fitted, as indices into `vertices`, shape (r,).
+        point: Point through which the sphere goes, roughly, shape (3,) [m].
         normal: Outward unit normal there, shape (3,).
         radius: Radius of the fit [m].
         matrix: Room for the normal equations, shape (5, 6).
@@ -85,7 +85,8 @@ def fit_sphere(
         y = rest[v, 1] + displacement[k, 1] - point[1]
         z = rest[v, 2] + displacement[k, 2] - point[2]
         height = x * nx + y * ny + z * nz
-        # With the height: points on the far side of a thin body are close in the tangent plane.
+        # The distance counts the height: points on the far side of a thin body are close in the
+        # tangent plane.
         square = (x * x + y * y + z * z) * (per * per)
         weight = 1.0 - square
         if weight <= 0.0:
@@ -105,8 +106,8 @@ def fit_sphere(
     trace = 0.0
     for i in range(_UNKNOWNS):
         trace += matrix[i, i]
-    # The tilt along the normal is undetermined, and so are more unknowns if the points lie in a
-    # row; the Tikhonov term sets those to zero.
+    # The tilt along the normal is undetermined, and so are more unknowns if the points lie on a
+    # line; the Tikhonov term sets undetermined unknowns to zero.
     for i in range(_UNKNOWNS):
         matrix[i, i] += _TIKHONOV * max(1e-9, trace)
     return -2.0 * first_unknown(matrix) / (radius * radius)
@@ -139,7 +140,7 @@ def add_point(
 
 
 def first_unknown(matrix: Floats) -> float:
-    """Solve the equations by elimination from the last unknown up; the first one."""
+    """Eliminate the unknowns from the last one up, and return the first one."""
     for i in range(_UNKNOWNS - 1, 0, -1):
         for row in range(i):
             factor = matrix[row, i] / matrix[i, i]

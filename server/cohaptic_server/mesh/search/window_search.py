@@ -1,6 +1,6 @@
 """Vertices round the path of a sliding contact: the inner loops of `world/neighbourhood.py`.
 
-Compiled where a compiler is at hand; as plain Python it gives the same numbers.
+The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ class WindowSearch:
 
     Args:
         points: Resting positions, shape (t, 3) [m].
-        normals: Outward unit normals there, shape (t, 3).
-        beside: Vertices that share an edge with each, short rows filled up with itself, shape
-            (t, valence).
+        normals: Outward unit normals at the points, shape (t, 3).
+        beside: Vertices that share an edge with each vertex, short rows filled up with the vertex
+            itself, shape (t, valence).
         tree: Tree of the points.
-        found: Where vertices are left, shape (t,).
-        path: Where points of a path are left, shape (w, 3); w bounds their number [m].
+        found: Where the search leaves vertices, shape (t,).
+        path: Where the search leaves points of a path [m], shape (w, 3); w bounds their number.
 
     Attributes:
         places: Number of points of the last path.
@@ -41,7 +41,8 @@ class WindowSearch:
         self.path = path
         self.tilt = np.zeros((len(path), 3))  # normal at each point of the path
         self.reached = np.zeros(len(points), dtype=np.int64)
-        self.least = np.full(len(points), -1.0)  # of a vertex within reach, until it is taken
+        # Squared distance of a vertex within reach, until the vertex is taken.
+        self.least = np.full(len(points), -1.0)
         self.squares = np.zeros(len(points))
         self.sorted = np.zeros(len(points))
         self.places = 0
@@ -56,17 +57,17 @@ class WindowSearch:
         half_width: float,
         most: int,
     ) -> int:
-        """Vertices nearest to the path of a sliding contact; their number.
+        """Put the vertices nearest to the path of a sliding contact into `found`; their number.
 
-        They face as the surface along the path does, and hang together: neither the other side of
-        a thin part nor another fold of the surface is among them, however near it is in space.
+        The vertices face as the surface along the path does, and are connected by edges: the other
+        side of a thin part and other folds of the surface are left out, however near in space.
 
         Args:
             start: Contact point, shape (3,) [m].
             normal: Outward unit normal there, shape (3,).
             direction: Direction of the slide, of any length, shape (3,).
             length: Length of the path [m].
-            step: Between two points of the path [m].
+            step: Distance between two points of the path [m].
             half_width: Largest distance of a vertex from the path [m].
             most: Largest number of vertices.
         """
@@ -98,11 +99,12 @@ class WindowSearch:
         """Note in `least` which of the first vertices in `found` are within reach of the path.
 
         Args:
-            near: Number of vertices.
-            widest: Largest squared distance from a point of the path that they face with [m^2].
+            near: Number of these vertices.
+            widest: Largest squared distance of a vertex from a point of the path at which the
+                surface faces as the vertex does [m^2].
 
         Returns:
-            The vertex nearest to the beginning; -1 for none.
+            The vertex nearest to the beginning of the path; -1 if there is none.
         """
         first, best = -1, 1e300
         for k in range(near):
@@ -123,7 +125,7 @@ class WindowSearch:
         return first
 
     def spread(self, first: int) -> int:
-        """Number of vertices within reach that hang together with one; they go into `reached`."""
+        """Collect vertices within reach that edges connect to one, in `reached`; their number."""
         if self.least[first] < 0.0:
             return 0
         count = 1
@@ -142,7 +144,7 @@ class WindowSearch:
         return count
 
     def facing(self, vertex: int | Ints, nx: float, ny: float, nz: float) -> float:
-        """Cosine between the normal of a vertex and another one."""
+        """Cosine between the normal of a vertex and another unit normal."""
         x, y, z = self.normals[vertex, 0], self.normals[vertex, 1], self.normals[vertex, 2]
         return float(x * nx + y * ny + z * nz)
 
@@ -155,7 +157,7 @@ class WindowSearch:
         length: float,
         step: float,
     ) -> None:
-        """Points along the surface from a contact in the direction of its slide.
+        """Set points along the surface from a contact in the direction of its slide.
 
         Args:
             near: Number of vertices in `found` round the path.
@@ -163,7 +165,7 @@ class WindowSearch:
             normal: Outward unit normal there, shape (3,).
             direction: Direction of the slide, of any length, shape (3,).
             length: Length of the path [m].
-            step: Between two points of the path [m].
+            step: Distance between two points of the path [m].
         """
         x, y, z = start[0], start[1], start[2]
         nx, ny, nz = normal[0], normal[1], normal[2]
@@ -196,7 +198,7 @@ class WindowSearch:
     def closest(
         self, near: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
     ) -> int:
-        """The nearest to a place of the first vertices in `found` that face as it does."""
+        """Vertex nearest to a place, of the first `near` in `found` that face as the place does."""
         best = 1e300
         closest = self.found[0]
         for k in range(near):
@@ -211,7 +213,7 @@ class WindowSearch:
         return int(closest)
 
     def smallest(self, count: int, rank: int) -> float:
-        """The `rank`-th smallest of the first `count` squares, by Hoare's selection."""
+        """Find the `rank`-th smallest of the first `count` squares, by Hoare's selection."""
         for k in range(count):
             self.sorted[k] = self.squares[k]
         low, high, wanted = 0, count - 1, rank - 1

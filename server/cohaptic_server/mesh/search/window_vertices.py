@@ -1,7 +1,8 @@
 """Vertices of a window round a contact: the inner loops of `bodies/touched_body.py`.
 
-A window holds vertices of the whole surface. Some of them are those of the touch mesh, by their own
-numbers. All that a patch needs is found in one call, and left in arrays that the caller gave.
+A window holds vertices of the whole surface. Some of these are also vertices of the touch mesh,
+which numbers them differently. One call finds all that a patch needs, and leaves it in arrays of
+the caller.
 """
 
 from __future__ import annotations
@@ -17,16 +18,16 @@ class WindowVertices:
     """Chooses windows on one surface.
 
     Args:
-        surface: Number of vertices of the surface, n.
-        touch: Number of vertices of its touch mesh, t.
-        ahead: Along a path over the touch mesh.
+        surface: Tree of the n vertices of the surface.
+        touch: Tree of the t vertices of its touch mesh.
+        ahead: Search along a path over the touch mesh.
         touched: Where `ahead` leaves vertices of the touch mesh, shape (t,).
         members: Vertices of the surface that the touch mesh has, rising, shape (t,).
         normals: Outward unit normals of the whole surface, shape (n, 3).
-        vertices: Where a window is left, rising, shape (n,); the first `count` hold.
-        fitted: Those of the window that the touch mesh has and that face as the contact does, as
-            positions in it, shape (n,); the first `fits` hold.
-        carried: Positions of `touched` in the window, shape (t,); the first `carries` hold.
+        vertices: Where a window is left, rising, shape (n,); the first `count` are valid.
+        fitted: Positions in the window of vertices that the touch mesh has and that face as the
+            contact does, shape (n,); the first `fits` are valid.
+        carried: Positions of `touched` in the window, shape (t,); the first `carries` are valid.
     """
 
     def __init__(
@@ -64,15 +65,15 @@ class WindowVertices:
         """Find the window of a contact.
 
         Args:
-            start: Its foot, shape (3,) [m].
+            start: Foot of the contact, shape (3,) [m].
             normal: Outward unit normal of the surface there, shape (3,).
-            radius: Round it, within which all vertices are taken [m].
-            reach: Round it, within which those of the touch mesh are taken [m].
+            radius: Radius round the foot within which all vertices are taken [m].
+            reach: Radius round the foot within which vertices of the touch mesh are taken [m].
             direction: Direction of the slide, of any length, shape (3,).
-            length: Length of the path along which those of the touch mesh are carried [m].
-            step: Between two points of the path [m].
+            length: Length of the path along which vertices of the touch mesh are carried [m].
+            step: Distance between two points of the path [m].
             half_width: Largest distance of a carried vertex from the path [m].
-            most: Largest number of carried vertices; 0 for none.
+            most: Largest number of carried vertices; 0 if none are carried.
         """
         x, y, z = start[0], start[1], start[2]
         self.count = 0
@@ -111,7 +112,7 @@ class WindowVertices:
             self.place[self.vertices[k]] = -1
 
     def add(self, vertex: int | Ints) -> None:
-        """Take a vertex into the window, once."""
+        """Take a vertex into the window unless it is there already."""
         if self.place[vertex] < 0:
             self.place[vertex] = 0
             self.vertices[self.count] = vertex

@@ -1,1 +1,1 @@
-"""What keeps a file from being touched, all of it at once, and what can be done about each."""
+"""Finds all problems of a file at once, and options that make it touchable."""

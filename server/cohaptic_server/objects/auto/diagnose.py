@@ -1,7 +1,7 @@
-"""Everything that keeps a surface from being touched, and the options that make it touchable.
+"""Finds everything that keeps a surface from being touched, and options that make it touchable.
 
-A file without a unit was probably drawn in the one that makes its object of a usual size. If nobody
-says which part is held, it is the object's own base, or its flattest side.
+A file without a unit was probably drawn in the unit that gives its object a usual size. If the user
+does not say which part is held, it is the base or feet, the flattest side, or one end.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
 from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.shell import SHEET, openness
 
-# Files of these kinds have y upwards by their specification or by custom, all others z.
+# In files of these kinds y points up by specification or by custom, in all others z.
 _Y_UP = (".glb", ".gltf", ".obj")
 _LAYER = 0.01  # share of the extent; faces this close to a side belong to it
 _FACING = 0.99  # cosine of the largest angle between a side and a face that rests on it
-# Share of the bounding box's side that a flat base has: with less, a body stands on feet.
+# Least flat share of the bounding box's side for a base: with less, a body stands on feet.
 _FLAT = 0.15
-# With at least this share below it, an object stands on feet, and a table is not held by its top. A
-# ball, which stands on nothing, has 0.015.
+# Least flat share below for feet, so that a table is held by its feet and not by its top. A ball,
+# which has no feet, has 0.015.
 _STANDS = 0.025
 # Least share of the surface that is held: with less, a body sways on its hold like a bell.
 _LEAST_HELD = 0.04
 _PERCENTAGES = (3, 5, 8, 10, 15, 20, 25, 30)
-# Share of the surface above which a base is no hold: what lies flat on it has nowhere to give way.
+# Largest share of the surface that a base may hold: an object lying flat on more cannot deform.
 _MOST_HELD = 0.3
 
 
@@ -43,8 +43,8 @@ class Side(NamedTuple):
     """One side of the bounding box.
 
     Args:
-        axis: 0, 1 or 2.
-        sign: -1 for the lower side.
+        axis: Axis at a right angle to the side: 0, 1 or 2.
+        sign: -1 for the lower side, 1 for the upper side.
     """
 
     axis: int
@@ -52,12 +52,12 @@ class Side(NamedTuple):
 
 
 def likely_base(x: Floats, faces: Ints, kind: str) -> tuple[str, str]:
-    """A rule for `--fix` that holds an object where it would stand, and words for it.
+    """Rule for `--fix` that holds an object where it would stand, and words that explain it.
 
     Args:
         x: Vertices, shape (n, 3), in any unit.
         faces: Triangles facing outwards, shape (m, 3).
-        kind: Suffix of the file, in small letters.
+        kind: Suffix of the file, in lower case.
     """
     down = Side(1 if kind in _Y_UP else 2, -1)
     flat = {side: flat_share(x, faces, side) for side in _sides()}
@@ -99,7 +99,7 @@ def _sides() -> list[Side]:
 
 
 def _rule(x: Floats, faces: Ints, side: Side) -> tuple[str, float]:
-    """The thinnest layer at a side with enough of the surface in it: a rule, and its share."""
+    """Rule for the thinnest layer at a side with enough of the surface in it; the layer's share."""
     areas = np.linalg.norm(face_area_vectors(x, faces), axis=1)
     away = _away(x, faces, side)
     shares = {p: float(areas[away < 0.01 * p].sum() / areas.sum()) for p in _PERCENTAGES}
@@ -110,10 +110,11 @@ def _rule(x: Floats, faces: Ints, side: Side) -> tuple[str, float]:
     return rule, shares[percentage]
 
 
-# Triangles above which a surface is simplified, and to how many. Filling takes 5 to 17 ms for each,
-# and elements of the default edge have about a thousand triangles on a compact object.
+# Number of triangles above which a surface is simplified, and the number after it. Filling takes 5
+# to 17 ms for each triangle, and elements of the default edge have about a thousand triangles at
+# the surface of a compact object.
 MANY, FEWER = 6000, 4000
-_THICKNESS = 0.03  # of a sheet that becomes a shell, as a share of its longest side
+_THICKNESS = 0.03  # thickness of the shell made from a sheet, as a share of its longest side
 
 
 def diagnose(
@@ -123,13 +124,13 @@ def diagnose(
     scale_given: bool = False,
     is_volume: bool = False,
 ) -> Diagnosis:
-    """Find everything that is wrong with a surface.
+    """Find all problems of a surface.
 
     Args:
-        source: The file and its options; what they already do something about is not found again.
-        surfaces: In units of the file; of several parts, or one.
-        scale_given: Whether the scale is the user's own word, and must stay.
-        is_volume: Whether the surface is that of tetrahedra, which are taken as they are.
+        source: The file and its options; problems that these solve already are not found again.
+        surfaces: Surfaces of the parts, or one for the whole object, in units of the file.
+        scale_given: Whether the user has given the scale, which must then stay.
+        is_volume: Whether the surface bounds tetrahedra, which are taken as they are.
     """
     remedies: list[Remedy] = []
     x, faces = joined(surfaces)
@@ -152,10 +153,10 @@ def diagnose(
 def _mended(
     source: ObjectFile, surfaces: Sequence[PartSurface], size: float
 ) -> tuple[ObjectFile, list[Remedy]]:
-    """What is done about a surface that is too fine, or does not enclose one volume."""
+    """Options and remedies for a surface that is too fine, or does not enclose one volume."""
     remedies: list[Remedy] = []
     x, faces = joined(surfaces)
-    is_label_map = is_scan(source.path)  # whose surfaces were made here, and made few
+    is_label_map = is_scan(source.path)  # its surfaces were made by us, with few triangles
     if is_label_map:
         surfaces = surfaces[:1]
     if not source.simplify and len(faces) > MANY and not is_label_map:
@@ -181,19 +182,19 @@ def _mended(
     return source, remedies
 
 
-_LIKELY = (0.02, 1.0)  # m; longest side of most things that are touched with a hand
+_LIKELY = (0.02, 1.0)  # m; longest side of most objects that are touched with a hand
 _UNITS = ((1e-3, "millimetres"), (1e-2, "centimetres"))
-_UNKNOWN_SIZE = 0.2  # m; what fits between two hands
+_UNKNOWN_SIZE = 0.2  # m; length of an object that fits between two hands
 
 
 def likely_scale(size: float) -> tuple[float, Remedy] | None:
-    """Metres in one unit of the file, and why; None where metres will do.
+    """Metres in one unit of the file, and the remedy for it; None if its unit can be the metre.
 
     Args:
         size: Longest side of the object's bounding box, in units of the file.
     """
     low, high = _LIKELY
-    # A file of single precision may round a size at the limit.
+    # A file in single precision may round a size at the limit.
     if (1.0 - 1e-6) * MIN_SIZE <= size <= high:
         return None
     problem = f"in metres the object would be {size:.3g} m long"
@@ -202,7 +203,7 @@ def likely_scale(size: float) -> tuple[float, Remedy] | None:
             if low <= scale * size <= high:
                 remedy = f"taken to be in {unit}, {1e3 * scale * size:.3g} mm long"
                 return scale, Remedy(problem, remedy, f"--scale {scale:g}")
-    # A short number, so that who reads the option can write it.
+    # The number is short, so that a user who reads the option can type it.
     scale = float(f"{_UNKNOWN_SIZE / size:.2g}")
     possible = high < size <= MAX_SIZE
     if possible:

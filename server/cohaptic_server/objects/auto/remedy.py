@@ -1,4 +1,4 @@
-"""A thing that keeps an object from being touched, and the option that does something about it."""
+"""A problem that keeps an object from being touched, and the option that solves it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ class Remedy:
     """One finding about a file.
 
     Args:
-        problem: What is wrong, a phrase: "the object would be 170 m long".
-        remedy: What is done about it, a phrase: "taken to be in millimetres".
-        option: The option that does so, as on a command line.
-        needed: Whether the object cannot be touched without it; otherwise it is advice.
+        problem: The problem as a phrase: "the object would be 170 m long".
+        remedy: The solution as a phrase: "taken to be in millimetres".
+        option: The option for this solution, as on a command line.
+        needed: Whether the object cannot be touched without this option; otherwise it is advice.
     """
 
     problem: str
@@ -24,17 +24,17 @@ class Remedy:
     needed: bool = True
 
     def sentence(self) -> str:
-        """All of it, for a list."""
+        """Problem, solution and option in one line, for a list."""
         return f"{self.problem}: {self.remedy} ({self.option})"
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What is wrong with a file, and the options with which it can be touched.
+    """All problems of a file, and the options with which it can be touched.
 
     Args:
-        source: The file with the options that are proposed.
-        remedies: What these options are for, one remedy for each.
+        source: The file with the proposed options.
+        remedies: One remedy for each problem, with the proposed options that solve it.
     """
 
     source: ObjectFile

@@ -1,9 +1,10 @@
-"""From a file to options with which it can be touched: all findings at once, and what to do.
+"""Finds options with which a file can be touched: all findings at once, and a remedy for each.
 
-Without `--auto` the findings are one error that lists them, with the option for each. With it the
-options are taken, the mesh is made as coarse as memory asks for, and the user is told.
+Without `--auto` one error lists the findings, with the option for each. With `--auto` the options
+are taken, the mesh is made coarse enough for the memory, and the user is told.
 
-An object may not lose more than a small share of itself unless the user has agreed to what is left.
+An object that loses more than a small share of its volume needs `--repair`. `check_kept` refuses an
+object that loses too much, unless `--repair` was given from the start.
 """
 
 from __future__ import annotations
@@ -39,36 +40,36 @@ from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import VOLUMES
 
-_ATTEMPTS = 6  # at a mesh that is coarse enough
-# Options that are chosen, beside the order of the elements.
+_ATTEMPTS = 6  # attempts to find a mesh that is coarse enough
+# Options that are chosen here, beside the order of the elements.
 _CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell", "labels")
-# A block in 8 x 6 x 5 cells of linear tetrahedra is 24, 36 and 59 % stiffer, with a Poisson's ratio
-# of 0.3, 0.45 and 0.49, than what quadratic ones converge to, pressed over the radius that the mesh
-# is given; three times as much under a fingertip of 8 mm (docs/performance.md).
+# A block of 8 x 6 x 5 cells of linear tetrahedra, pressed over the contact radius of its mesh, is
+# 24, 36 and 59 % stiffer at Poisson's ratios of 0.3, 0.45 and 0.49 than the limit of quadratic
+# ones, and three times as much under a fingertip of 8 mm (docs/performance.md).
 LINEAR_ONES = (
     "made of linear tetrahedra, which are a third stiffer than the object under a contact as wide"
     " as they are, and more under a narrower one"
 )
-_FORM = 9  # raised when the findings or their remedies change
+_FORM = 9  # version of the entry; raised when the findings or their remedies change
 
 
 def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
-    """Everything that is wrong with a file, and the options that are proposed.
+    """Find all problems of a file, and propose options.
 
     Args:
-        source: The file and its options.
-        scale_given: Whether the scale is the user's own word, and must stay.
+        scale_given: Whether the user has given the scale, which must then stay.
 
     Raises:
         BodyError: The file cannot be read, or is far too large.
-        SettingError: A rule says what is held and cannot be understood, or holds nothing.
+        SettingError: The rule for the held region cannot be parsed, or holds nothing or everything;
+            or a material does not fit the parts.
     """
     labelled, source = labels_of(source)
     surfaces = read_outside(source)
     is_volume = source.path.suffix.lower() in VOLUMES
     found = diagnose(source, surfaces, scale_given=scale_given, is_volume=is_volume)
     found = replace(found, remedies=(*labelled, *found.remedies))
-    # A slip of the pen is told before the long part, not after it.
+    # A mistyped part or rule is reported before the slow steps.
     if not is_volume:
         source.parts.check([one.name for one in surfaces if one.name])
     x, faces = joined(surfaces)
@@ -77,7 +78,7 @@ def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis
 
 
 def labels_of(source: ObjectFile) -> tuple[tuple[Remedy, ...], ObjectFile]:
-    """The labels of a label map that are proposed, if none are chosen and there are several."""
+    """Propose labels of a label map if it has several and the user has chosen none."""
     if not is_scan(source.path) or source.labels:
         return (), source
     check_file(source.path)
@@ -96,7 +97,7 @@ def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
     """Surface of the object in a file, or surfaces of its parts, in units of the file.
 
     Args:
-        source: Source of a surface, of a volume mesh, whose boundary is taken, or of a label map.
+        source: A surface, a label map, or a volume mesh, whose boundary is returned.
 
     Raises:
         BodyError: The file cannot be read, or is far too large.
@@ -123,18 +124,18 @@ def resolve(
     scale_given: bool = False,
     demand: Demand | None = None,
 ) -> Diagnosis:
-    """Options with which a file can be touched within its memory, kept for the next start.
+    """Options with which a file can be touched within its memory; kept for the next start.
 
     Args:
         source: The file and the options that the user gave.
-        progress: Called with the phase.
-        scale_given: Whether the scale is the user's own word, and must stay.
-        demand: What a nonlinear solid is prepared for: its mesh is one that a tick affords, and
+        progress: Called with the phase and the share of it that is done.
+        scale_given: Whether the user has given the scale, which must then stay.
+        demand: Users and rate of a nonlinear solid, whose mesh a tick must afford; such a mesh
             takes little memory.
 
     Raises:
-        BodyError: There is no way to touch what is in the file.
-        SettingError: An option does not fit it.
+        BodyError: No options make the object in the file touchable.
+        SettingError: An option does not fit the file.
     """
     check_file(source.path)
     rubber = demand if demand is not None and demand.nonlinear else None
@@ -152,7 +153,7 @@ def resolve(
 
 
 def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
-    """The same with a mesh that can be factored within the memory that it may take."""
+    """Extend the options so that the mesh can be factored within the memory limit."""
     source, memory = found.source, found.source.max_memory
     mesh = list[Remedy]()
     lost: VolumeLostError | None = None
@@ -189,13 +190,13 @@ def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
 
 
 def _as_rubber(found: Diagnosis, demand: Demand, progress: Progress) -> Diagnosis:
-    """The same where a tick affords a mesh of it; the edge stays for whoever builds it to choose.
+    """Extend the options so that a tick affords the mesh; the build chooses the edge again.
 
-    Tetrahedra that are filled here are in the store when it is built.
+    The store keeps the tetrahedra that are filled here for the build.
     """
     source, more = found.source, list[Remedy]()
     lost: VolumeLostError | None = None
-    while True:  # each remedy is taken once
+    while True:  # each of the two remedies is taken at most once
         try:
             tried, prepared, _ = affordable(source, demand, progress)
         except VolumeLostError as error:
@@ -221,7 +222,7 @@ def _lost(error: VolumeLostError) -> Remedy:
 
 
 def _longer(tried: Sequence[tuple[float, float]], memory: float) -> float:
-    """The next edge, by how the memory fell from the last but one to the last."""
+    """Next edge to try, from the fall of the memory between the last two meshes."""
     if len(tried) < 2 or tried[-1][0] <= tried[-2][0]:
         return edge_that_fits(*tried[-1], memory)
     return edge_that_fits(*tried[-1], memory, growth_between(*tried[-2], *tried[-1]))
@@ -242,28 +243,27 @@ def _from_text(source: ObjectFile, text: str) -> Diagnosis:
     return Diagnosis(replace(source, material=material, **known["chosen"]), remedies)
 
 
-# Thin parts of an object may go, such as fingers and a rim, but not what it is: a leaflet of which
-# a lump is left, or one of two halves that a thread joins.
+# Thin parts of an object may be lost, such as fingers and a rim, but not its main shape: a leaflet
+# must not become a lump, nor an object lose one of two halves that a thread joins.
 LEAST_KEPT = 0.5  # share of the volume
-MOST_AWAY = 0.2  # distance of a part of the surface from what is left, as a share of the diagonal
+MOST_AWAY = 0.2  # distance from the surface to the remaining object, as a share of the diagonal
 
 
 def check_kept(source: ObjectFile, prepared: Prepared, lost: VolumeLostError) -> None:
-    """Refuse what is left of an object, where too much of it is lost to go by its name.
+    """Refuse the rest of an object that has lost too much to be the same object.
 
-    Not asked of a surface that is mended first: what an open or crossing one encloses is not known,
-    and the pieces of another are dropped on purpose.
+    A surface that needs `--repair` from the start is not checked: the volume inside an open or
+    crossing surface is unknown, and separate pieces are dropped on purpose.
 
     Args:
-        source: The file and its options.
-        prepared: What is left.
-        lost: Why it is not all of it.
+        prepared: The remaining object.
+        lost: The error that says why some of the object is lost.
 
     Raises:
-        BodyError: It is less than half, or ends too far from a part of the surface.
+        BodyError: Less than half of the volume is left, or some of the surface is too far away.
     """
     x = prepared.tets.vertices[np.unique(prepared.tets.tets)]
-    # The object is at most as much longer than what is left of it.
+    # The object is longer than the remaining one by at most the deviation.
     longest = float(np.linalg.norm(np.ptp(x, axis=0))) + prepared.deviation
     enclosed = 0.0 if prepared.surface is None else abs(prepared.surface.volume) * source.scale**3
     kept = min(1.0, prepared.tets.volume / enclosed) if enclosed > 0.0 else 1.0

@@ -1,1 +1,1 @@
-"""From a density to an object that swings: its natural modes, kept in the store."""
+"""Natural modes of an object with a density; the store keeps them."""

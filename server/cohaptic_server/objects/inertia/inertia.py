@@ -1,4 +1,4 @@
-"""What an object weighs, and how fast its swings die away."""
+"""Density of an object, and damping of its natural modes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.touchable import DAMPING_RATIO
 
 WATER = 1000.0  # kg/m^3; soft tissue and gels are within a tenth of it
-_LEAST, _MOST = 1.0, 30000.0  # kg/m^3; foam has ten, the densest metals 22,600
+_LEAST, _MOST = 1.0, 30000.0  # kg/m^3; foam has 10, the densest metals 22,600
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,10 +22,10 @@ class Inertia:
     """Density and damping of an object.
 
     Args:
-        density: Mass density of what is not named; None for none, if nothing is named, or for that
-            of water [kg/m^3].
+        density: Mass density of parts without one of their own [kg/m^3]. None stands for that of
+            water, or for an object without mass if `densities` is empty.
         densities: Densities of parts by their names [kg/m^3].
-        damping: Share of critical damping, of each natural mode.
+        damping: Share of critical damping of each natural mode.
 
     Raises:
         SettingError: A value is out of its range.
@@ -44,23 +44,23 @@ class Inertia:
 
     @property
     def given(self) -> bool:
-        """Whether the object is to have any."""
+        """Whether any density is given, so that the object has mass."""
         return self.density is not None or bool(self.densities)
 
     @property
     def whole(self) -> float:
-        """Density of what is not named [kg/m^3]."""
+        """Density of parts without one of their own [kg/m^3]."""
         return WATER if self.density is None else self.density
 
     def of_elements(self, parts: Parts | None, count: int) -> Floats:
         """Density of each tetrahedron, shape (count,) [kg/m^3].
 
         Args:
-            parts: Parts of the tetrahedra; None where they have no names.
-            count: Number of them.
+            parts: Parts of the tetrahedra; None for an object without parts.
+            count: Number of tetrahedra.
 
         Raises:
-            SettingError: A density names no part.
+            SettingError: A density names an unknown part.
         """
         names = () if parts is None else parts.names
         check_names("--density", self.densities, names)
@@ -70,7 +70,7 @@ class Inertia:
         return np.array([known.get(name, self.whole) for name in names])[parts.of]
 
     def to_arguments(self) -> list[str]:
-        """The options of the command line."""
+        """Options of the command line for this density and damping; empty without a density."""
         if not self.given:
             return []
         arguments = ["--density", repr(self.whole)]

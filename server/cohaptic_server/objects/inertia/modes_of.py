@@ -1,4 +1,4 @@
-"""The natural modes of a solid that a hand can excite, found once and kept in the store."""
+"""Natural modes of a solid that a hand can excite, computed once and kept in the store."""
 
 from __future__ import annotations
 
@@ -23,25 +23,24 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry, warn_unusable
 from cohaptic_server.progress import Progress
 
-_FORM = 1  # raised when the arrays change, or the way they are computed
+_FORM = 1  # version of the entry; raised when the arrays or their computation change
 _LABEL = "natural modes"
 
 
 def with_inertia(
     built: Built, source: ObjectFile, hz: float, progress: Progress = lambda phase, share: None
 ) -> Body:
-    """The solid, with the modes that swing in the range of a hand.
+    """The solid with its natural modes up to the highest frequency that a hand excites.
 
-    A solid whose slowest mode is faster than that stays as it is: it follows a hand at once.
+    A solid whose slowest mode is faster is returned unchanged: it follows a hand without delay.
 
     Args:
-        built: The solid of the file.
         source: The file and its options, with a density.
         hz: Ticks per second of the server.
         progress: Called with the phase and the share of it that is done.
 
     Raises:
-        SettingError: A density names no part.
+        SettingError: A density names an unknown part.
         BodyError: Finding the modes takes more memory than is allowed.
     """
     solid, inertia = built.solid, source.inertia
@@ -62,7 +61,7 @@ def with_inertia(
 def _find(
     built: Built, density: Floats, source: ObjectFile, progress: Callable[[float], None]
 ) -> tuple[Floats, Floats]:
-    """Frequencies [rad/s] and shapes on the surface [sqrt(m/N)], of the lowest modes."""
+    """Angular frequencies [rad/s] and shapes on the surface [sqrt(m/N)] of the lowest modes."""
     shape = built.solid.shape
 
     def accept(plan: Plan) -> None:
@@ -71,7 +70,7 @@ def _find(
         cost = cost_of(plan, multiplications(SystemClock()))
         check_memory(cost, source.max_memory, what, edge, source.material.order)
 
-    # Beside other work on the same cores two BLAS threads wait for each other.
+    # Two BLAS threads wait for each other if other work runs on the same cores.
     with threadpool_limits(limits=1):
         vibration = natural_modes(shape, density, MOST, progress, accept)
     on_surface = vibration.shapes[:, shape.surface]
@@ -86,7 +85,7 @@ def _path(solid: Solid, density: Floats) -> Path:
 
 
 def _load(path: Path, vertices: int) -> tuple[Floats, Floats] | None:
-    """The modes in an entry; None if there is none, or no intact one."""
+    """Frequencies and shapes in an entry; None if there is no intact entry."""
     arrays = load_entry(path, _LABEL, mapped=False)
     if arrays is None:
         return None

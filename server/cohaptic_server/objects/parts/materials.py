@@ -18,13 +18,13 @@ Named = tuple[tuple[str, float], ...]  # values by the names of parts
 
 @dataclass(frozen=True, slots=True)
 class PartMaterials:
-    """Values of some parts; the others have those of the object.
+    """Materials of some parts; the other parts have the material of the object.
 
     Args:
         young: Young's moduli by name [Pa].
         nu: Poisson's ratios by name.
         every_young: Whether each part must have a modulus of its own.
-        every_nu: The same for Poisson's ratio.
+        every_nu: Whether each part must have a Poisson's ratio of its own.
 
     Raises:
         SettingError: A value is out of its range, or a name is given twice.
@@ -47,13 +47,13 @@ class PartMaterials:
             SolidSettings(nu=nu)
 
     def check(self, names: Sequence[str]) -> None:
-        """Check that the values fit the parts that there are.
+        """Check that the values fit the parts of a file.
 
         Args:
-            names: Names of the parts; empty for an object without any.
+            names: Names of the parts; empty for an object without parts.
 
         Raises:
-            SettingError: A value names no part, or a part has no value and needs one.
+            SettingError: A value names an unknown part, or a part has no value and needs one.
         """
         for option, named, every in (
             ("--young", self.young, self.every_young),
@@ -70,15 +70,15 @@ class PartMaterials:
                 raise SettingError(option, f"given for {_listed(tuple(given))}", expected)
 
     def moduli(self, material: SolidSettings, parts: Parts | None, elements: Ints) -> Moduli:
-        """The moduli of elements.
+        """Elastic moduli of each element.
 
         Args:
-            material: Material of what is not named.
-            parts: Parts of the tetrahedra; None for an object without any.
-            elements: Tetrahedron that each element is, or is a piece of, shape (k,).
+            material: Material of parts that have no value of their own.
+            parts: Parts of the tetrahedra; None for an object without parts.
+            elements: Index of the tetrahedron that each element comes from, shape (k,).
 
         Raises:
-            SettingError: As `check`.
+            SettingError: A value names an unknown part, or a part has no value and needs one.
             BodyError: The stiffest part is too stiff for the softest one.
         """
         names = () if parts is None else parts.names
@@ -93,7 +93,7 @@ class PartMaterials:
         return dict(self.young).get(name, material.young), dict(self.nu).get(name, material.nu)
 
     def to_arguments(self) -> list[str]:
-        """The options of the command line."""
+        """Options of the command line for these materials."""
         arguments: list[str] = []
         for option, named in (("--young", self.young), ("--poisson", self.nu)):
             for name, value in named:
@@ -102,10 +102,10 @@ class PartMaterials:
 
 
 def parse_values(option: str, texts: Sequence[str]) -> tuple[float | None, Named]:
-    """Read `20e3` and `tumour=60e3`: the value without a name, if there is one, and the others.
+    """Read `20e3` and `tumour=60e3`: the value without a name, if any, and those with a name.
 
     Raises:
-        SettingError: A text is no number, or there are two without a name.
+        SettingError: A text has no number, or two values have no name.
     """
     rest: float | None = None
     named: list[tuple[str, float]] = []
@@ -127,15 +127,15 @@ def parse_values(option: str, texts: Sequence[str]) -> tuple[float | None, Named
 
 
 def check_names(option: str, named: Named, names: Sequence[str]) -> None:
-    """Check that values are those of parts that there are.
+    """Check that each value names an existing part.
 
     Args:
         option: Option of the command line, for the error.
         named: Values by the names of parts.
-        names: Names of the parts; empty for an object without any.
+        names: Names of the parts; empty for an object without parts.
 
     Raises:
-        SettingError: A value names no part.
+        SettingError: A value names an unknown part.
     """
     unknown = [name for name, _ in named if name not in names]
     if unknown:

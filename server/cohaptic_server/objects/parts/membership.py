@@ -1,4 +1,4 @@
-"""Which of several closed parts each tetrahedron lies in, and whether it is a part of them all."""
+"""Finds the closed parts that each tetrahedron lies in, and checks the volume of each part."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cohaptic_server.objects.parts.volume_lost import MAX_VOLUME_LOSS, VolumeLos
 
 
 def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bool_]:
-    """Which tetrahedra lie within each closed surface, shape (parts, m).
+    """Whether each tetrahedron lies within each closed surface, shape (parts, m).
 
-    Filling keeps every surface, so that none passes through a tetrahedron; one lies where its
-    middle does. What is in no other part is in the largest one: beside a surface that filling
-    has moved by a hair, a middle may be in none of them.
+    Filling keeps every surface, so that no surface passes through a tetrahedron, and the middle of
+    a tetrahedron decides. A tetrahedron in no other part is put into the largest one: filling moves
+    surfaces slightly, and next to them a middle may lie in no part.
 
     Args:
         surfaces: Surfaces of the parts [m].
-        tets: What fills all of them.
+        tets: Tetrahedra that fill all surfaces.
     """
     middles = tets.vertices[tets.tets].mean(axis=1)
     largest = int(sizes(surfaces).argmax())
@@ -41,11 +41,10 @@ def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bo
 
 
 def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) -> Parts:
-    """The part of each tetrahedron: of those that it lies within the one of the least volume.
+    """Part of each tetrahedron: the one of least volume among those that it lies within.
 
     Args:
-        surfaces: Surfaces of the parts.
-        within: `members`, shape (parts, m).
+        within: Result of `members`, shape (parts, m).
 
     Raises:
         VolumeLostError: A part has no tetrahedron.
@@ -65,12 +64,11 @@ def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) ->
 
 
 def check_volumes(names: Sequence[str], found: Floats, wanted: Floats) -> None:
-    """Refuse tetrahedra that miss much of a part.
+    """Refuse tetrahedra whose volume differs much from that of a part.
 
     Args:
-        names: Names of the parts.
-        found: Volume of the tetrahedra of each, shape (parts,) [m^3].
-        wanted: What it should be, shape (parts,) [m^3].
+        found: Volume of the tetrahedra of each part, shape (parts,) [m^3].
+        wanted: Volume that each part should have, shape (parts,) [m^3].
 
     Raises:
         VolumeLostError: A part has lost, or gained, more than `MAX_VOLUME_LOSS` of its volume.

@@ -1,4 +1,4 @@
-"""The closed nodes of a scene, of a GLB file: parts with materials of their own."""
+"""Reads the closed nodes of a GLB or glTF scene: parts with materials of their own."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ SCENES = (".glb", ".gltf")
 
 
 def read_surfaces(path: Path) -> tuple[PartSurface, ...]:
-    """Read the surfaces of a file: one without a name, or those of several parts.
+    """Read the surfaces of a file: a single one without a name, or those of several parts.
 
     Args:
-        path: A file that `read_surface` takes.
+        path: A file of one of `SURFACES`.
 
     Raises:
-        BodyError: As there.
+        BodyError: `read_surface` refuses the file.
     """
     parts = _read_nodes(path) if path.suffix.lower() in SCENES else ()
     return parts or (PartSurface("", *read_surface(path)),)
 
 
 def _read_nodes(path: Path) -> tuple[PartSurface, ...]:
-    import trimesh  # not with the module: a prepared object starts without it
+    import trimesh  # imported here, since a prepared object starts without trimesh
 
     load: Any = trimesh.load_scene  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
     trimesh_log = logging.getLogger("trimesh")
@@ -40,16 +40,16 @@ def _read_nodes(path: Path) -> tuple[PartSurface, ...]:
     try:
         with reading_limited(path):
             return closed_nodes(load(path, process=False))
-    except Exception:  # of trimesh's parsers; `read_surface` meets it again, and says it
+    except Exception:  # from trimesh's parsers; `read_surface` fails in the same way and reports it
         return ()
     finally:
         trimesh_log.disabled = was_disabled
 
 
 def closed_nodes(scene: Any) -> tuple[PartSurface, ...]:
-    """The nodes of a scene as parts; none unless there are several, each of them closed.
+    """Nodes of a scene as parts; empty unless there are several nodes, all of them closed.
 
-    A scene with an open node is one surface that was stored in pieces, and so is one of very many.
+    A scene with an open node, or with very many nodes, is one surface that was stored in pieces.
 
     Args:
         scene: A `trimesh.Scene`.

@@ -12,7 +12,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 
-MAX_PARTS = 64  # of one object; an anatomical atlas of an abdomen has about 30
+MAX_PARTS = 64  # parts of one object; an anatomical atlas of an abdomen has about 30
 MAX_NAME = 60  # characters
 
 
@@ -39,7 +39,7 @@ class Parts:
         of: Part of each tetrahedron, as an index into `names`, shape (m,).
 
     Raises:
-        BodyError: There is no part, or an index is none of theirs.
+        BodyError: There is no part, a name occurs twice, or an index is out of range.
     """
 
     names: tuple[str, ...]
@@ -57,19 +57,19 @@ class Parts:
         return np.asarray(np.bincount(self.of, each, len(self.names)), dtype=np.float64)
 
     def of_elements(self, elements: Ints) -> Parts:
-        """The parts of some tetrahedra (k,), or of what they were split into."""
+        """Parts of new elements, from the index of the tetrahedron that each comes from, (k,)."""
         return Parts(self.names, self.of[elements])
 
 
 def joined(surfaces: Sequence[PartSurface]) -> tuple[Floats, Ints]:
-    """All surfaces as one: vertices, shape (n, 3), and triangles, shape (m, 3)."""
+    """Join all surfaces into one: vertices, shape (n, 3), and triangles, shape (m, 3)."""
     starts = np.cumsum([0, *(len(surface.x) for surface in surfaces)])
     faces = [surface.faces + start for surface, start in zip(surfaces, starts, strict=False)]
     return np.concatenate([surface.x for surface in surfaces]), np.concatenate(faces)
 
 
 def distinct(names: Sequence[str]) -> tuple[str, ...]:
-    """Names that can be written on a command line, each once: a second `lung` becomes `lung.2`."""
+    """Make names printable and distinct for a command line: a second `lung` becomes `lung.2`."""
     taken: dict[str, int] = {}
     found: list[str] = []
     for name in names:

@@ -1,4 +1,4 @@
-"""Checks and changes of the surfaces of several parts, as of one."""
+"""Checks and simplifies the surfaces of several parts as if they were one."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from cohaptic_server.objects.parts.parts import PartSurface, joined
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine
 from cohaptic_server.objects.surface.simplify import simplify
 
-_SAMPLES = 60  # vertices of a part that say whether it lies in another one
-_FEWEST = 100  # triangles that a part keeps when all are simplified
+_SAMPLES = 60  # vertices of a part that decide whether it lies in another one
+_FEWEST = 100  # triangles that each part keeps when all parts are simplified
 
 
 def examine_all(surfaces: Sequence[PartSurface]) -> SurfaceReport:
-    """Check the surfaces of all parts, each by itself: parts may touch and contain each other.
+    """Check the surface of each part by itself, since parts may touch and contain each other.
 
-    The report has the sum of their defects, the volume that they enclose together, and one
-    component if each is in one piece.
+    The report has the sum of the defects, the volume that the parts enclose together, and one
+    component if each part is in one piece.
     """
     reports = [examine(surface.x, surface.faces) for surface in surfaces]
     if len(reports) == 1:
@@ -37,12 +37,12 @@ def examine_all(surfaces: Sequence[PartSurface]) -> SurfaceReport:
 
 
 def _together(surfaces: Sequence[PartSurface]) -> float:
-    """Volume of the parts that lie in no other one, in cubic units of the file."""
+    """Total volume of the parts that lie in no other part, in cubic units of the file."""
     sizes = [abs(volume(one.x - one.x.mean(axis=0), one.faces)) for one in surfaces]
     total = 0.0
     for k, one in enumerate(surfaces):
         some = one.x[:: max(1, len(one.x) // _SAMPLES)]
-        # Towards the middle of its faces' corners, away from a surface that it may share.
+        # The points move towards the part's centre, away from a surface that two parts may share.
         points = some + 0.01 * (one.x.mean(axis=0) - some)
         nested = any(
             inside(other.x, other.faces, points).mean() > 0.5
@@ -54,7 +54,7 @@ def _together(surfaces: Sequence[PartSurface]) -> float:
 
 
 def simplified_to(surfaces: Sequence[PartSurface], count: int) -> tuple[PartSurface, ...]:
-    """All surfaces simplified to about `count` triangles together, each by the same share."""
+    """Simplify all surfaces to about `count` triangles together, each by the same share."""
     total = sum(len(one.faces) for one in surfaces)
     found: list[PartSurface] = []
     for one in surfaces:

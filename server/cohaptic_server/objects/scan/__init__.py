@@ -1,1 +1,1 @@
-"""Segmentations: label maps of NIfTI and NRRD files, and the smooth surfaces of their labels."""
+"""Segmentations: label maps in NIfTI and NRRD files, and smooth surfaces of their labels."""

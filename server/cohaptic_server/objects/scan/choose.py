@@ -1,4 +1,4 @@
-"""The labels of a scan that become an object, and the regions of voxels that they are."""
+"""Chooses the labels of a scan that become an object, and finds their voxels."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from cohaptic_server.numeric import Ints, Mask
 from cohaptic_server.objects.parts.parts import MAX_PARTS, distinct
 from cohaptic_server.objects.scan.label_map import Label, LabelMap
 
-SPECK = 0.01  # share of the largest piece; smaller pieces and holes are mistakes of a segmentation
-MAX_VOXELS = 30_000_000  # of a box round an object, in which pieces and holes are found
-_LISTED = 8  # labels in a sentence
+# Pieces smaller than this share of the largest one and holes smaller than this share of the object
+# are mistakes of a segmentation.
+SPECK = 0.01
+MAX_VOXELS = 30_000_000  # voxels of the box round an object in which pieces and holes are found
+_LISTED = 8  # largest number of labels in a sentence
 
 
 class Chosen(NamedTuple):
-    """Labels and the names of the parts that they become.
+    """Chosen labels and the names of the parts that they become.
 
     Args:
-        labels: In the order in which they were chosen.
-        names: One for each.
+        labels: Labels in the order in which they were chosen.
+        names: Name of the part of each label.
     """
 
     labels: tuple[Label, ...]
@@ -33,13 +35,13 @@ class Chosen(NamedTuple):
 
 
 class Region(NamedTuple):
-    """What was done to the voxels of an object.
+    """Voxels of an object, and the changes that were made to them.
 
     Args:
-        whole: Voxels of the object, shape (i, j, k).
-        specks: Pieces that were left out.
-        speck_voxels: How many voxels they had.
-        hole_voxels: How many voxels inside were filled.
+        whole: Whether each voxel is in the object, shape (i, j, k).
+        specks: Number of pieces that were left out.
+        speck_voxels: Number of voxels in these pieces.
+        hole_voxels: Number of voxels of the holes that were filled.
     """
 
     whole: Mask
@@ -49,13 +51,13 @@ class Region(NamedTuple):
 
 
 def chosen_labels(path: Path, labels: LabelMap, wanted: Sequence[str]) -> Chosen:
-    """The labels that are named: `3`, a name in the header, or `3=tumour` to name it here.
+    """Labels that are wanted as `3`, a name in the header, or `3=tumour` to name the part.
 
-    Without any the only label of the map is taken.
+    If none is wanted, the only label of the map is taken.
 
     Raises:
-        SettingError: There is no such label, or it is named twice.
-        BodyError: Nothing is named and there are several, or they are too many.
+        SettingError: A wanted label does not exist or is given twice, or its new name is empty.
+        BodyError: No label is wanted but the map has several, or too many labels are wanted.
     """
     if not wanted and len(labels.labels) > 1:
         words = listed(labels, labels.labels)
@@ -89,14 +91,14 @@ def _find(labels: LabelMap, key: str) -> Label | None:
 
 
 def listed(labels: LabelMap, some: Sequence[Label]) -> str:
-    """Labels in a sentence, the first few of many."""
+    """Words for some labels with their volumes; of many labels only the first few."""
     words = [labels.said(label) for label in some[:_LISTED]]
     more = len(some) - _LISTED
     return ", ".join(words) + (f" and {more} more" if more > 0 else "")
 
 
 def labels_together(labels: LabelMap) -> tuple[Label, ...]:
-    """The labels of the largest piece of all labelled voxels, but for specks of them."""
+    """Labels in the largest connected piece of all labelled voxels, without mere specks in it."""
     numbers = labels.cropped(labels.labels, 1, MAX_VOXELS).numbers
     pieces, counts = _pieces(numbers > 0)
     largest = pieces == int(counts[1:].argmax()) + 1
@@ -108,9 +110,9 @@ def labels_together(labels: LabelMap) -> tuple[Label, ...]:
 
 
 def region_of(labels: LabelMap, chosen: Chosen) -> Region:
-    """The voxels of some labels without specks, and with small holes filled.
+    """Voxels of the chosen labels without specks and with small holes filled.
 
-    Holes of other labels that were not chosen stay, if they are no specks.
+    Larger holes stay, such as those of labels that were not chosen.
     """
     indices = [1 + labels.labels.index(label) for label in chosen.labels]
     whole, specks, lost = without_specks(
@@ -124,7 +126,7 @@ def region_of(labels: LabelMap, chosen: Chosen) -> Region:
 
 
 def without_specks(region: Mask) -> tuple[Mask, int, int]:
-    """A region without its small pieces, their number, and that of their voxels."""
+    """Region without its small pieces, number of these pieces, and number of their voxels."""
     pieces, counts = _pieces(region)
     limit = SPECK * float(counts[1:].max())
     small = np.flatnonzero(counts < limit)
@@ -135,7 +137,7 @@ def without_specks(region: Mask) -> tuple[Mask, int, int]:
 
 
 def _pieces(region: Mask) -> tuple[npt.NDArray[np.int32], Ints]:
-    """Number of the piece of each voxel, 0 outside the region, and the voxels of each piece."""
+    """Piece of each voxel, 0 outside the region, and the number of voxels of each piece."""
     label: Any = scipy.ndimage.label
     pieces, _ = label(region)
     counts = np.bincount(pieces.ravel(order="K"))
@@ -143,6 +145,6 @@ def _pieces(region: Mask) -> tuple[npt.NDArray[np.int32], Ints]:
 
 
 def _at_border(pieces: npt.NDArray[np.int32]) -> Ints:
-    """Numbers of the pieces at the border of a scan, sorted."""
+    """Numbers of the pieces that reach the border of a scan, sorted."""
     sides = [pieces[[0, -1]], pieces[:, [0, -1]], pieces[:, :, [0, -1]]]
     return np.unique(np.concatenate([side.ravel() for side in sides])).astype(np.int64)

@@ -1,10 +1,10 @@
-"""The smooth surface of a region of voxels.
+"""Makes the smooth surface of a region of voxels.
 
-The signed distance from the region's voxels [m] is smoothed by a Gaussian of one voxel along each
-axis, and contoured by marching cubes where the surface encloses the volume of the voxels. Between
-thick slices a distance interpolates the outline (Raya, Udupa 1990), where the region itself, as 0
-and 1, leaves steps: on a ball of 30 mm in voxels of 0.8 x 0.8 x 5 mm the surface is tilted by 4.7
-degrees in the root mean square, and by 22 from the smoothed region (docs/decisions/0042).
+The signed distance from the region's border [m] is smoothed by a Gaussian of one voxel along each
+axis, and contoured by marching cubes at the level that encloses the volume of the voxels. Between
+thick slices the distance interpolates the outline (Raya, Udupa 1990), while smoothing the region
+itself, as 0 and 1, leaves steps: on a ball of 30 mm in voxels of 0.8 x 0.8 x 5 mm the surface is
+tilted by 4.7 degrees (root mean square), and from the smoothed region by 22 (docs/decisions/0042).
 """
 
 from __future__ import annotations
@@ -19,20 +19,21 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints, Mask, Narrow
 from cohaptic_server.objects.scan.library import library
 
-SMOOTHING = 1.0  # voxels; standard deviation
+SMOOTHING = 1.0  # standard deviation in voxels
 PAD = 4  # voxels round a region, in which the smoothed distance falls below any level
-MAX_VOXELS = 6_000_000  # of a box round a region; a finer one is made coarser, by whole voxels
-VOLUME = 0.01  # share by which the surface may enclose more or less than the voxels
-_ATTEMPTS = 6  # at the level that keeps the volume
+MAX_VOXELS = 6_000_000  # voxels of a box round a region; more are merged to coarser cells
+VOLUME = 0.01  # expected error of the enclosed volume; iteration ends at a fifth of it
+_ATTEMPTS = 6  # iterations for the level that keeps the volume
 _SHIFT = 2.0  # voxels by which the level may move the surface to keep its volume
 
 
 def surface_of(region: Mask, affine: Floats) -> tuple[Floats, Ints]:
-    """The smooth surface round a region: vertices, shape (n, 3) [m], and triangles, shape (m, 3).
+    """Smooth surface round a region: vertices, shape (n, 3) [m], and triangles, shape (m, 3).
 
     Args:
-        region: Voxels of it, shape (i, j, k); it may reach the border, where it is closed.
-        affine: From indices of voxels to their middles, shape (3, 4) [m].
+        region: Whether each voxel is in the region, shape (i, j, k); the surface is closed where
+            the region reaches the border.
+        affine: Map from voxel indices to voxel centres, shape (3, 4) [m].
 
     Raises:
         BodyError: scikit-image is missing, or the region is too small for a surface.
@@ -71,10 +72,10 @@ def _area(x: Floats, faces: Ints) -> float:
 
 
 def _cropped(region: Mask) -> tuple[Mask, Ints, int]:
-    """The region with a margin, coarser where it is very fine.
+    """Crop the region to its box with a margin, in coarser cells if it has too many voxels.
 
     Returns:
-        Cells; index of the voxel at which they start, shape (3,); voxels along a cell's side.
+        Cells; index of the voxel at which the cells start, shape (3,); voxels along a cell's side.
     """
     (box,) = scipy.ndimage.find_objects(region.astype(np.uint8))
     inner = region[box]
@@ -91,7 +92,7 @@ def _cropped(region: Mask) -> tuple[Mask, Ints, int]:
 
 
 def _distance(cells: Mask, spacing: Floats) -> Narrow:
-    """Smoothed distance from the border of some cells, positive within, shape of the cells [m]."""
+    """Smoothed distance from the border of the cells, positive inside, shape of the cells [m]."""
     transform: Any = scipy.ndimage.distance_transform_edt
     sampling = tuple(spacing.tolist())
     depth = np.asarray(transform(cells, sampling=sampling), dtype=np.float32)

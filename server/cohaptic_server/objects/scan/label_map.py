@@ -1,4 +1,4 @@
-"""A label map: which label each voxel of a scan has, and where the voxels are."""
+"""A label map: the label of each voxel of a scan, and the position of the voxels."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ import scipy.ndimage
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-# Of the voxels as they are stored and of two bytes more for each: 512 x 512 x 1,000 of two bytes.
+# Limit of the stored voxels and two further bytes for each: 512 x 512 x 1,000 voxels of two bytes.
 MAX_BYTES = 1_100_000_000
-_NUMBER = 2  # bytes of a voxel in a map
-MAX_LABELS = 1000  # different ones; an atlas of the whole body has 120
-_SPACING = (1e-5, 0.1)  # m; of voxels
-_LEAST_ANGLE = 0.1  # volume of a voxel over the product of its sides
+_NUMBER = 2  # bytes of a voxel in `LabelMap.numbers`
+MAX_LABELS = 1000  # different labels; an atlas of the whole body has 120
+_SPACING = (1e-5, 0.1)  # m; least and largest side of a voxel
+_LEAST_ANGLE = 0.1  # volume of a voxel over the product of its sides; less if axes are coplanar
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +27,10 @@ class Label:
     """One label of a map.
 
     Args:
-        value: Value of its voxels.
-        name: From the header, or the value.
-        voxels: How many there are.
-        box: First and last voxel but one along each axis, shape (3, 2).
+        value: Value of the label's voxels in the file.
+        name: Name from the header, or else the value as a text.
+        voxels: Number of voxels with the label.
+        box: First voxel, and the one after the last, along each axis, shape (3, 2).
     """
 
     value: int
@@ -41,12 +41,12 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class LabelMap:
-    """Labels of voxels.
+    """The label of each voxel, and the position of the voxels.
 
     Args:
         numbers: 0 for the background, else 1 + index into `labels`, shape (i, j, k).
-        affine: From indices of voxels to their middles, shape (3, 4) [m].
-        labels: By their values, without the background.
+        affine: Map from voxel indices to voxel centres, shape (3, 4) [m].
+        labels: Labels sorted by value, without the background.
     """
 
     numbers: npt.NDArray[np.uint16]
@@ -70,20 +70,20 @@ class LabelMap:
         return np.asarray(np.ptp(corners.reshape(-1, 3) @ self.affine[:, :3].T, axis=0))
 
     def said(self, label: Label) -> str:
-        """A label with its volume: `3 tumour (12.5 cm3)`."""
+        """Words for a label with its volume: `3 tumour (12.5 cm3)`."""
         name = f" {label.name}" if label.name != str(label.value) else ""
         return f"{label.value}{name} ({1e6 * self.voxel * label.voxels:.3g} cm3)"
 
     def cropped(self, labels: Sequence[Label], margin: int, most: int) -> LabelMap:
-        """The box round some labels, with voxels left out where they are very many.
+        """Crop the map to the box round some labels, at every n-th voxel if there are too many.
 
         Args:
             labels: Labels of this map.
             margin: Voxels of background round the box.
-            most: Number of voxels of the box, without the margin.
+            most: Limit of the number of voxels in the box, without the margin.
 
         Returns:
-            A map with the same labels, whose boxes and counts are those of this one.
+            A map with the same labels; their boxes and counts still refer to this map.
         """
         boxes = np.stack([label.box for label in labels])
         low, high = boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)
@@ -101,23 +101,23 @@ class LabelMap:
     def of(
         cls, path: Path, values: npt.NDArray[Any], affine: Floats, names: Mapping[int, str]
     ) -> LabelMap:
-        """The map of the voxels in a file.
+        """Make the map of the voxels in a file.
 
         Args:
             path: The file, for an error.
             values: Values of the voxels, whole numbers, shape (i, j, k).
-            affine: As of the class.
+            affine: Map from voxel indices to voxel centres, shape (3, 4) [m].
             names: Names of labels, by their values.
 
         Raises:
-            BodyError: The values are none of a label map, or voxels have no sensible size.
+            BodyError: The values are not those of a label map, or the voxels have no sensible size.
         """
         _check_affine(path, affine)
         known = _values(path, values)
         labels = known[known != 0]
         if not len(labels):
             raise BodyError(f"{path}: there is no label in it, all voxels are 0")
-        # Slab by slab, in the order of a file: counting takes eight bytes for each voxel.
+        # Counting takes eight bytes for each voxel, so it goes slab by slab, in the file's order.
         numbers = np.empty(values.shape, dtype=np.uint16, order="F")
         counts = np.zeros(len(labels) + 1, dtype=np.int64)
         for k in range(values.shape[2]):
@@ -139,15 +139,15 @@ class LabelMap:
 
 
 def check_size(path: Path, shape: tuple[int, ...], item: int) -> None:
-    """Check that voxels may be read, before they are.
+    """Check, before voxels are read, that they have three axes and fit into memory.
 
     Args:
         path: The file, for an error.
-        shape: As its header says.
+        shape: Shape that the file's header declares.
         item: Size of a voxel [bytes].
 
     Raises:
-        BodyError: They are too many, or not in three axes.
+        BodyError: There are too many voxels, or not three axes.
     """
     if len(shape) != 3 or min(shape) < 1:
         axes = " x ".join(str(n) for n in shape[:8]) or "none"
@@ -179,7 +179,7 @@ def _check_affine(path: Path, affine: Floats) -> None:
 
 
 def _values(path: Path, values: npt.NDArray[Any]) -> Ints:
-    """The different values of voxels, sorted; slab by slab, since sorting all takes memory."""
+    """Different values of the voxels, sorted; found by slabs, since sorting all takes memory."""
     known: set[int] = set()
     for k in range(values.shape[2]):
         slab = np.unique(values[:, :, k])

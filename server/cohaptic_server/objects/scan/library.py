@@ -9,15 +9,14 @@ from cohaptic.errors import BodyError
 
 
 def library(module: str, package: str, what: str) -> Any:
-    """A module of a package that may be missing.
+    """Import a module of a package that may be missing.
 
     Args:
-        module: Its name.
-        package: Under which it is installed.
-        what: It is needed for, at the start of a sentence.
+        package: Name of the package to install.
+        what: Purpose of the module, as the start of a sentence.
 
     Raises:
-        BodyError: It is not installed.
+        BodyError: The package is not installed.
     """
     try:
         return importlib.import_module(module)

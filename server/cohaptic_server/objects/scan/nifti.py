@@ -1,7 +1,7 @@
-"""Reads label maps of NIfTI files: the header through nibabel, and then no more than it says.
+"""Reads label maps in NIfTI files: the header through nibabel, then only the declared voxels.
 
-The voxels are read here: nibabel takes in whatever lies between the header and them, which a
-compressed file of a megabyte can make gigabytes of.
+The voxels are read here, since nibabel reads everything between the header and the voxels, and a
+compressed file of a megabyte can put gigabytes there.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from cohaptic_server.objects.scan.library import library
 from cohaptic_server.objects.scan.voxels import read_upto, read_voxels
 from cohaptic_server.objects.unreadable import unreadable
 
-_HEADER = 544  # bytes of the longer one, with the four that say whether something follows it
-_MOST_BETWEEN = 2**20  # bytes between the header and the voxels; programs write some thousand there
+_HEADER = 544  # bytes of the longer header, with the four that say whether extensions follow
+_MOST_BETWEEN = 2**20  # bytes between header and voxels; programs write some thousand there
 _METRES = {"meter": 1.0, "mm": 1e-3, "micron": 1e-6, "unknown": 1e-3}
 
 
@@ -32,10 +32,10 @@ def read_nifti(path: Path) -> LabelMap:
         path: Path of a `.nii` or `.nii.gz`.
 
     Raises:
-        BodyError: It is no label map.
+        BodyError: The file is not a label map that can be read.
     """
     nibabel = library("nibabel", "nibabel", f"{path}: reading NIfTI")
-    # It tells of every odd field; what matters of them is said here.
+    # nibabel logs every odd field; our own errors report the fields that matter.
     log = logging.getLogger("nibabel.global")
     was_disabled, log.disabled = log.disabled, True
     try:
@@ -60,7 +60,7 @@ def _unpacked(path: Path) -> IO[bytes]:
 
 
 def _header(nibabel: Any, start: bytes) -> Any:
-    """The header that a file begins with, of the first version or the second."""
+    """Header at the start of a file, in the first or the second version of NIfTI."""
     for kind in (nibabel.Nifti1Header, nibabel.Nifti2Header):
         if kind.may_contain_header(start):
             return kind(start[: kind.sizeof_hdr])
@@ -68,7 +68,7 @@ def _header(nibabel: Any, start: bytes) -> Any:
 
 
 def _described(path: Path, header: Any) -> tuple[tuple[int, ...], np.dtype[Any], Floats]:
-    """Shape and type of the voxels, and from their indices to metres."""
+    """Shape and type of the voxels, and the map from their indices to metres, shape (3, 4)."""
     shape = tuple(int(n) for n in header.get_data_shape())
     while len(shape) > 3 and shape[-1] == 1:
         shape = shape[:-1]
@@ -87,7 +87,7 @@ def _described(path: Path, header: Any) -> tuple[tuple[int, ...], np.dtype[Any],
 
 
 def _start(path: Path, header: Any) -> int:
-    """Where the voxels begin, in bytes of the unpacked file."""
+    """Offset of the voxels in the unpacked file [bytes]."""
     start, ends = int(header.get_data_offset()), int(header.sizeof_hdr)
     if bytes(header["magic"]).startswith(b"ni"):
         raise BodyError(f"{path}: its voxels are in another file; store both as one .nii")

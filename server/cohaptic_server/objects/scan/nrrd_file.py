@@ -1,7 +1,7 @@
-"""Reads label maps of NRRD files: the header through pynrrd, and then no more than it says.
+"""Reads label maps in NRRD files: the header through pynrrd, then only the declared voxels.
 
-The voxels are read here: pynrrd unpacks compressed ones to whatever size they have, and reads other
-files that a header names.
+The voxels are read here, since pynrrd unpacks compressed voxels without a limit of their size, and
+reads other files that a header names.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cohaptic_server.objects.scan.library import library
 from cohaptic_server.objects.scan.voxels import read_voxels
 from cohaptic_server.objects.unreadable import unreadable
 
-_HEAD = 2**20  # bytes that a header may have; those of segmentations have a few thousand
+_HEAD = 2**20  # most bytes of a header; headers of segmentations have a few thousand
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 # Signs of x and y that make x point right and y forwards, as in NIfTI.
 _SPACES = {
@@ -41,13 +41,13 @@ _KINDS = {
 
 
 def read_nrrd(path: Path) -> LabelMap:
-    """Read an NRRD file with its voxels in it; axes as of `read_nifti`.
+    """Read an NRRD file that contains its voxels; the axes are those of `read_nifti`.
 
     Args:
         path: Path of a `.nrrd`.
 
     Raises:
-        BodyError: It is no label map.
+        BodyError: The file is not a label map that can be read.
     """
     parse = library("nrrd", "pynrrd", f"{path}: reading NRRD").read_header
     with path.open("rb") as file:
@@ -75,7 +75,7 @@ def read_nrrd(path: Path) -> LabelMap:
 def _described(
     path: Path, header: Mapping[str, Any]
 ) -> tuple[tuple[int, ...], np.dtype[Any], Floats]:
-    """Shape and type of the voxels, and from their indices to metres."""
+    """Shape and type of the voxels, and the map from their indices to metres, shape (3, 4)."""
     if "data file" in header or "datafile" in header:
         raise BodyError(f"{path}: its voxels are in another file; store both as one .nrrd")
     if any(int(header.get(key, 0)) for key in ("byte skip", "byteskip", "line skip", "lineskip")):
@@ -91,7 +91,8 @@ def _described(
         spacings = np.asarray(header.get("spacings", np.ones(len(sizes))), dtype=np.float64)
         vectors = np.diag(spacings.reshape(-1))
     rows = [np.asarray(row, dtype=np.float64).reshape(-1) for row in vectors]
-    # An axis without a direction lists layers of segments that overlap; one of them is no layer.
+    # An axis without a direction lists layers of overlapping segments. With only one layer that
+    # axis is dropped.
     spatial = [len(row) == 3 and bool(np.isfinite(row).all()) for row in rows]
     if len(rows) == len(sizes):
         sizes = tuple(n for n, kept in zip(sizes, spatial, strict=True) if kept or n != 1)
@@ -109,7 +110,7 @@ def _described(
 
 
 def _unpacked(path: Path, file: IO[bytes], encoding: str) -> IO[bytes]:
-    """The file from here on, without its compression."""
+    """Rest of the file, uncompressed; raises BodyError for encodings other than raw and gzip."""
     if encoding == "raw":
         return file
     if encoding in ("gzip", "gz"):
@@ -118,7 +119,7 @@ def _unpacked(path: Path, file: IO[bytes], encoding: str) -> IO[bytes]:
 
 
 def _names(header: Mapping[str, Any]) -> dict[int, str]:
-    """Names of the segments that 3D Slicer writes, by their labels."""
+    """Names of the segments that 3D Slicer writes, by label value."""
     found: dict[int, str] = {}
     for key, value in header.items():
         match = re.fullmatch(r"segment(\d+)_labelvalue", key)

@@ -1,4 +1,4 @@
-"""Which files are label maps, and their reading."""
+"""Recognises files that are label maps, and reads them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cohaptic_server.touchable import SCANS, kind_of
 
 
 def is_scan(path: Path) -> bool:
-    """Whether a file is a label map, by its name."""
+    """Whether the name of a file is that of a label map."""
     return kind_of(path.name) in SCANS
 
 
@@ -19,6 +19,6 @@ def read_scan(path: Path) -> LabelMap:
     """Read the label map in a file.
 
     Raises:
-        BodyError: It is none that can be read.
+        BodyError: The file is not a label map that can be read.
     """
     return read_nrrd(path) if path.suffix.lower() == ".nrrd" else read_nifti(path)

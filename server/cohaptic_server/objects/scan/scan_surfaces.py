@@ -1,9 +1,9 @@
-"""The surfaces of an object in a scan: one round all of it, and one for each further label in it.
+"""Makes the surfaces of an object in a scan: one round all of it, and one for each further label.
 
-The surface round all labels is the object's. Each label but the largest one has a surface of its
-own, which cuts its part out of the object: beyond the object, and into smaller labels, it goes on
-by two voxels, so that two surfaces of one border cross instead of lying beside each other by a
-fraction of a voxel, which would fill with slivers.
+The surface round all labels is that of the object. Each label but the largest has a surface of its
+own, which cuts its part out of the object. This surface extends two voxels beyond the object and
+into smaller labels, so that two surfaces of one border cross. Otherwise they would lie a fraction
+of a voxel apart, and slivers would fill the gap.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from cohaptic_server.objects.scan.contour import surface_of
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.read import read_scan
 
-_BEYOND = 2  # voxels by which a part's surface goes on where it is not the border of the part
+_BEYOND = 2  # voxels by which a part's surface extends beyond the object and into smaller labels
 _MARGIN = _BEYOND + 2
-# Of a voxel's side: a segmentation says where a surface is to about half of that.
+# Blur as a share of a voxel's side: a segmentation places a surface to about half a side.
 _BLUR = 0.3
-FEWER = 3000  # triangles of all surfaces together, unless another number is wanted
+FEWER = 3000  # triangles of all surfaces together, unless the user gives another number
 
 
 class ScanSurfaces(NamedTuple):
-    """What is in a scan, as surfaces.
+    """Surfaces of an object in a scan.
 
     Args:
-        surfaces: The first is that of the object [m]; further ones cut their parts out of it.
-        volumes: Volumes of the voxels of each part, shape (parts,) [m^3].
-        blur: Distance within which the surfaces are not known [m].
-        words: What was done to the voxels, a phrase for each thing.
+        surfaces: Surface of the object [m], then those that cut further parts out of it.
+        volumes: Volume of the voxels of each part, shape (parts,) [m^3].
+        blur: Uncertainty of the surfaces' position [m].
+        words: Phrases about the voxels, one for each change to them.
     """
 
     surfaces: tuple[PartSurface, ...]
@@ -56,11 +56,10 @@ def scan_surfaces(path: Path, wanted: tuple[str, ...]) -> ScanSurfaces:
     """Read a label map, and make surfaces of some of its labels.
 
     Args:
-        path: The file.
         wanted: Labels, as `chosen_labels` takes them.
 
     Raises:
-        SettingError: A label that is wanted is not there.
+        SettingError: A wanted label does not exist or is given twice.
         BodyError: The file cannot be read, or a label has no surface.
     """
     whole_map = read_scan(path)
@@ -99,7 +98,7 @@ def _part_of(
 ) -> npt.NDArray[np.int8]:
     """Index of the chosen label of each voxel of the object, -1 outside, shape (i, j, k).
 
-    What was filled belongs to the nearest chosen label.
+    Voxels of filled holes belong to the nearest chosen label.
     """
     table = np.full(int(numbers.max()) + 1, -1, dtype=np.int8)
     for k, number in enumerate(chosen):
@@ -116,7 +115,7 @@ def _part_of(
 
 
 def _going_on(part: Mask, free: Mask) -> Mask:
-    """A part without its specks and holes, that goes on into `free` voxels beside it."""
+    """Part without specks and holes, extended by `_BEYOND` voxels into the `free` ones around."""
     if not part.any():
         return part
     grown = part = without_specks(part)[0]
@@ -126,7 +125,7 @@ def _going_on(part: Mask, free: Mask) -> Mask:
 
 
 def _words(region: Region, labels: LabelMap, original: LabelMap) -> tuple[str, ...]:
-    """What was done to the voxels, a phrase for each thing."""
+    """Phrases about the voxels' size and about each change to them."""
     listed = " x ".join(f"{1e3 * side:.3g}" for side in labels.spacing.tolist())
     coarser = ", of which some were left out" if labels.voxel > 1.01 * original.voxel else ""
     words = [f"voxels of {listed} mm{coarser}"]

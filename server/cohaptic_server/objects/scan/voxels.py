@@ -1,7 +1,7 @@
-"""Reads the voxels of a label map: as many bytes as its header says, and no more.
+"""Reads the voxels of a label map: as many bytes as its header declares, and no more.
 
-A compressed file of a megabyte can unpack to gigabytes. What is read here has passed `check_size`
-before; whatever follows it in the file is left where it is.
+A compressed file of a megabyte can unpack to gigabytes. The declared size has passed `check_size`
+before; the rest of the file is not read.
 """
 
 from __future__ import annotations
@@ -20,19 +20,16 @@ _BLOCK = 2**20  # bytes that are read at once
 def read_voxels(
     path: Path, file: IO[bytes], shape: tuple[int, ...], kind: np.dtype[Any]
 ) -> npt.NDArray[Any]:
-    """Read voxels, the first index fastest.
+    """Read voxels whose first index varies fastest; an array of the given shape.
 
     Args:
         path: The file, for an error.
-        file: Whose next byte is the first of the voxels, unpacked.
-        shape: Shape of the voxels, as `check_size` has let pass.
-        kind: Kind of one voxel.
-
-    Returns:
-        The voxels, of that shape.
+        file: Unpacked file, open at the first byte of the voxels.
+        shape: Shape of the voxels that has passed `check_size`.
+        kind: Type of one voxel.
 
     Raises:
-        BodyError: There are fewer.
+        BodyError: The file has fewer voxels.
     """
     expected = int(np.prod(shape, dtype=np.int64)) * kind.itemsize
     data = read_upto(file, expected)
@@ -44,16 +41,16 @@ def read_voxels(
 
 
 def read_upto(file: IO[bytes], most: int) -> bytearray:
-    """The next bytes of a file, up to so many; block by block, since a file may promise more.
+    """Read up to `most` bytes, block by block, since a file may have fewer than it declares.
 
     Args:
-        file: It may be compressed, and end before its compression does.
-        most: Number of bytes.
+        file: File that may be compressed, and cut off within its compressed data.
+        most: Largest number of bytes.
     """
     data = bytearray()
     try:
         while len(data) < most and (block := file.read(min(_BLOCK, most - len(data)))):
             data += block
-    except EOFError:  # of a compressed file that was cut off
+    except EOFError:  # raised for a compressed file that was cut off
         pass
     return data

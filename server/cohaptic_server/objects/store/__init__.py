@@ -1,1 +1,1 @@
-"""A bounded cache on disk for prepared objects: arrays that are mapped into memory."""
+"""A cache of limited size on disk for prepared objects: arrays that are mapped into memory."""

@@ -5,8 +5,8 @@
     data                                   each array at a multiple of 64 bytes
 
 A checksum is the sum of the 64-bit words of one piece of an array: it is computed as fast as the
-memory is read. Loading runs no code from the file. A folder of .npy files was measured beside it
-(docs/decisions/0023).
+memory is read. Loading runs no code from the file. The form was compared with a folder of .npy
+files by measurement (docs/decisions/0023).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _DISK_RESERVE = 2**28  # bytes of the disk that are left free
 
 
 def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
-    """Write arrays to a file, atomically: a reader sees all of it or nothing.
+    """Write arrays to a file atomically: a reader sees the whole file or none.
 
     Args:
         path: Path of the file, in a folder that exists.
@@ -82,9 +82,9 @@ def load_arrays(path: Path, *, mapped: bool = True, under: str = "") -> dict[str
     """Load the arrays of a file that `save_arrays` wrote, by name.
 
     Args:
-        path: Path of the file.
-        mapped: Whether the arrays are read-only views of the mapped file, or copies.
-        under: Only those whose names begin so, without it; the others are not looked at.
+        mapped: Whether the arrays are read-only views of the mapped file; otherwise copies.
+        under: Prefix of the names of arrays to load, which the result leaves out; arrays with
+            other names are not read.
 
     Raises:
         OSError: The file cannot be read.
@@ -97,12 +97,12 @@ def load_arrays(path: Path, *, mapped: bool = True, under: str = "") -> dict[str
 def read_arrays(
     file: BufferedReader, path: Path, *, mapped: bool = True, under: str = ""
 ) -> dict[str, Array]:
-    """`load_arrays` of a file that is open at its beginning; `path` is for errors."""
+    """Do as `load_arrays` for a file that is open at its beginning; `path` is for errors."""
     index, data_start = _index(file, path)
     index = {k.removeprefix(under): entry for k, entry in index.items() if k.startswith(under)}
     whole = None
     if mapped:
-        # Views are of the mapping: a file that is cut while they are read ends this process.
+        # The views refer to the mapping: truncating the file while they are read ends this process.
         whole = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         if hasattr(mmap, "MADV_WILLNEED"):
             whole.madvise(mmap.MADV_WILLNEED)
@@ -123,7 +123,7 @@ def read_arrays(
 
 
 def _index(file: BufferedReader, path: Path) -> tuple[dict[str, Any], int]:
-    """The description of each array, and the place in the file from which they lie.
+    """Description of each array by name, and the offset in the file at which the data begin.
 
     Raises:
         BodyError: The file is of another form, or damaged.

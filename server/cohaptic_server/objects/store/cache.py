@@ -1,7 +1,8 @@
-"""A bounded folder of array files, each under a key of the content that it was computed from.
+"""A folder of array files with a size limit; the key of each is the content it was computed from.
 
 If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
-computed again, with a warning; a folder that cannot be written costs time and nothing else.
+computed again, with a warning. A folder that cannot be written only costs time, unless the process
+calls `insist`.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ _insisting = False
 
 
 class UnkeptError(CohapticError):
-    """What was prepared cannot be stored."""
+    """A prepared object cannot be stored."""
 
 
 def insist() -> None:
-    """From now on what this process cannot store is an error, and not a warning.
+    """Make a failure of this process to store an entry an error from now on, not a warning.
 
-    For one that prepares an object for another process: without an entry the other one would do all
-    of it again.
+    A process that prepares an object for another one calls this: without the entry the other
+    process would have to repeat the preparation.
     """
     global _insisting
     _insisting = True
@@ -64,13 +65,13 @@ def entry_path(*content: bytes) -> Path:
 def load_entry(
     path: Path, label: str, *, mapped: bool = True, under: str = ""
 ) -> dict[str, npt.NDArray[Any]] | None:
-    """Load the arrays of an entry; None if there is no entry, or no intact one.
+    """Load the arrays of an entry; None if there is no intact entry.
 
     Args:
         path: Path from `entry_path`.
         label: Name of the content in a warning.
         mapped: As in `load_arrays`.
-        under: As there.
+        under: As in `load_arrays`.
     """
     try:
         arrays = load_arrays(path, mapped=mapped, under=under)
@@ -79,8 +80,8 @@ def load_entry(
     except (OSError, BodyError, ValueError, KeyError, TypeError) as error:
         warn_unusable(label, error)
         return None
-    # The time of the last use decides which entries are deleted first. That of the last change
-    # stays: it says whether a file has been written to while it is mapped.
+    # The time of the last use decides which entries are deleted first. The time of the last change
+    # is kept: it shows whether a file has been written to while it is mapped.
     clock = SystemClock()
     used = round(1e9 * (clock.now() + clock.to_wall()))
     with contextlib.suppress(OSError):
@@ -104,7 +105,7 @@ def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -
         arrays: As in `save_arrays`.
 
     Raises:
-        UnkeptError: It cannot be written, and this process insists.
+        UnkeptError: The entry cannot be written, and this process has called `insist`.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

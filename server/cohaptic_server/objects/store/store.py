@@ -1,13 +1,13 @@
-"""Prepared objects on disk: tetrahedra of a file, and the heavy parts of a solid.
+"""Stores prepared objects on disk: tetrahedra of a file, and the expensive parts of a solid.
 
-Both are stored under keys of content: tetrahedra under the bytes of the file and all options that
-influence them; parts of a solid under the tetrahedra, the fixed vertices and the material.
+The key of each entry is its content: for tetrahedra the bytes of the file and all options that
+influence them, for parts of a solid the tetrahedra, the fixed vertices and the material.
 
-A factor is kept by itself from the end of factoring until its object is stored as a whole. It is in
-double precision, which the presses on the surface need; the stored object may have less.
+A factor is kept in a file of its own from the end of factoring until the whole object is stored.
+It is in double precision, which the presses on the surface need; the stored object may have less.
 
-A stored factor is known by its path: the process that solves with it maps it, and no other reads
-it.
+With `late` only the path of a stored factor is handed on: the process that solves with it maps it,
+and no other process reads it.
 """
 
 from __future__ import annotations
@@ -48,18 +48,18 @@ from cohaptic_server.objects.store.cache import (
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 
-PREFIX = "factor/"  # of its arrays in an entry
+PREFIX = "factor/"  # prefix of the factor's arrays in an entry
 
 
 class StoredFactor:
     """A factor that is read when it is needed, in the process that needs it.
 
     Args:
-        path: Path of its entry.
-        count: Memory of its numbers [bytes].
+        path: Path of the entry with the factor.
+        count: Memory of the factor's numbers [bytes].
 
     Attributes:
-        bytes: As `count`.
+        bytes: Memory of the factor's numbers [bytes].
     """
 
     def __init__(self, path: Path, count: int) -> None:
@@ -68,13 +68,13 @@ class StoredFactor:
         self._seen: tuple[int, int] | None = None
 
     def read(self) -> Factor:
-        """The factor, mapped from its file. A damaged entry is deleted, so that it is made anew.
+        """Map the factor from its file; a damaged entry is deleted, so that it is made anew.
 
         Raises:
-            BodyError: It is damaged.
-            OSError: It cannot be read.
+            BodyError: The entry is damaged.
+            OSError: The file cannot be read.
         """
-        # Left open: the entry may be deleted from the folder while it is mapped.
+        # The file stays open, since the entry may be deleted from the folder while it is mapped.
         self._file = self.path.open("rb")
         self._seen = _state(self._file)
         try:
@@ -85,14 +85,14 @@ class StoredFactor:
             raise BodyError(f"the stored factor is damaged, and was deleted ({error})") from error
 
     def problem(self) -> str:
-        """Why the factor is not to be relied on any more: its file has been written to."""
+        """Text of the error if the file of the factor has been changed since `read`; else empty."""
         if self._file is None or _state(self._file) == self._seen:
             return ""
         return f"the stored factor was changed while it is in use ({self.path})"
 
 
 def _state(file: BufferedReader) -> tuple[int, int]:
-    """Size and time of the last change."""
+    """Size [bytes] and time of the last change [ns]."""
     found = os.fstat(file.fileno())
     return found.st_size, found.st_mtime_ns
 
@@ -101,7 +101,7 @@ _LABEL = "factor of an interrupted preparation"
 
 
 class Checkpoint:
-    """The factor of an object that is not stored yet, in a file beside the object's.
+    """The factor of an object that is not stored yet, in a file next to the object's entry.
 
     Args:
         path: Path of the object's entry.
@@ -111,7 +111,7 @@ class Checkpoint:
         self._path = path.with_name(f"{path.name.removesuffix(SUFFIX)}-factor{SUFFIX}")
 
     def load(self) -> Factor | None:
-        """The factor of an interrupted preparation; None if there is none that is intact."""
+        """Load the factor of an interrupted preparation; None if no intact one is stored."""
         arrays = load_entry(self._path, _LABEL)
         if arrays is None:
             return None
@@ -123,27 +123,27 @@ class Checkpoint:
         return factor if factor.fronts[-1].lower.dtype == np.float64 else None
 
     def save(self, factor: Factor) -> None:
-        """Keep a factor until `remove`."""
+        """Store a factor until `remove` is called."""
         save_entry(self._path, _LABEL, factor_file.to_arrays(factor, np.float64))
 
     def remove(self) -> None:
-        """Forget it: the object is stored."""
+        """Delete the factor once its object is stored."""
         self._path.unlink(missing_ok=True)
 
 
-# Raised when the form of the arrays changes, or the way they are computed. Tetrahedra and parts
-# have a number each: fTetWild takes minutes, and does not give the same mesh twice.
+# Versions, raised when the form of the arrays or their computation changes. Tetrahedra and parts
+# have a version each: fTetWild takes minutes, and does not give the same mesh twice.
 _TETS_FORM = 8
-_REPAIRED_FORM = 2  # beside it, of surfaces that are repaired
+_REPAIRED_FORM = 2  # additional version of tetrahedra from surfaces that are repaired
 _PARTS_FORM = 6
 
-_FAR = "twin/"  # of the far field's arrays in an entry
+_FAR = "twin/"  # prefix of the far field's arrays in an entry
 
 Arrays = dict[str, npt.NDArray[Any]]
 
 
 def is_prepared(source: ObjectFile) -> bool:
-    """Whether the tetrahedra of a file that exists are in the store."""
+    """Whether the file exists and its tetrahedra are in the store."""
     return source.path.is_file() and _tets_path(source).is_file()
 
 
@@ -151,11 +151,10 @@ def load_or_prepare(source: ObjectFile, progress: Progress = lambda phase, share
     """Load the tetrahedra of a file from the store, or prepare and store them.
 
     Args:
-        source: The file and its options.
         progress: Called with the phase and the share of it that is done.
 
     Raises:
-        BodyError: The file is no object that can be touched.
+        BodyError: The file does not hold an object that can be touched.
     """
     if not source.path.is_file():
         return prepare(source)  # raises the error that says why
@@ -182,17 +181,17 @@ def load_or_make_parts(
     late: bool = False,
     moduli: Moduli | None = None,
 ) -> SolidParts:
-    """Load the heavy parts of a solid from the store, or make and store them.
+    """Load the expensive parts of a solid from the store, or make and store them.
 
     Args:
         tets: The object at rest.
-        fixed: Which of its vertices do not move, shape (n,).
+        fixed: Whether each vertex is held, shape (n,).
         settings: Material and discretisation.
         progress: Called with the phase and the share of it that is done.
-        accept: Called with what factoring takes, before it begins; may raise.
-        late: Whether a stored factor is left where it is, for a process of its own to read and
-            check. Otherwise a damaged one is made anew here.
-        moduli: As for `shape_of`.
+        accept: Called with the plan of factoring before it begins; may raise an error.
+        late: Whether a stored factor is not read here, but read and checked later by a process of
+            its own. Otherwise a damaged factor is made anew here.
+        moduli: Moduli of each tetrahedron; None for those of `settings` everywhere.
 
     Raises:
         BodyError: The fixed vertices leave a rigid motion, or nothing free.
@@ -203,7 +202,7 @@ def load_or_make_parts(
     found = _load_parts(path, lambda: shape_of(tets, fixed, settings, moduli), late=late)
     if found is not None:
         return found
-    # Whoever is interrupted while the surface is pressed finds the factor the next time.
+    # If this is interrupted while the surface is pressed, the next start finds the factor.
     factored = Checkpoint(path)
     parts = make_parts(tets, fixed, settings, progress, accept, factored, moduli)
     progress("storing", 0.0)
@@ -212,15 +211,15 @@ def load_or_make_parts(
     save_entry(path, "factor", _with_prefix(_FAR, parts.far_field.to_arrays()) | factor_arrays)
     del factor_arrays
     factored.remove()
-    # Whoever has made a factor goes on with the one that later starts have.
+    # This process goes on with the stored factor, as later starts do.
     return _load_parts(path, lambda: parts.shape, late=late) or parts
 
 
 def _load_parts(
     path: Path, make_shape: Callable[[], SolidShape], *, late: bool
 ) -> SolidParts | None:
-    """The parts in an entry; None if there is none, or no intact one."""
-    # Copies of what a tick reads: it shall not depend on what becomes of the file.
+    """Parts of a solid in an entry; None if there is no intact entry."""
+    # Ticks read these arrays. They are copied, so that ticks do not depend on the file.
     far = load_entry(path, "factor", mapped=False, under=_FAR)
     if far is None:
         return None
@@ -243,7 +242,7 @@ def _load_parts(
 def _parts_path(
     tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings, moduli: Moduli
 ) -> Path:
-    """Path of the entry with the parts of a solid; one material has the key that it always had."""
+    """Path of the entry with a solid's parts; a uniform material keeps the key it always had."""
     young, nu = settings.young, settings.nu
     more = [moduli.young.tobytes(), moduli.nu.tobytes()]
     if moduli.is_uniform:
@@ -254,7 +253,7 @@ def _parts_path(
 
 
 def _tets_path(source: ObjectFile) -> Path:
-    """Path of the entry with the tetrahedra of a file that exists."""
+    """Path of the entry with the tetrahedra of an existing file."""
     options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
     form = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
     key = repr((*form, source.path.suffix.lower(), *options, source.labels)).encode()

@@ -1,1 +1,1 @@
-"""Triangle surfaces from files: read, checked, simplified."""
+"""Triangle surfaces from files: reading, checking, simplifying."""

@@ -1,4 +1,4 @@
-"""What a surface and the tetrahedra in it must be, to be taken for an object."""
+"""Refuses surfaces and tetrahedra that cannot be taken as an object."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.objects.tetrahedralise import ENVELOPE, envelope
 
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
-_TETS_PER_TRIANGLE = 3.0  # of a surface too fine for its edge; 2.3 on a noisy scan
+_TETS_PER_TRIANGLE = 3.0  # for a surface too fine for its edge; 2.3 on a noisy scan
 _DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
 
 
@@ -34,7 +34,7 @@ def check_count(path: Path, count: int) -> None:
 
 
 def check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> None:
-    """Refuse tetrahedra that miss a part of the enclosed volume."""
+    """Refuse tetrahedra that miss more than `MAX_VOLUME_LOSS`, unless --repair is given."""
     enclosed = abs(report.volume) * source.scale**3
     if source.repair or tets.volume >= (1.0 - MAX_VOLUME_LOSS) * enclosed:
         return
@@ -47,12 +47,11 @@ def check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> No
 
 
 def check_deviation(source: ObjectFile, size: float, deviation: float) -> None:
-    """Refuse tetrahedra that have the volume, but end far from a part of the surface.
+    """Refuse tetrahedra that end far from some of the surface, unless --repair is given.
 
     Args:
-        source: The file and its options.
         size: Diagonal of the surface's bounding box [m].
-        deviation: Largest distance of the surface from that of the tetrahedra [m].
+        deviation: Largest distance from the surface to that of the tetrahedra [m].
     """
     if source.repair or deviation <= (envelope(source.edge) + MAX_AWAY) * size:
         return
@@ -67,7 +66,7 @@ def check_deviation(source: ObjectFile, size: float, deviation: float) -> None:
 def check_size(path: Path, x: Floats, scale: float) -> None:
     """Refuse an object too small or too large to touch; name the scale that was probably meant."""
     size = float(np.ptp(x, axis=0).max())
-    # A file of single precision may round a size at the limit.
+    # A file in single precision may round a size at the limit.
     if (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
         return
     likely = [f"--scale {scale * s:g}" for s in (1e-3, 1e-2, 1e3) if 0.02 <= size * s <= 1.0]
@@ -79,7 +78,7 @@ def check_size(path: Path, x: Floats, scale: float) -> None:
 
 
 def check_surface(of: str, report: SurfaceReport, *, repair: bool) -> None:
-    """Refuse a surface that does not enclose one volume, unless it is to be repaired."""
+    """Refuse a surface without volume; without --repair also one with defects or several pieces."""
     if report.flat:
         raise BodyError(f"{of}the surface encloses no volume ({report.volume:.3g})")
     problems = report.problems()
@@ -95,12 +94,12 @@ def check_surface(of: str, report: SurfaceReport, *, repair: bool) -> None:
 
 
 def farthest(points: Floats, x: Floats, tets: Ints) -> float:
-    """Largest distance of some points from the surface of tetrahedra [m].
+    """Largest distance from some points to the surface of tetrahedra [m].
 
     Args:
-        points: Shape (n, 3) [m]; if there are many, a part of them is taken.
+        points: Points, shape (n, 3) [m]; of many points only a sample is used.
         x: Vertices, shape (k, 3) [m].
-        tets: Shape (m, 4).
+        tets: Vertices of each tetrahedron, shape (m, 4).
     """
     used, renamed = np.unique(boundary(tets), return_inverse=True)
     mesh = SurfaceMesh(x[used], renamed.reshape(-1, 3))
@@ -109,9 +108,9 @@ def farthest(points: Floats, x: Floats, tets: Ints) -> float:
 
 
 def nearest_point(mesh: SurfaceMesh, p: Floats) -> Floats:
-    """Nearest point of the resting surface to `p` (3,) [m], shape (3,) [m].
+    """Nearest point of a surface at rest to `p` (3,) [m], shape (3,) [m].
 
-    It is sought on the face of the nearest quadrature point and on that face's neighbours.
+    The search covers the face of the nearest quadrature point and the neighbours of that face.
     """
     x, y, z = p.tolist()
     near = mesh.contacts.near

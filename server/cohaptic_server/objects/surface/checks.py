@@ -2,10 +2,9 @@
 
 Triangles that intersect each other are counted. Two triangles intersect if an edge of one passes
 through the interior of the other (the test of Moeller and Trumbore, for a segment). Candidate pairs
-come from one tree for each class of sizes, so that one large triangle does not make candidates of
-all small ones. Coplanar triangles intersect if they overlap in an area (separating axis theorem),
-as in a duplicated wall or a fold that lies flat on itself. Other pairs that share an edge do not
-count.
+come from one tree for each size class, so that one large triangle does not make candidates of all
+small ones. Coplanar triangles intersect if they overlap in an area (separating axis theorem), as in
+a duplicated wall or a fold that lies flat on itself. Other pairs that share an edge do not count.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ class SurfaceReport:
     """Defects and size of a surface.
 
     Args:
-        open_edges: Number of edges with one triangle only.
+        open_edges: Number of edges with only one triangle.
         nonmanifold_edges: Number of edges with three or more triangles.
         intersecting: Number of triangles that intersect another one.
         components: Number of connected components.
@@ -96,19 +95,20 @@ def edge_counts(faces: Ints) -> Ints:
 
 
 def facing_outwards(x: Floats, faces: Ints) -> Ints:
-    """The triangles, all of them reversed if the surface is inside out; shape (m, 3)."""
+    """Triangles facing outwards: all are reversed if the surface is inside out; shape (m, 3)."""
     return faces if volume(x - x.mean(axis=0), faces) >= 0.0 else faces[:, [0, 2, 1]]
 
 
-# Margin in barycentric coordinates. Files store coordinates with 24 bits, and coplanar neighbours
-# may seem to intersect by the rounding.
+# Margin in barycentric coordinates. Files store coordinates with 24 bits, and the rounding may make
+# coplanar neighbours seem to intersect.
 _MARGIN = 1e-5
 _BLOCK = 2000  # triangles tested at once; bounds the memory
-# Distance from a common plane, as a share of the surface's size: the rounding to 24 bits.
+# Distance from a common plane that counts as coplanar, as a share of the surface's size: it allows
+# for the rounding to 24 bits.
 _OUT_OF_PLANE = 3e-7
 # Overlap of coplanar neighbours that is tolerated, as a share of the smaller triangle's height.
 _OVERLAP = 0.02
-_SLIVER = 1e-3  # height over longest edge below which a triangle has no reliable normal
+_SLIVER = 1e-3  # height over longest edge below which the normal of a triangle is unreliable
 
 
 def count_intersecting(x: Floats, faces: Ints) -> int:
@@ -128,7 +128,7 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
     low, high = corners.min(axis=1) - slack, corners.max(axis=1) + slack
     for k in np.unique(size_class).tolist():
         large = np.flatnonzero(size_class == k)
-        from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
+        from scipy.spatial import cKDTree  # imported here for the reason in `mesh/surface.py`
 
         tree = cKDTree(center[large])
         others = np.flatnonzero(size_class <= k)
@@ -140,7 +140,7 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
             counts = np.fromiter(map(len, near), np.int64, len(near))
             i = np.repeat(small, counts)
             j = large[np.fromiter(chain.from_iterable(near), np.int64, len(i))]
-            # Each pair once; nearly all of them are told apart by their boxes.
+            # Each pair is tested once; bounding boxes rule out nearly all pairs.
             once = (size_class[i] < k) | (i < j)
             i, j = i[once], j[once]
             for axis in range(3):
@@ -150,8 +150,8 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
             hit = _overlap(corners[i], corners[j], slack)
             intersects[i[hit]] = intersects[j[hit]] = True
             i, j, common = (values[common < 2] for values in (i, j, common))
-            # Triangles that share a vertex touch there, which is no intersection. For others
-            # touching counts, or the two halves of a mirrored shape would not be detected.
+            # Triangles that share a vertex touch there, which is no intersection. For other pairs
+            # touching counts, since the halves of a mirrored shape would else not be detected.
             margin = np.where(common == 1, _MARGIN, -1e-4 * _MARGIN)
             hit = _edge_passes(corners[i], corners[j], margin) | _edge_passes(
                 corners[j], corners[i], margin
@@ -223,7 +223,7 @@ def _overlap(a: Floats, b: Floats, out: float) -> np.ndarray[tuple[int], np.dtyp
 
 
 def _plane(corners: Floats) -> tuple[Floats, Floats]:
-    """Unit normals, shape (p, 3), and least heights, 0 for slivers, shape (p,)."""
+    """Unit normals, shape (p, 3), and least heights of triangles, 0 for slivers, shape (p,)."""
     edges = corners[:, [1, 2, 0]] - corners
     longest = np.sqrt(np.einsum("pci,pci->pc", edges, edges).max(axis=1))
     normal = cross(edges[:, 0], edges[:, 1])

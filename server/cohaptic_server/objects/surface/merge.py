@@ -10,7 +10,7 @@ from cohaptic_server.numeric import Floats, Ints
 def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Merge vertices at the same coordinates, and drop triangles that then repeat a vertex.
 
-    STL stores three vertices of its own for every triangle; GLB and OBJ cut a surface along seams.
+    STL stores three separate vertices for every triangle; GLB and OBJ cut a surface along seams.
 
     Args:
         x: Vertices, shape (n, 3).
@@ -27,7 +27,7 @@ def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 
 def _unique_rows(key: Ints) -> tuple[Ints, Ints]:
-    """Index of the first of each set of equal rows, shape (k,), and each row's set, shape (n,)."""
+    """Index of the first row in each set of equal rows, (k,), and the set of each row, (n,)."""
     # Odd constants of xxHash64; products modulo 2^64 spread the bits of a row over one number.
     odd = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
     # Sorting one number for each row is twenty times as fast as sorting rows.

@@ -1,4 +1,4 @@
-"""An open sheet becomes a closed shell of a given thickness."""
+"""Makes a closed shell of a given thickness from an open sheet."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import scipy.sparse.csgraph
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 
-# Area of the holes over that of the surface, above which it is a sheet and not a body with holes: a
-# closed sphere with a cap of 60 degrees cut off has 0.25, half a sphere 0.5 and a flat sheet 1.
+# Area of the holes over that of the surface above which the surface is a sheet and not a body with
+# holes: a sphere with a cap of 60 degrees cut off has 0.25, half a sphere 0.5 and a flat sheet 1.
 SHEET = 0.25
 
 
@@ -20,8 +20,8 @@ class Rims(NamedTuple):
     """The rims of an open surface.
 
     Args:
-        edges: Edges with one triangle, in its sense of rotation, shape (k, 2).
-        loop: Number of the loop of each, shape (k,).
+        edges: Edges with one triangle, in the triangle's sense of rotation, shape (k, 2).
+        loop: Index of the loop that each edge belongs to, shape (k,).
         loops: Number of loops.
     """
 
@@ -31,7 +31,7 @@ class Rims(NamedTuple):
 
 
 def find_rims(faces: Ints) -> Rims:
-    """The edges that have one triangle only, and the loops that they form."""
+    """Find the edges that have only one triangle, and the loops that they form."""
     directed = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     low, high = directed.min(axis=1), directed.max(axis=1)
     _, first, counts = np.unique(
@@ -46,9 +46,9 @@ def find_rims(faces: Ints) -> Rims:
 
 
 def openness(x: Floats, faces: Ints) -> float:
-    """Area of all holes over that of the surface; 0 for a closed one.
+    """Area of all holes over the area of the surface; 0 for a closed surface.
 
-    The area of a hole is that of the vector area of its rim, which a flat hole has exactly.
+    The area of a hole is the length of the vector area of its rim, which is exact for a flat hole.
     """
     rims = find_rims(faces)
     if not rims.loops:
@@ -62,15 +62,15 @@ def openness(x: Floats, faces: Ints) -> float:
 
 
 def thicken(x: Floats, faces: Ints, thickness: float) -> tuple[Floats, Ints]:
-    """A closed shell with the sheet in its middle.
+    """Make a closed shell with the sheet in its middle.
 
-    Where a sheet bends more sharply than half of its thickness the shell passes through itself,
+    Where the radius of a bend is less than half of the thickness, the shell passes through itself,
     which fTetWild untangles.
 
     Args:
         x: Vertices of the sheet, shape (n, 3).
-        faces: Its triangles, neighbours of one sense of rotation, shape (m, 3).
-        thickness: In the unit of the vertices.
+        faces: Triangles of the sheet; neighbours have one sense of rotation, shape (m, 3).
+        thickness: Thickness of the shell, in the unit of the vertices.
 
     Returns:
         Vertices, shape (2 n, 3), and triangles that face outwards, shape (2 m + 2 k, 3).
@@ -88,8 +88,8 @@ def thicken(x: Floats, faces: Ints, thickness: float) -> tuple[Floats, Ints]:
 
 
 def in_one_sense(x: Floats, faces: Ints) -> Ints:
-    """The triangles, turned so that neighbours have one sense of rotation, shape (m, 3)."""
-    import trimesh  # not with the module: a prepared object starts without it
+    """Triangles reversed where needed, so that neighbours have one sense of rotation, (m, 3)."""
+    import trimesh  # imported here, since a prepared object starts without trimesh
 
     mesh: Any = trimesh.Trimesh(x, faces, process=False)
     trimesh.repair.fix_winding(mesh)  # type: ignore[no-untyped-call]  # pyright: ignore[reportUnknownMemberType]

@@ -1,4 +1,4 @@
-"""Counts the triangles of a file without reading it whole, and simplifies a surface."""
+"""Counts the triangles of a file without parsing all of it, and simplifies a surface."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.three_mf import look_into
 
 _HEAD = 2**16  # bytes that are read for the header of a file
-_HASTE = (7, 5, 4, 3)  # of the descent, as fast-simplification counts it; 7 is its default
-_TOO_MANY = 1.2  # of the triangles that are wanted
+_HASTE = (7, 5, 4, 3)  # speed of the descent, `agg` of fast-simplification; 7 is its default
+_TOO_MANY = 1.2  # triangles of a failed result over the wanted number
 
 
 def count_triangles(path: Path) -> int:
-    """Number of triangles that a file declares, roughly; 0 if it cannot be determined quickly.
+    """Approximate number of triangles in a file; 0 if it cannot be determined quickly.
 
-    Reading millions of triangles takes a minute; with this number a file that is too large is
-    refused before.
+    Reading millions of triangles takes a minute; this number lets us refuse a file that is too
+    large before.
 
     Args:
         path: A surface file that exists.
@@ -35,7 +35,7 @@ def count_triangles(path: Path) -> int:
         try:
             return look_into(path).triangles
         except BodyError:
-            return 0  # who reads it is told why
+            return 0  # the reader of the file reports the error
     with path.open("rb") as file:
         head = file.read(_HEAD)
         if kind == ".stl" and len(head) >= 84:
@@ -57,7 +57,7 @@ def count_triangles(path: Path) -> int:
 
 
 def _count_marks(path: Path, mark: bytes) -> int:
-    """How often a text occurs in a file."""
+    """Number of times that a text occurs in a file."""
     count, rest = 0, b""
     with path.open("rb") as file:
         while block := file.read(2**24):
@@ -68,7 +68,7 @@ def _count_marks(path: Path, mark: bytes) -> int:
 
 
 def _count_in_glb(head: bytes) -> int:
-    """A third of the indices of all primitives, from the JSON at the start of a GLB file."""
+    """Triangles of all indexed primitives, from the JSON at the start of a GLB; 0 if unreadable."""
     try:
         (length,) = struct.unpack_from("<I", head, 12)
         header = json.loads(head[20 : 20 + length])
@@ -82,9 +82,9 @@ def _count_in_glb(head: bytes) -> int:
 def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     """Simplify a surface by quadric error metrics (Garland, Heckbert 1997).
 
-    In haste it folds a clean surface onto itself, up to 23 crossing triangles of 4,000. Each result
-    is therefore examined, and a slower descent tried; of all the one with the fewest defects is
-    taken.
+    A fast descent may fold a clean surface onto itself, with up to 23 crossing triangles of 4,000.
+    Each result is therefore examined, and after defects a slower descent is tried. The result with
+    the fewest defects is returned.
 
     Args:
         x: Vertices, shape (n, 3).
@@ -98,7 +98,7 @@ def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     for haste in _HASTE:
         found = _collapsed(x, faces, count, haste)
         if len(found[1]) > _TOO_MANY * count and math.isfinite(least):
-            break  # a slower descent ends even earlier
+            break  # a slower descent stops even farther from the wanted number
         report = examine(*found)
         defects = report.open_edges + report.nonmanifold_edges + report.intersecting
         if defects < least:
@@ -115,7 +115,7 @@ def _collapsed(x: Floats, faces: Ints, count: int, haste: int) -> tuple[Floats, 
         raise BodyError(
             "--simplify needs fast-simplification; install it with: pip install 'cohaptic[objects]'"
         ) from error
-    # fast-simplification works in single precision: coordinates from 0 to 1 lose the fewest digits.
+    # fast-simplification works in single precision: coordinates from 0 to 1 lose fewest digits.
     low, size = x.min(axis=0), float(np.ptp(x, axis=0).max()) or 1.0
     collapse_edges: Any = fast_simplification.simplify
     points, triangles = collapse_edges(

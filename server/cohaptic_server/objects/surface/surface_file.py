@@ -21,7 +21,7 @@ _HEAD = 2**16  # bytes that are read for the header of a file
 def read_surface(path: Path) -> tuple[Floats, Ints]:
     """Read vertices, shape (n, 3) in units of the file, and faces, shape (m, 3).
 
-    A 3MF says its unit itself, and its vertices are in metres.
+    A 3MF file declares its unit, and its vertices are returned in metres.
 
     Args:
         path: A file of one of `SURFACES`.
@@ -31,12 +31,12 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     """
     said = look_into(path) if path.suffix.lower() == ".3mf" else None
     unit = 1.0 if said is None else said.metres
-    import trimesh  # not with the module: a prepared object starts without it
+    import trimesh  # imported here, since a prepared object starts without trimesh
 
     trimesh_log = logging.getLogger("trimesh")
-    was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors say it instead
+    was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors replace its log
     try:
-        # Without trimesh's processing: it drops coordinates that are not finite without a word.
+        # trimesh's processing is off, since it silently drops coordinates that are not finite.
         with reading_limited(path):
             loaded: Any = trimesh.load(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
                 path, force="mesh", process=False
@@ -63,7 +63,7 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
 
 
 def _with_triangles(path: Path, x: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """The same, each vertex once; raises BodyError where they make no surface."""
+    """Merge equal vertices; raises BodyError if the triangles make no surface."""
     if not len(faces):
         why = f"{len(x)} vertices"
         if _has_strips(path):
@@ -87,7 +87,7 @@ def _with_triangles(path: Path, x: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 
 def _has_strips(path: Path) -> bool:
-    """Whether a PLY file says that its triangles are in strips."""
+    """Whether a file is a PLY file whose header declares triangle strips."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
     return (

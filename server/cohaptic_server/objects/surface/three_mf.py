@@ -1,9 +1,10 @@
-"""What a 3MF file holds, found before it is unpacked: its unit, and how many triangles it makes.
+"""Finds the unit and the number of triangles of a 3MF file before its meshes are built.
 
 A 3MF is a zip of XML in which objects are made of other objects. A file of a megabyte can hold
-gigabytes of text, or name an object a billion times: both are refused from the count alone. What
-the reader (trimesh) would take for another body is refused, too: it knows objects by their number
-alone, in whichever part of the archive they are, and takes in a whole part for each name in it.
+gigabytes of text, or name an object a billion times: both are refused from the counts alone. A file
+that the reader (trimesh) would turn into another body is refused, too: trimesh knows objects by
+their number alone, whichever part of the archive contains them, and it reads a whole part for each
+object that is named there.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from cohaptic.errors import BodyError
 from cohaptic_server.objects.object_file import MAX_READ
 from cohaptic_server.objects.unreadable import unreadable
 
-MAX_BYTES = 2**29  # unpacked; the XML of a million triangles takes a tenth of it
-_MAX_DEPTH = 50  # of objects within objects
-_MAX_NAMED = 100_000  # objects to be built, with all that lies in them, however little that is
+MAX_BYTES = 2**29  # bytes when unpacked; the XML of a million triangles takes a tenth of that
+_MAX_DEPTH = 50  # nesting depth of objects within objects
+_MAX_NAMED = 100_000  # objects to be built, including all nested ones, even if they are empty
 # Metres in each unit of the specification.
 _METRES = {
     "micron": 1e-6,
@@ -30,16 +31,16 @@ _METRES = {
     "foot": 0.3048,
     "meter": 1.0,
 }
-_ROOT = "3d/3dmodel.model"  # the part that says what is to be built; trimesh finds it so, too
+_ROOT = "3d/3dmodel.model"  # part that lists the objects to build; trimesh also finds it by name
 _Key: TypeAlias = tuple[str, str]  # part of the archive, and number of an object there
 
 
 class Model(NamedTuple):
-    """What a 3MF file says of itself.
+    """Unit and size of the model in a 3MF file.
 
     Args:
-        metres: In one unit of its coordinates.
-        triangles: Triangles of everything that is to be built.
+        metres: Metres in one unit of the coordinates.
+        triangles: Number of triangles of all objects that are built.
     """
 
     metres: float
@@ -50,8 +51,8 @@ def look_into(path: Path) -> Model:
     """Read the unit and the number of triangles of a 3MF file.
 
     Raises:
-        BodyError: It is no 3MF, would be too large, or its objects contain each other, are not
-            there or cannot be told apart by the reader.
+        BodyError: The file is not a 3MF or is too large; or its objects contain each other, are
+            missing, or cannot be told apart by the reader.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -72,7 +73,7 @@ def look_into(path: Path) -> Model:
                     whole.read(part, archive.open(part))
     except BodyError:
         raise
-    except Exception as error:  # zipfile raises errors of many kinds, for passwords another one
+    except Exception as error:  # zipfile raises errors of many kinds, one more for passwords
         raise unreadable(path, "3MF", error) from error
     why = whole.mixed_up()
     if why:
@@ -89,31 +90,31 @@ def look_into(path: Path) -> Model:
 
 
 class _Objects:
-    """Objects of a file: triangles of their own, and the objects that each is made of.
+    """Objects of a file: the triangles of each, and the objects that each is made of.
 
-    Two of one name in one part count together, so that none hides another.
+    Two objects with one number in one part are counted together, so that neither hides the other.
 
     Args:
-        root: Name of the part that says what is to be built.
+        root: Name of the part that lists the objects to build.
     """
 
     def __init__(self, root: str) -> None:
-        self.unit = "millimeter"  # where a file does not say
+        self.unit = "millimeter"  # unit of a file that declares none
         self.root = root
         self.own: Counter[_Key] = Counter()
         self.made_of: defaultdict[_Key, Counter[_Key]] = defaultdict(Counter)
         self.items: Counter[_Key] = Counter()
-        self.parts = {root: False}  # whether each has been read
+        self.parts = {root: False}  # whether each part has been read
 
     def unread(self) -> str | None:
-        """A part that has been named and not been read; it then counts as read."""
+        """Name of a part that is not read yet, now marked as read; None if there is none."""
         name = next((name for name, read in self.parts.items() if not read), None)
         if name is not None:
             self.parts[name] = True
         return name
 
     def read(self, part: str, text: IO[bytes]) -> None:
-        """Take in one part, as its text goes by: no tree is built of it."""
+        """Read one part as a stream, without building a tree of its XML."""
         current = (part, "")
 
         def named(values: dict[str, str]) -> _Key:
@@ -144,7 +145,7 @@ class _Objects:
         parser.ParseFile(text)
 
     def mixed_up(self) -> str:
-        """Why the reader would make another body of it; empty where it would not."""
+        """Reason why the reader would build another body; empty if it builds the right one."""
         named = Counter[_Key](self.items)
         for inside in self.made_of.values():
             named += inside
@@ -163,7 +164,7 @@ class _Objects:
         return ""
 
     def built(self, path: Path) -> tuple[int, int]:
-        """Triangles of everything that is built, each object as often as it is named; and names."""
+        """Number of triangles and of objects to build, each object as often as it is named."""
         known: dict[_Key, tuple[int, int]] = {}
 
         def count(key: _Key, depth: int) -> tuple[int, int]:

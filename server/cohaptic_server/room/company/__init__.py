@@ -1,1 +1,1 @@
-"""Who else is here: how many watch, whose view is followed, who points at what. No I/O."""
+"""The company in a room: number of watchers, followed views, and pointing. No I/O."""

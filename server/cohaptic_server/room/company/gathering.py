@@ -1,12 +1,14 @@
-"""Who is here, who follows whose view, and who points: a state machine without I/O.
+"""The company in a room, followed views and pointing: a state machine without I/O.
 
-Laws, whatever anybody sends: a view is followed only while its owner has a hand here and lets
-others; who follows is not followed, so there are no chains and no circles; a view has a bounded
-number of followers; a page hears of the company at most each `TOLD_EVERY`, and of a view at most
-each `AIMED_EVERY`. A message costs the room no more than being read, and those who asked for
-company pay: nobody else hears of it.
+Rules that hold whatever the pages send:
+- A view is followed only while its owner has a hand in the room and allows followers.
+- The view of a page that follows is not followed, so there are no chains and no circles.
+- A view has a bounded number of followers.
+- A page is told the company at most once per `TOLD_EVERY`, and a view once per `AIMED_EVERY`.
+- Only pages that asked for company are told; handling a message costs little more than reading it.
 
-Followers and followed are found from either side without a search: a room has a thousand pages.
+Followers and followed users are found from either side without a search, since a room may have a
+thousand pages.
 """
 
 from __future__ import annotations
@@ -36,36 +38,36 @@ from cohaptic_server.room.watch.watcher import Watcher
 
 
 class Follows:
-    """Who follows whom in one room; nothing else sets `Visitor.following` and `Visitor.user`."""
+    """Follow relations in one room; only this class sets `Visitor.following` and `Visitor.user`."""
 
     def __init__(self) -> None:
-        self._followers: dict[int, dict[Visitor, None]] = {}  # by user, in the order they came
+        self._followers: dict[int, dict[Visitor, None]] = {}  # by user, in the order of following
         self._pages: dict[int, Visitor] = {}
 
     @property
     def users(self) -> tuple[int, ...]:
-        """Users who are followed by somebody."""
+        """Numbers of the users who have followers."""
         return tuple(self._followers)
 
     @property
     def pages(self) -> Collection[Visitor]:
-        """Pages that have a hand."""
+        """Pages that have a hand in the room."""
         return self._pages.values()
 
     def of(self, user: int) -> tuple[Visitor, ...]:
-        """Who follows a user; nobody follows 0."""
+        """Pages that follow a user; empty for user 0."""
         return tuple(self._followers.get(user, ()))
 
     def count(self, user: int) -> int:
-        """How many follow it."""
+        """Number of pages that follow a user."""
         return len(self._followers.get(user, ()))
 
     def page(self, user: int) -> Visitor | None:
-        """The page that speaks for a user's hand."""
+        """Page that a user's hand belongs to; None if there is no such page."""
         return self._pages.get(user)
 
     def follow(self, visitor: Visitor, user: int) -> None:
-        """Let a page follow a user, and nobody any more with 0."""
+        """Let a page follow a user; with 0, the page stops following."""
         before = self._followers.get(visitor.following)
         if before is not None:
             before.pop(visitor, None)
@@ -76,10 +78,10 @@ class Follows:
             self._followers.setdefault(user, {})[visitor] = None
 
     def take_hand(self, visitor: Visitor, user: int) -> Visitor | None:
-        """Let a page speak for a hand, and for none with 0.
+        """Assign a user's hand to a page; with 0, the page has no hand.
 
         Returns:
-            The page that spoke for it before, and has none any more.
+            Page that had this hand before, and has no hand now; None if there was no such page.
         """
         if visitor.user and self._pages.get(visitor.user) is visitor:
             del self._pages[visitor.user]
@@ -92,15 +94,15 @@ class Follows:
         return other
 
     def leave(self, visitor: Visitor) -> None:
-        """Forget a page that has gone."""
+        """Forget a page that has left."""
         self.follow(visitor, 0)
         self.take_hand(visitor, 0)
 
 
-TOLD_EVERY = 0.25  # s between two looks at who is here
-AIMED_EVERY = 0.1  # s between two views of one who is followed
-# What one tick makes of the news of a look, in messages and followers named in them, of which each
-# takes up to 30 us: one who toggles may have all of them made anew. The rest waits for the next.
+TOLD_EVERY = 0.25  # s between two checks of who is in the room
+AIMED_EVERY = 0.1  # s between two messages with the view of a followed user
+# Limit on the news that one tick encodes, in messages plus followers named in them; each takes up
+# to 30 us, and one page that toggles can change all messages. The rest waits for the next tick.
 NEWS_AT_ONCE = 32
 _TOLD = object()
 
@@ -109,12 +111,12 @@ class Gathering:
     """The company in one room.
 
     Args:
-        room: The users.
-        watchers: Who watches; the audience's own set.
+        room: Room with the users.
+        watchers: Watchers of the room; the set that the audience maintains.
         sources: Budgets of addresses.
 
     Attributes:
-        visitors: Those of the watchers who want to hear who else is here.
+        visitors: Pages that asked for company, by watcher.
     """
 
     def __init__(self, room: Room, watchers: AbstractSet[Watcher], sources: Sources) -> None:
@@ -126,21 +128,21 @@ class Gathering:
         self._looked = float("-inf")  # [s]
         self._seen: tuple[object, ...] = ()
         self._changed = True
-        self._telling: Iterator[None] | None = None  # a look whose news is not told to all yet
+        self._telling: Iterator[None] | None = None  # unfinished telling of the last check's news
 
     def hear(self, watcher: Watcher, said: CompanyRequest, source: str, now: float) -> None:
-        """Carry out what a page says, or tell it why not.
+        """Carry out a request of a page, or tell the page why it is declined.
 
         Args:
-            watcher: Its session.
-            said: The message.
-            source: Whom its connection is counted with.
+            watcher: Protocol session of the page.
+            said: Request of the page.
+            source: Address with which the page's connection is counted.
             now: Time [s].
         """
         self._meet(watcher)
         visitor = self.visitors.get(watcher)
         if visitor is None:
-            return  # it was not taken in
+            return  # the watcher was not accepted
         self._check_hand(visitor)
         match said:
             case Present():
@@ -148,14 +150,15 @@ class Gathering:
             case Follow():
                 self._follow(visitor, said.user)
             case Aim():
-                # It may have been on its way when the last follower left: no fault.
+                # The message may have been on its way when the last follower left, so a view
+                # without followers is no error.
                 if visitor.user and visitor.open:
                     visitor.aim, visitor.aim_told = said, False
             case Point():
                 self._point(visitor, said, source, now)
 
     def step(self, now: float) -> None:
-        """Tell everybody what has changed, as far as it is due; at every tick."""
+        """Tell all pages the changes that are due; to be called at every tick."""
         if self._telling is None and (now - self._looked >= TOLD_EVERY or now < self._looked):
             self._looked = now
             self._telling = self._tell_company() if self._look() else None
@@ -172,7 +175,7 @@ class Gathering:
             self._changed = True
 
     def _look(self) -> bool:
-        """See who has come and gone since the last time; whether there is news."""
+        """Check who has come and gone since the last check; returns whether there is news."""
         for watcher in self._watchers:
             self._meet(watcher)
         for watcher in [one for one in self.visitors if one not in self._watchers]:
@@ -193,11 +196,11 @@ class Gathering:
         return True
 
     def _tell_company(self) -> Iterator[None]:
-        """Tell everybody for whom something has changed; ends a tick where it has done enough."""
+        """Tell all pages whose news has changed; yields when a tick has done `NEWS_AT_ONCE`."""
         room, follows = self.room, self._follows
         watching = len(self._watchers) - len(follows.pages)
         open_ones = tuple(sorted(one.user for one in follows.pages if self._is_open(one)))
-        # Of a thousand who watch most are told the same: it is made and encoded once.
+        # Most of a thousand watchers are told the same, so each message is encoded once.
         news: dict[tuple[int, Visitor | None, bool], str] = {}
         made = 0
         for visitor in tuple(self.visitors.values()):
@@ -222,13 +225,13 @@ class Gathering:
                 yield
 
     def _check_hand(self, visitor: Visitor) -> None:
-        """Take the hand off a page whose hand has left."""
+        """Remove the hand of a page if the user of that hand has left the room."""
         if visitor.user and not visitor.owns(self.room, visitor.user):
             self._follows.take_hand(visitor, 0)
             visitor.open, self._changed = False, True
 
     def _end_if_closed(self, user: int) -> None:
-        """Let go of a user all who follow it, if its view may not be followed any more."""
+        """End all following of a user if the user's view may not be followed any more."""
         reason = self._why_closed(user)
         if not reason:
             return
@@ -241,7 +244,7 @@ class Gathering:
         before = visitor.user
         visitor.name, visitor.key = said.name, said.key
         proved = said.user is not None and visitor.owns(self.room, said.user)
-        # A page that was opened anew speaks for the hand from now on.
+        # A newly opened page takes the hand over from an older page.
         other = self._follows.take_hand(visitor, said.user or 0 if proved else 0)
         if other is not None:
             other.open = False
@@ -272,7 +275,7 @@ class Gathering:
             self._tell_aim(host, [visitor])
 
     def _why_not(self, visitor: Visitor, user: int) -> str:
-        """Why a page cannot follow a user; empty if it can."""
+        """Reason why a page cannot follow a user; empty if the page can."""
         if visitor.user == user:
             return "That is your own view."
         closed = self._why_closed(user)
@@ -285,7 +288,7 @@ class Gathering:
         return ""
 
     def _why_closed(self, user: int) -> str:
-        """Why nobody can follow a user; empty if some can."""
+        """Reason why no page can follow a user; empty if the user's view is open."""
         if user not in self.room.members:
             return "Whom you wanted to follow has left."
         name, host = self.room.name_of(user), self._follows.page(user)

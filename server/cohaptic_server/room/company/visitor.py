@@ -1,4 +1,4 @@
-"""What is known of one page that wants to hear who else is here."""
+"""State of one page that asked to be told about the company in its room."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ LONG_AGO = float("-inf")
 
 @dataclass(eq=False)
 class Visitor:
-    """The page of one who watches, and may touch as well.
+    """Page of a person who watches, and may touch as well.
 
     Attributes:
-        watcher: Its session.
+        watcher: Protocol session of the page.
         mailbox: Mailbox of the session.
-        name: That it gave itself; empty before it said one.
-        user: Number of its hand, as its key has proved; 0 without a hand.
+        name: Name that the page gave itself; empty before that.
+        user: User number of the page's hand, which its key has proved; 0 without a hand.
         key: Key of that hand.
-        open: Whether its view may be followed.
-        following: Number of the user whose view it is sent; 0 for nobody's.
-        aim: From where it looks; None before it said so.
-        aim_told: Whether its followers know that.
-        aimed: When they were told last [s].
-        points: Bucket of how often it points.
-        told: What it knows of the company, encoded.
+        open: Whether other pages may follow the page's view.
+        following: Number of the user whose view this page follows; 0 if it follows nobody.
+        aim: Viewpoint of the page; None before the page has sent it.
+        aim_told: Whether the followers were told the newest `aim`.
+        aimed: Time at which the followers were last told [s].
+        points: Token bucket of the rate limit on pointing.
+        told: Last encoded message about the company that the page was told; None before.
     """
 
     watcher: Watcher
@@ -46,15 +46,15 @@ class Visitor:
     told: str | None = None
 
     def owns(self, room: Room, user: int) -> bool:
-        """Whether the hand of this number is this page's: both have the same secret."""
+        """Whether a user's hand belongs to this page, since both have the same secret."""
         member = room.members.get(user)
         key = None if member is None else member.hello.key
         return self.key is not None and key is not None and hmac.compare_digest(self.key, key)
 
     def called(self, room: Room) -> str:
-        """By which others know it."""
+        """Name under which others know this page: that of its hand, or else its own."""
         return room.members[self.user].hello.name if self.user in room.members else self.name
 
     def as_follower(self, room: Room) -> Follower:
-        """As it is told to the one whom it follows."""
+        """Description of this page for the page that it follows."""
         return Follower(user=self.user or None, name=self.called(room) or "somebody")

@@ -1,1 +1,1 @@
-"""Who may sit in a room: how many seats there are, whose a name is, and who waits for a place."""
+"""Seats of a room: ownership of names, changes of names, and the queue for a free seat."""

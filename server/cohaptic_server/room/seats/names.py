@@ -1,14 +1,14 @@
-"""Whose a name is: a client makes a secret of its own, and comes back with it, or with its session.
+"""Ownership of names: a client proves by its own secret, or by its session, that a name is its own.
 
-A name in use goes only to who says its secret, at once. Without one it may be taken over
-after a while of silence, from the same address. When a connection was lost, and not ended by either
-side, its name is kept for who had it.
+A client with the secret or the session of a name in use takes the name over at once. If the owner
+has neither, a client at the same address may take the name over after a time of silence. When a
+connection was lost, and neither side has ended it, the name is kept for its owner.
 
 No two users may have names that look alike. A name has a skeleton, as in Unicode Technical Standard
-39; names with the same one look alike. The table is a part of the standard's: letters of Cyrillic,
-Greek and Armenian that are drawn as Latin ones in common fonts, digits and signs that are drawn as
-letters, and dashes and apostrophes. Blanks do not count. Letters of one case that are drawn as
-those of the other are told apart, and so are accents.
+39; names with the same skeleton look alike. The table is a part of the standard's table: Cyrillic,
+Greek and Armenian letters that common fonts draw like Latin letters, digits and signs that look
+like letters, and dashes and apostrophes. Blanks do not count. Letters of one case that look like
+letters of the other case stay different, and so do accented letters.
 """
 # ruff: noqa: RUF001 (letters that can be taken for others are the matter here)
 
@@ -23,9 +23,9 @@ from functools import lru_cache
 from cohaptic.errors import CloseCode, RemoteProtocolError
 
 REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
-KEPT_FOR = 60.0  # s for which a name is kept; who is away for longer begins anew
-# s for which a seat is kept as well. A client tries again every 0.5 s, and a path that has broken
-# is back within ten seconds or so, or for a long time not.
+KEPT_FOR = 60.0  # s for which a name is kept; a client that is away for longer begins anew
+# s for which a seat is kept as well. A client tries again every 0.5 s, and a broken path is back
+# either within ten seconds or so, or only after a long time.
 SEAT_KEPT_FOR = 15.0
 _MOST_KEPT = 64  # as many as the largest room has users
 
@@ -35,9 +35,9 @@ class Claim:
     """Claim of one client to its name.
 
     Args:
-        key: Its secret; None without one.
-        source: Whom its connection is counted with.
-        session: That the server has signed for it; empty without one.
+        key: Secret of the client; None without a secret.
+        source: Address with which the client's connection is counted.
+        session: Name of the session that the server has signed; empty without a session.
     """
 
     key: str | None
@@ -46,15 +46,15 @@ class Claim:
 
     @property
     def is_secret(self) -> bool:
-        """Whether nobody else can make it."""
+        """Whether no other client can make this claim."""
         return self.key is not None or self.session != ""
 
     def is_session_of(self, other: Claim) -> bool:
-        """Whether both are of one session, which touches by one name at a time."""
+        """Whether both claims are of one session, which touches under one name at a time."""
         return self.session != "" and self.session == other.session
 
     def is_of(self, other: Claim) -> bool:
-        """Whether both are the same client, as far as can be known."""
+        """Whether both claims are of the same client, as far as the server can know."""
         if not self.is_secret:
             return self.source == other.source
         if self.is_session_of(other):
@@ -64,33 +64,34 @@ class Claim:
 
 
 def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
-    """Whether a client may take the place of one that is connected.
+    """Whether a client may take the place of a connected client.
 
     Args:
-        holder: Who has the name.
-        silence: Since its last sample [s].
-        other: Who wants it.
+        holder: Claim of the connected client, which has the name.
+        silence: Time since the last sample of the connected client [s].
+        other: Claim of the client that wants the name.
     """
     return holder.is_of(other) and (holder.is_secret or silence >= REPLACE_AFTER)
 
 
 class KeptNames:
-    """Names of clients whose connections were lost. It holds at most `_MOST_KEPT`."""
+    """Names of clients whose connections were lost, at most `_MOST_KEPT`."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Claim, float]] = {}
-        self._seats: dict[str, float] = {}  # until when [s]
+        self._seats: dict[str, float] = {}  # time until which the seat of each name is kept [s]
 
     def keep(self, name: str, claim: Claim, now: float, *, since: float | None) -> None:
-        """Keep a name for who had it, and for a while its seat.
+        """Keep a name for its owner, and for a shorter time the owner's seat.
 
         Args:
-            name: Name of who was there.
-            claim: To it.
+            name: Name of the client whose connection was lost.
+            claim: Claim of that client to the name.
             now: Time [s].
-            since: When it took its seat [s]; None for one whose seat is not kept. It is kept for no
-                longer than it was taken: who only comes and vanishes, by one name after another,
-                would keep everybody out and be nowhere for an administrator to put it out.
+            since: Time at which the client took its seat [s]; None if the seat is not kept. A seat
+                is kept no longer than it was taken: otherwise a client that comes and vanishes
+                under one name after another would keep everybody out, and an administrator would
+                find nobody to put out.
         """
         self._seats.pop(name, None)
         if since is not None:
@@ -98,31 +99,32 @@ class KeptNames:
         self._kept.pop(name, None)
         self._kept[name] = (claim, now + KEPT_FOR)
         if len(self._kept) > _MOST_KEPT:
-            # Of the address that has most: who fills the list loses its own names first.
+            # Drop the oldest name of the address with the most names, so that an address that
+            # fills the list loses its own names first.
             sources = Counter(whose.source for whose, _ in self._kept.values())
             ((most, _),) = sources.most_common(1)
             del self._kept[next(n for n, (whose, _) in self._kept.items() if whose.source == most)]
 
     def seats(self, now: float) -> int:
-        """How many of them have a seat kept as well."""
+        """Number of kept names whose seats are kept as well."""
         self._seats = {n: end for n, end in self._seats.items() if end > now and n in self._kept}
         return len(self._seats)
 
     def seats_of(self, name: str, claim: Claim, now: float) -> int:
-        """How many of those seats are free for who comes back.
+        """Number of kept seats that a client may take when it comes back.
 
         Args:
-            name: By which it comes.
-            claim: To it.
+            name: Name that the client comes back with.
+            claim: Claim of the client to the name.
             now: Time [s].
         """
         return sum(self._seats.get(own, now) > now for own in self._names_of(name, claim))
 
     def check(self, name: str, claim: Claim, now: float) -> None:
-        """Raise RemoteProtocolError if a name, or one like it, is kept for somebody else."""
+        """Raise RemoteProtocolError if a name, or one like it, is kept for another client."""
         for kept, (whose, until) in self._kept.items():
-            # The system behind an address is trusted with what its lost connections had: a client
-            # that was killed has forgotten its secret. It goes by the very name.
+            # An address may take back a name that one of its own lost connections had, if it asks
+            # for exactly this name, since a client that was killed has forgotten its secret.
             trusted = whose.is_of(claim) or (name == kept and whose.source == claim.source)
             if now < until and looks_like(name, kept) and not trusted:
                 left = f"{until - now:.0f} s left"
@@ -130,7 +132,7 @@ class KeptNames:
                 raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def forget(self, name: str, claim: Claim) -> None:
-        """Keep a name no more, nor any other of its session: who had it is back."""
+        """Drop a kept name, and other kept names of the same session: the owner is back."""
         for own in self._names_of(name, claim):
             del self._kept[own]
 
@@ -150,7 +152,7 @@ _ALIKE = (
     # Armenian
     "ոսօհցզՕՍԼ",
     "nuohgqOUL",
-    # Latin, and signs. A capital I, a one and a bar are drawn as a small l.
+    # Latin letters and signs. A capital I, a one and a bar look like a small l.
     "ıɑɡǀI1|0",
     "iaglllll",
     "‐‒–—−‘’ʼʹ`",
@@ -163,14 +165,14 @@ _MAP = {
 } | {ord("0"): "O"}
 
 
-@lru_cache(maxsize=4096)  # of names of at most 32 characters: those of the room, and of the removed
+@lru_cache(maxsize=4096)  # names of the room and of removed users, at most 32 characters each
 def skeleton(name: str) -> str:
-    """What a name looks like: the same for all that look alike."""
+    """Skeleton of a name, which is the same for all names that look alike."""
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", name))
     drawn = "".join(plain.split()).translate(_MAP).replace("rn", "m")
     return unicodedata.normalize("NFD", drawn)
 
 
 def looks_like(one: str, other: str) -> bool:
-    """Whether one name can be taken for the other, which it may be."""
+    """Whether two names are equal or can be mistaken for each other."""
     return skeleton(one) == skeleton(other)

@@ -1,4 +1,4 @@
-"""Another name for one who touches or waits, without leaving: its seat stays. No I/O."""
+"""Change of name of a client that touches or waits, which keeps its seat. No I/O."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ def rename(
     now: float,
     outcome: Outcome,
 ) -> None:
-    """Have somebody go by another name, or tell why it does not.
+    """Give a client another name, or tell the client why it keeps the old name.
 
     Args:
-        room: Room of which it is, or before which it waits.
-        waiting: Who waits.
-        entrance: Entrance of the room; names of those who were put out are nobody's.
-        peers: All of the room.
-        peer: Whose wish it is.
-        wish: The name.
+        room: Room that the client is in or waits for.
+        waiting: Clients that wait for a seat.
+        entrance: Entrance of the room; nobody may take the name of a user who was put out.
+        peers: All peers of the room.
+        peer: Client that wants another name.
+        wish: Message with the new name.
         now: Time [s].
-        outcome: To which the tasks of the shell are added.
+        outcome: Receives the tasks of the shell.
 
     Raises:
-        RemoteProtocolError: So many names come from its address that they are counted as a flood.
+        RemoteProtocolError: The client's address has exceeded the rate limit of joins, with which
+            changes of names are counted.
     """
     member = None if peer.user is None else room.members[peer.user]
     hello = waiting.hello_of(peer) if member is None else member.hello
@@ -47,7 +48,7 @@ def rename(
     if wish.name == before:
         peer.session.send(Named(name=before))
         return
-    entrance.sources.join(peer.source, now)  # each is news for everybody, as one who joins
+    entrance.sources.join(peer.source, now)  # a new name is news for everybody, like a join
     claim = Claim(hello.key, peer.source, peer.guest.session)
     try:
         _check(room, waiting, entrance, peer, wish.name, claim, now)

@@ -1,12 +1,13 @@
-"""Who waits for a seat in a full room, in the order of coming; a value, whose changes make another.
+"""Queue for a seat in a full room, in the order of arrival; an immutable value.
 
     enter --> waits --call--> called --come--> in the room
                 |               |
                 +--- leave      +--- nothing within TURN, or leave: a missed turn ---> out
 
-A seat that is free calls the first who waits, and is kept for it while it is called. Nobody jumps
-the queue: as long as somebody waits, no free seat is anybody else's. A missed turn costs the others
-a seat for a while, so its address has a place less for longer.
+When a seat is free, the first visitor in the queue is called, and the seat is kept for that visitor
+while the call lasts. Nobody jumps the queue: while somebody waits, all free seats go to the queue.
+A missed turn costs the others a seat for a while, so the address that missed the turn has one place
+less in the queue for longer.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from dataclasses import dataclass, replace
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
 
-# s for who is called to come. A client answers by itself, at once; who does not costs the others
-# that much of a seat, and a path that stalls for longer is as good as lost.
+# s that a called visitor has to come. A client answers automatically and at once. A client that
+# does not answer blocks a seat for that long, and a path that stalls for longer is as good as lost.
 TURN = 5.0
-# s for which the place of a missed turn stays used for its address. Without it a few addresses that
+# s for which a missed turn counts as a used place of its address. Otherwise a few addresses that
 # never take a seat, and come back at once, would hold the queue for ever.
 MISSED_FOR = 60.0
-MOST_MISSED = 1024  # that are remembered; more than the turns of the largest room in that time
+MOST_MISSED = 1024  # missed turns that are remembered; more than the largest room has in MISSED_FOR
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +31,9 @@ class Place:
     """Place of one visitor who waits.
 
     Args:
-        number: By which the caller knows who it is.
-        source: Whom its connection is counted with.
-        until: When its turn is over [s]; None before it is called.
+        number: Number by which the caller identifies the visitor.
+        source: Address with which the visitor's connection is counted.
+        until: Time at which the visitor's turn is over [s]; None before the visitor is called.
     """
 
     number: int
@@ -42,11 +43,11 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """A turn that somebody was called to and did not take.
+    """A turn that a visitor was called to and did not take.
 
     Args:
-        source: Address of who it was.
-        until: For which it has a place less until then [s].
+        source: Address of the visitor.
+        until: Time until which this address has one place less in the queue [s].
     """
 
     source: str
@@ -55,13 +56,14 @@ class Missed:
 
 @dataclass(frozen=True, slots=True)
 class WaitQueue:
-    """All who wait for one room.
+    """All visitors who wait for one room.
 
     Args:
-        most: Places; 0 for no queue.
-        most_of_source: Most of them for one address: a queue of one address would be nobody else's.
-        places: In the order of coming.
-        missed: Turns of late, the oldest first.
+        most: Largest number of places; 0 for no queue.
+        most_of_source: Largest number of places for one address, so that no address can take the
+            whole queue.
+        places: Places in the order of arrival.
+        missed: Recently missed turns, the oldest first.
     """
 
     most: int
@@ -77,19 +79,20 @@ class WaitQueue:
 
     @property
     def called(self) -> int:
-        """How many were called and have not come yet; a seat is kept for each."""
+        """Number of visitors who were called and have not come yet; a seat is kept for each."""
         return sum(place.until is not None for place in self.places)
 
     def enter(self, number: int, source: str, now: float) -> WaitQueue:
-        """With one more, at the end.
+        """Queue with one more visitor at the end.
 
         Args:
-            number: Number of who enters.
-            source: Whom its connection is counted with.
+            number: Number of the new visitor.
+            source: Address with which the visitor's connection is counted.
             now: Time [s].
 
         Raises:
-            RemoteProtocolError: The queue is full, or this address has all places that it may.
+            RemoteProtocolError: The queue is full, or this address has as many places as it may.
+            ValueError: A visitor of this number waits already.
         """
         if number in self:
             raise ValueError(f"{number} waits already")
@@ -110,15 +113,15 @@ class WaitQueue:
         return replace(self, places=(*self.places, Place(number, source)))
 
     def come(self, number: int) -> WaitQueue:
-        """Without one who takes its seat; the same if it does not wait."""
+        """Queue without a visitor who takes a seat; unchanged if the visitor does not wait."""
         return replace(self, places=tuple(p for p in self.places if p.number != number))
 
     def leave(self, number: int, now: float) -> WaitQueue:
-        """Without one who has gone; the same if it does not wait.
+        """Queue without a visitor who has gone; a visitor who was called has missed the turn.
 
         Args:
-            number: Number of who has gone.
-            now: Time [s]. Who was called has missed its turn.
+            number: Number of the visitor.
+            now: Time [s].
         """
         missed = tuple(one for one in self.missed if one.until > now)
         for place in self.places:
@@ -127,20 +130,20 @@ class WaitQueue:
         return replace(self.come(number), missed=missed)
 
     def hand_on(self, number: int, to: int) -> WaitQueue:
-        """With the place of one connection given to another of the same person."""
+        """Queue with the place of one connection given to another connection of the same person."""
         places = tuple(replace(p, number=to) if p.number == number else p for p in self.places)
         return replace(self, places=places)
 
     def call(self, free: int, now: float) -> tuple[WaitQueue, tuple[int, ...]]:
-        """Call as many as there are seats, the first first.
+        """Call as many visitors as there are seats, in the order of arrival.
 
         Args:
-            free: Seats that nobody sits in and that are kept for nobody who lost a connection.
-                Those that are kept for visitors who were called before are taken off here.
+            free: Number of seats that are neither taken nor kept for lost connections. This method
+                subtracts the seats kept for visitors who were called before.
             now: Time [s].
 
         Returns:
-            The queue, and who was called now.
+            The queue, and the numbers of the visitors who were called now.
         """
         spare = free - self.called
         chosen: list[int] = []
@@ -153,14 +156,14 @@ class WaitQueue:
         return replace(self, places=places), tuple(chosen)
 
     def turn_of(self, number: int) -> float | None:
-        """When the turn of one who was called is over [s]; None for everybody else."""
+        """Time at which the turn of a called visitor is over [s]; None for all other visitors."""
         return next((p.until for p in self.places if p.number == number), None)
 
     def late(self, now: float) -> tuple[int, ...]:
-        """Whose turn is over."""
+        """Numbers of the visitors whose turn is over."""
         return tuple(p.number for p in self.places if p.until is not None and now >= p.until)
 
     def told(self) -> Mapping[int, tuple[int, int]]:
-        """Place (from 1), and number of places, for each who waits to be called."""
+        """Place (from 1) and number of places, by number of each visitor who waits to be called."""
         waiting = [p.number for p in self.places if p.until is None]
         return {number: (k + 1, len(waiting)) for k, number in enumerate(waiting)}

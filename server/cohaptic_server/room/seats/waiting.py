@@ -1,7 +1,7 @@
-"""The people in the queue before a full room: their places are told, and they are called. No I/O.
+"""The people in the queue for a full room, who are told their places and are called. No I/O.
 
-A place is given up by leaving, and with the connection. Another connection of the same person, by
-its secret or its session, takes the place over.
+A person who leaves, or whose connection ends, loses the place. Another connection of the same
+person, known by secret or session, takes the place over.
 """
 
 from __future__ import annotations
@@ -16,22 +16,21 @@ from cohaptic_server.room.seats.names import Claim, looks_like
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.session import ServerSession
 
-# s after which a place is told again: a client that hears nothing cannot tell a server that lets it
-# wait from one that is gone.
+# s after which a place is told again: a client that hears nothing cannot distinguish a server that
+# lets it wait from a server that is gone.
 REPEAT = 2.0
 
 
 @dataclass(eq=False, slots=True)
 class _Waiter:
-    """One of them.
+    """A client that waits for a seat.
 
     Args:
-        peer: Who it is.
-        session: Session of it.
-        hello: With which it came; its name is another one after a `set_name`.
-        token: With which it comes back; None for one who needs none, and once it has gone out.
-        told: Its place and their number, as it knows them; None before it was told any.
-        told_at: When it was told [s].
+        hello: Hello of the client; a `set_name` replaces the name in it.
+        token: Token with which the client comes back; None if the client needs no token, or once
+            the token was sent.
+        told: Place and number of places that the client was last told; None before the first time.
+        told_at: Time at which the client was told [s].
     """
 
     peer: Peer
@@ -43,27 +42,27 @@ class _Waiter:
 
     @property
     def claim(self) -> Claim:
-        """To its name."""
+        """Claim of the client to its name."""
         return Claim(self.hello.key, self.peer.source, self.peer.guest.session)
 
     def tell(self, place: tuple[int, int], now: float, outcome: Outcome) -> None:
-        """Tell its place where it is another one, or was told a while ago."""
-        # What it does not take is not repeated.
+        """Tell the client its place if the place has changed or was told `REPEAT` ago."""
+        # A client that has not taken the last message is not told again.
         repeated = now - self.told_at >= REPEAT and self.session.outbox.empty
         if self.told == place and not repeated:
             return
         if self.told is not None and self.session.outbox.empty:
-            self.token = None  # the place that said it has gone out, and no newer one took its turn
+            self.token = None  # the message with the token was sent, and no newer one replaced it
         self.told, self.told_at = place, now
         self.session.send(Place(place=place[0], of=place[1], session=self.token))
         outcome.flush.append(self.peer)
 
 
 class Waiting:
-    """Those who wait for a seat in one room.
+    """Clients that wait for a seat in one room.
 
     Args:
-        room: That is full; its `queue` is changed here alone.
+        room: The full room; this class changes the room's `queue`.
     """
 
     def __init__(self, room: Room) -> None:
@@ -75,11 +74,11 @@ class Waiting:
         return len(self._waiters)
 
     def check_name(self, name: str, claim: Claim) -> None:
-        """Raise RemoteProtocolError where somebody else waits by a name, or one like it.
+        """Raise RemoteProtocolError if another client waits under a name, or one like it.
 
         Args:
-            name: That is wanted.
-            claim: To it.
+            name: Name that a client wants.
+            claim: Claim of that client to the name.
         """
         others = [w for w in self._waiters.values() if looks_like(w.hello.name, name)]
         if not all(waiter.claim.is_of(claim) for waiter in others):
@@ -87,7 +86,7 @@ class Waiting:
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def has_name(self, name: str, peer: Peer) -> bool:
-        """Whether anybody but a peer waits by a name, or by one like it."""
+        """Whether a client other than `peer` waits under a name, or under one like it."""
         others = [w for w in self._waiters.values() if w.peer is not peer]
         return any(looks_like(waiter.hello.name, name) for waiter in others)
 
@@ -100,16 +99,16 @@ class Waiting:
         now: float,
         outcome: Outcome,
     ) -> None:
-        """Take a place for one who found the room full.
+        """Take a place for a client that found the room full.
 
         Args:
-            peer: Who it is.
-            session: Session of it.
-            hello: With which it came; nobody else waits by its name. A place that its session
-                has by another name is handed on to it.
-            token: With which it comes back; None for one who needs none.
+            peer: Client that waits.
+            session: Protocol session of the client.
+            hello: Hello of the client; no other client waits under its name. A place that the same
+                session has under another name is handed on to this client.
+            token: Token with which the client comes back; None if the client needs no token.
             now: Time [s].
-            outcome: To which the tasks of the shell are added.
+            outcome: Receives the tasks of the shell.
 
         Raises:
             RemoteProtocolError: No place is left.
@@ -127,10 +126,10 @@ class Waiting:
         outcome.say("waits", f"{hello.name} waits for a place", peer.source, user=hello.name)
         turn = self._room.queue.turn_of(number)
         if turn is not None:
-            self._call(waiter, turn - now, outcome)  # as the connection before was
+            self._call(waiter, turn - now, outcome)  # since the previous connection was called
 
     def called(self, peer: Peer) -> Hello | None:
-        """The hello of one who says that it comes, and whose turn it is; its place is free then."""
+        """Free the place of a client that comes in its turn, and return its hello; else None."""
         number = self._number(peer)
         if number is None or self._room.queue.turn_of(number) is None:
             return None
@@ -138,27 +137,27 @@ class Waiting:
         return self._waiters.pop(number).hello
 
     def hello_of(self, peer: Peer) -> Hello | None:
-        """Hello of a visitor who waits; None for one who does not."""
+        """Hello of a client that waits; None for a client that does not wait."""
         number = self._number(peer)
         return None if number is None else self._waiters[number].hello
 
     def rename(self, peer: Peer, name: str) -> None:
-        """Have one who waits go by another name, which nobody else has."""
+        """Give a waiting client another name, which nobody else has."""
         for waiter in self._waiters.values():
             if waiter.peer is peer:
                 waiter.hello = waiter.hello.model_copy(update={"name": name})
 
     def take_in(self, name: str, claim: Claim, outcome: Outcome) -> None:
-        """One who is in the room now waits there no more by a connection of before."""
+        """End the earlier, waiting connections of a client that is in the room now."""
         self._take_over(self._of(name, claim), outcome)
 
     def leave(self, peer: Peer, now: float) -> str | None:
-        """Give up the place of a connection that has ended; returns the name of who had one."""
+        """Give up the place of a connection that has ended; returns the client's name, or None."""
         number = self._number(peer)
         return None if number is None else self._take_out(number, now).hello.name
 
     def step(self, now: float, outcome: Outcome) -> None:
-        """Call who has a seat now, end whose turn is over, and tell places; at every tick."""
+        """Call clients to free seats, end sessions with missed turns, tell places; every tick."""
         if not self._waiters:
             return
         for number in self._room.queue.late(now):
@@ -171,7 +170,7 @@ class Waiting:
             told = f"{name} was called to a place and did not come"
             outcome.say("missed_its_turn", told, waiter.peer.source, user=name)
         for number in [k for k, w in self._waiters.items() if w.session.close is not None]:
-            self._take_out(number, now)  # its connection has not ended yet
+            self._take_out(number, now)  # the session has ended, but the connection not yet
         for number in self._room.call(now):
             self._call(self._waiters[number], TURN, outcome)
         for number, place in self._room.queue.told().items():
@@ -184,7 +183,7 @@ class Waiting:
         outcome.say("called", told, waiter.peer.source, user=waiter.hello.name)
 
     def _take_over(self, before: list[int], outcome: Outcome) -> None:
-        """End connections of one who has come back with another."""
+        """End the earlier connections of a client that has come back with another connection."""
         for number in before:
             self._room.queue = self._room.queue.come(number)
             waiter = self._waiters.pop(number)
@@ -193,7 +192,7 @@ class Waiting:
             outcome.flush.append(waiter.peer)
 
     def _of(self, name: str, claim: Claim) -> list[int]:
-        """Who waits by a name, which is of this claim, or by another of its session."""
+        """Numbers of clients that wait under this name, one like it, or in the claim's session."""
         return [
             number
             for number, waiter in self._waiters.items()

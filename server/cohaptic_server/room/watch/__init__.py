@@ -1,1 +1,1 @@
-"""Pages that watch a room: one scene per tick, encoded once for all of them."""
+"""Pages that watch a room; the scene of a tick is encoded once for all of them."""

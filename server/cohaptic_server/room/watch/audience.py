@@ -1,10 +1,10 @@
 """The watchers of one room, and the scene that all of them are shown. No I/O.
 
-The scene of a tick is encoded on demand, and once per encoding. A scene counts as changed only if
-somebody has moved further than a screen can show, or pressed harder than a plot can show; otherwise
-the previous scene stands.
+The scene of a tick is encoded on demand, once with and once without the surface. A scene counts as
+changed only if a position or a force has changed by more than a screen or a plot can show;
+otherwise the previous scene stays valid.
 
-The world is read here, into a record of each user, and nowhere else for display.
+Only this module reads the world for display; it makes one record of each user.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from cohaptic_server.world.users import WorldState
 
 
 def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord, ...]:
-    """One record for each user whose force the body carries, also while it fades after leaving.
+    """One record for each user whose force acts on the body, also while it fades after leaving.
 
     Args:
-        world: After a tick.
-        patches: Patches of the same tick, by user; users who have left have none.
+        world: World after a tick.
+        patches: Patches of the same tick, by user number; users who have left have no patch.
     """
     users = list(world.users.values())[:MAX_USERS]
     return tuple(_record(user, patches.get(user.touch.user)) for user in users)
@@ -78,11 +78,11 @@ def _record(user: UserState, patch: Patch | None) -> UserRecord:
     )
 
 
-# Two of them may be in flight to a watcher, which must not cost more than 256 kB.
+# Two surfaces may be in flight to a watcher, and must not take more than 256 kB of memory.
 MAX_SURFACE_BYTES = 96 * 1024
-_COARSER = 4.0  # factor on the unit of displacements while an encoded surface is too long
+_COARSER = 4.0  # factor on the displacement unit while an encoded surface is too long
 
-# Smallest change of each number of a record that is shown, in the order of `_key`: 10 um, 1 mN,
+# Smallest visible change of each number of a record, in the order of `_key`: 10 um, 1 mN,
 # 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m.
 _STEPS = np.array(
     [1e-5] * 6 + [1e-3] * 3 + [1e-6, 1.0, 1.0, 10.0, 1e-3] + [1e-3] * 3 + [1e-2, 0.1] + [1e-5] * 3
@@ -90,16 +90,15 @@ _STEPS = np.array(
 
 
 class SceneEncoder:
-    """The newest scene.
+    """Holds the newest scene, and encodes it on demand.
 
     Args:
         traversal: Traversal of the rest mesh.
-        follows_records: Whether the surface is a function of the records, as that of a body without
-            memory is.
+        follows_records: Whether the records determine the surface, as for a body without memory.
 
     Attributes:
         tick: Tick of the newest scene; 0 before the first.
-        version: Number of scenes so far that differed from the one before.
+        version: Number of scenes so far that differed from the previous scene.
     """
 
     def __init__(self, traversal: Traversal, *, follows_records: bool) -> None:
@@ -129,7 +128,6 @@ class SceneEncoder:
         Args:
             tick: Number of the tick.
             now: Time of the tick [s].
-            records: Records of the users.
             surface: Returns the displacement of all vertices, shape (n, 3) [m]; called if needed.
             room: Lag of the room.
         """
@@ -149,10 +147,10 @@ class SceneEncoder:
             self._key = key
 
     def frame(self, *, surface: bool) -> bytes:
-        """Frame of the newest scene, with the surface or without; encoded at the first call.
+        """Frame of the newest scene, with or without the surface; encoded at the first call.
 
         Raises:
-            LocalProtocolError: A number of it is out of the range of the wire.
+            LocalProtocolError: A number of the scene is out of the range of the wire format.
         """
         if surface not in self._frames:
             records = b"".join(record.encode() for record in self._records)
@@ -172,7 +170,7 @@ class SceneEncoder:
 
 
 def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
-    """Records rounded to the smallest change that can be seen; equal keys look the same."""
+    """Key of records rounded to the smallest visible change; equal keys look the same."""
     numbers = [
         (
             *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
@@ -181,7 +179,7 @@ def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
         for r in records
     ]  # fmt: skip
     table = np.rint(np.array(numbers).reshape(-1, len(_STEPS)) / _STEPS)
-    # Adding zero turns -0 into 0, which look the same but differ in their bytes.
+    # Adding zero turns -0 into 0: both look the same, but their bytes differ.
     words = [(r.user, r.law, r.geometry, r.fresh, r.friction) for r in records]
     return ((table + 0.0).tobytes(), *words)
 
@@ -194,14 +192,15 @@ class Audience:
     """All watchers of a room.
 
     Args:
-        room: That is watched.
-        model: Name of the body's Green's functions; None where its displacement is no sum of them.
+        room: Room that is watched.
+        model: Name of the body's Green's functions; None if the displacement of the body is not a
+            sum of Green's functions.
 
     Attributes:
-        watchers: At present.
+        watchers: Watchers at present.
         came: Number of watchers since the start.
-        slow: How often a watcher fell behind.
-        problem: Why the newest scene could not be sent; None if it could.
+        slow: Number of times that a watcher became slow.
+        problem: Reason why the newest scene could not be sent; None if it could.
     """
 
     def __init__(self, room: Room, model: str | None) -> None:
@@ -225,10 +224,10 @@ class Audience:
         """Add a watcher.
 
         Args:
-            watcher: Who has sent its first message.
-            to_wall: Offset of the server's clock to the wall's [s].
-            grants: What it may do.
-            session: Token with which it comes back; None if it needs none.
+            watcher: Watcher that has sent its first message.
+            to_wall: Offset of the server's clock to the wall clock [s].
+            grants: Actions that the watcher's token allows.
+            session: Token with which the watcher comes back; None if it needs no token.
 
         Raises:
             RemoteProtocolError: There are too many watchers, or the body has too many vertices to
@@ -257,15 +256,15 @@ class Audience:
         )
 
     def leave(self, watcher: Watcher) -> None:
-        """Remove a watcher, if it is one of the audience."""
+        """Remove a watcher, if it belongs to the audience."""
         self.watchers.discard(watcher)
 
     def see(self, world: WorldState, patches: Mapping[int, Patch], now: float) -> None:
         """Take the world after a tick as the newest scene; costs nothing while nobody watches.
 
         Args:
-            world: After the tick.
-            patches: Patches of the tick, by user.
+            world: World after the tick.
+            patches: Patches of the tick, by user number.
             now: Time of the tick [s].
         """
         if self.watchers and world.tick > self._encoder.tick:
@@ -278,12 +277,12 @@ class Audience:
             )
 
     def show(self, watcher: Watcher, now: float, *, clear: bool) -> None:
-        """Queue the newest scene for a watcher if it is due.
+        """Queue the newest scene for a watcher if the scene is due.
 
         Args:
-            watcher: Who is shown the scene.
+            watcher: Watcher that is shown the scene.
             now: Time [s].
-            clear: Whether all that was written to it before has left the process.
+            clear: Whether all earlier writes to the watcher have left the process.
         """
         encoder = self._encoder
         if watcher.due(encoder.version, now, clear=clear):
@@ -299,12 +298,11 @@ class Audience:
         self.slow += watcher.slow and not was_slow
 
     def _frame(self, *, surface: bool) -> bytes | None:
-        """The newest scene; None, with `problem`, where a number of it has no place on the wire."""
+        """Newest scene; None, and `problem` is set, if a number exceeds the wire format's range."""
         try:
             frame = self._encoder.frame(surface=surface)
         except LocalProtocolError as error:
-            # For example, the body was pushed out of the range of coordinates. Users are not
-            # affected.
+            # For example, the body was pushed out of the coordinate range. Users are not affected.
             self.problem = str(error)
             return None
         self.problem = None

@@ -3,11 +3,11 @@
     due?  --yes--> a frame is sent, unacknowledged --ack--> drawn
           --two are unacknowledged, or the path is full--> nothing; the next tick asks again
 
-No frame waits here: one that cannot be sent now is replaced by a newer one. So a slow page gets
-fewer frames and never older ones, and costs two frames of memory at most.
+No frame waits here: a newer frame replaces a frame that cannot be sent now. So a slow page gets
+fewer frames but no outdated ones, and takes the memory of at most two frames.
 
-All other news for the page waits in a mailbox, in which newer news takes the place of older news. A
-page that reads slowly hears less, and never of a state that has passed; what waits is bounded.
+All other news for the page waits in a mailbox, where newer news replaces older news. A page that
+reads slowly gets less news and no outdated news, and the waiting news is bounded.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from cohaptic.protocol.watch_messages import (
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
 
-MOST_POINTED = 16  # people whose newest place waits; who pointed first is left out first
+MOST_POINTED = 16  # people whose newest point waits; the point of longest ago is dropped first
 
 
 class Mailbox:
-    """Encoded messages of `control/company.py` that wait for one watcher."""
+    """Newest encoded messages of `control/company.py` that wait for one watcher."""
 
     def __init__(self) -> None:
         self._company: str | None = None
@@ -45,22 +45,22 @@ class Mailbox:
         self._pointed: dict[object, str] = {}
 
     def put_company(self, text: str) -> None:
-        """Who is here now."""
+        """Replace the waiting message about who is in the room."""
         self._company = text
 
     def put_aimed(self, text: str) -> None:
-        """From where the one who is followed looks now."""
+        """Replace the waiting message with the view of the followed user."""
         self._aimed = text
 
     def put_pointed(self, who: object, text: str) -> None:
-        """At what somebody points now."""
+        """Replace the waiting message with the point that `who` points at."""
         self._pointed.pop(who, None)
         self._pointed[who] = text
         while len(self._pointed) > MOST_POINTED:
             self._pointed.pop(next(iter(self._pointed)))
 
     def take(self) -> list[str]:
-        """Remove and return what waits: who is here first, since the rest is about them."""
+        """Remove and return the waiting messages; who is here comes first, as the rest needs it."""
         waits = [text for text in (self._company, self._aimed) if text is not None]
         waits += self._pointed.values()
         self._company = self._aimed = None
@@ -68,10 +68,10 @@ class Mailbox:
         return waits
 
 
-IN_FLIGHT = 2  # scenes that may be unacknowledged: one in flight, one being drawn
+IN_FLIGHT = 2  # scenes that may be unacknowledged: one in flight, and one being drawn
 SLOW_AFTER = 2.0  # s behind, after which a watcher counts as slow
-DROPPED_AFTER = 10.0  # s behind, after which it is disconnected
-# s; a page says that it has no word after twice this, so that one scene may be late.
+DROPPED_AFTER = 10.0  # s behind, after which a watcher is disconnected
+# s without a scene; a page reports silence after twice this time, so that one scene may be late.
 SIGN_OF_LIFE = 0.5
 _MAX_LATENCIES = 64  # most users of a room
 _REQUESTS: tuple[type[WatchRequest], ...] = (SetView, SetLatency, Moderate)
@@ -89,9 +89,9 @@ class Watcher:
     Attributes:
         close: Code and reason once the connection is to be closed; None before.
         outbox: Messages to be written.
-        mesh: Form in which it takes the resting mesh.
-        slow: Whether it has been behind for `SLOW_AFTER`.
-        mailbox: News of who else is here; None for one that did not ask for it.
+        mesh: Form in which the watcher takes the resting mesh.
+        slow: Whether the watcher has been behind for `SLOW_AFTER`.
+        mailbox: News about the other people here; None if the watcher did not ask for news.
     """
 
     def __init__(self, watch: Watch, *, has_model: bool) -> None:
@@ -162,7 +162,7 @@ class Watcher:
         return self._wants or self._encoding == "frames" or not self._has_model
 
     def due(self, version: int, now: float, *, clear: bool) -> bool:
-        """Whether the newest scene is to be sent now; call it at every tick.
+        """Whether the newest scene is to be sent now; to be called at every tick.
 
         Args:
             version: Version of the newest scene.
@@ -181,7 +181,7 @@ class Watcher:
         return changed and clear and not full and now >= self._next
 
     def is_left_in_doubt(self, tick: int, version: int, now: float) -> bool:
-        """Whether so long nothing has changed that the newest scene is sent as a sign of life.
+        """Whether a sign of life is due: no change, and no scene sent for `SIGN_OF_LIFE`.
 
         Args:
             tick: Tick of the newest scene.
@@ -192,7 +192,7 @@ class Watcher:
         return free and 0 < self._sent_tick < tick and now - self._sent_at >= SIGN_OF_LIFE
 
     def put_sign_of_life(self, frame: bytes, tick: int, now: float) -> None:
-        """Queue the newest scene, without a surface, for one who has all that is in it."""
+        """Queue the newest scene without a surface, for a watcher that has seen its content."""
         self.outbox.put_patch(frame)
         self._in_flight.append(tick)
         self._sent_tick, self._sent_at = tick, now
@@ -203,8 +203,8 @@ class Watcher:
         self._in_flight.append(tick)
         self._sent_tick, self._sent_version, self._sent_at = tick, version, now
         self._sent_surface = self.wants_surface
-        # This keeps the mean rate; after a pause, the scene after the next one may follow three
-        # quarters of a period later instead of a whole one.
+        # This keeps the mean rate; after a pause, the scene after this one may follow after three
+        # quarters of a period instead of a whole period.
         self._next = max(self._next, now - 0.25 / self._rate) + 1.0 / self._rate
 
     def handle_timer(self, now: float) -> None:
@@ -225,14 +225,14 @@ class Watcher:
             self.close = self.close or (CloseCode.TOO_SLOW.value, reason)
 
     def tell_latency(self, latency: Latency) -> None:
-        """Queue the news of a user's latency, in place of older news of the same user."""
+        """Queue a user's latency, in place of an older latency of the same user."""
         self._latencies.pop(latency.user, None)
         self._latencies[latency.user] = latency
         while len(self._latencies) > _MAX_LATENCIES:
             self._latencies.pop(next(iter(self._latencies)))
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """Messages to write now: events, latencies and company, then a scene."""
+        """Remove and return the messages to write now: events, latencies, company, then a scene."""
         messages = self.outbox.take(clear=clear)
         if clear:
             state = [encode_control(latency) for latency in self._latencies.values()]
@@ -250,7 +250,7 @@ class Watcher:
             self.close = close_frame(error.code.value, str(error))
 
     def stop(self, code: CloseCode, reason: str) -> None:
-        """End the session because the server, or its object, is there no more."""
+        """End the session because the server stops or its object has changed."""
         self.close = self.close or (code.value, reason)
 
     def _acknowledge(self, ack: Ack) -> None:

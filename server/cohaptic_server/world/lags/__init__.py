@@ -1,1 +1,1 @@
-"""Time constants with which a room answers: of forces, and of what others do to a contact."""
+"""Time constants of a room: of its forces, and of the turning of contacts by others."""

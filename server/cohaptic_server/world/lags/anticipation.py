@@ -1,7 +1,7 @@
-"""Forces that hands are about to feel, from those that they have answered with (science 3.13).
+"""Forces that hands are about to have, from the forces in their samples (science 3.13).
 
-The end of a tick finds which part of the coupling is anticipated (`planning.py`); the next
-tick takes it, and what the body carried when the patches were made that the samples answer.
+The end of a tick chooses the part of the coupling that is anticipated (`planning.py`). The next
+tick applies it to the forces that the body carried when it made the patches that samples answer.
 """
 
 from __future__ import annotations
@@ -18,14 +18,12 @@ from cohaptic_server.world.users import Applied, Tracked
 def remember(
     past: tuple[Carried, ...], tick: int, tracked: Tracked, applied: Applied, ticks: int
 ) -> tuple[Carried, ...]:
-    """What the body carried in the ticks that samples may still answer, oldest first.
+    """Return the forces that the body carried in ticks that samples may still answer, oldest first.
 
     Args:
-        past: Before this tick.
-        tick: Its number.
-        tracked: Its users.
-        applied: The forces that the body carries of them.
-        ticks: How many are kept.
+        past: Forces of the ticks before this one, oldest first.
+        tick: Number of this tick.
+        ticks: Number of ticks that are kept.
     """
     forces = tracked.contacts.normals * applied.force[:, None] + applied.tangential
     return (*past[1 - ticks :], Carried(tick, _numbers(tracked), forces))
@@ -38,22 +36,21 @@ def anticipate(
     normal: Floats,
     tangential: Floats,
 ) -> tuple[Floats, Floats]:
-    """The forces that hands will have once they feel all others' newest ones.
+    """Return the forces that hands will have once each feels the newest forces of all others.
 
     Args:
-        plan: From the end of the last tick.
-        past: What the body carried, oldest first.
-        tracked: Users of this tick.
-        normal: Force of each user, within the limits of its contact, shape (n,) [N].
-        tangential: Along the surface, shape (n, 3) [N].
+        plan: Plan from the end of the last tick.
+        past: Forces that the body carried, oldest first.
+        normal: Normal force of each user, within the limits of its contact, shape (n,) [N].
+        tangential: Tangential force of each user, shape (n, 3) [N].
 
     Returns:
-        Both, changed for those who touch and take part.
+        Normal and tangential forces, changed for users who touch and are in the plan.
     """
     numbers = _numbers(tracked)
     rows = np.flatnonzero((numbers[:, None] == plan.users).any(axis=1))  # few: `isin` takes longer
     if not past or not len(rows) or not np.array_equal(numbers[rows], plan.users):
-        return normal, tangential  # somebody has left: the end of this tick knows of it
+        return normal, tangential  # a planned user has left: the end of this tick plans anew
     frames = tracked.contacts.frames[rows]
     answers = frames[:, 2] * normal[rows, None] + tangential[rows]
     f = np.einsum("li,li->l", answers[plan.owner], plan.axes)
@@ -61,7 +58,7 @@ def anticipate(
     difference = np.einsum("lk,lk->l", plan.part, f - carried[plan.owner])
     change = (plan.solve @ -difference)[:, None] * plan.axes
     moved = np.add.reduceat(change, np.searchsorted(plan.owner, np.arange(len(rows))), axis=0)
-    # Who has no force is about to touch or has let go, and is not made to press.
+    # A user without force is about to touch or has let go: anticipation must not make it press.
     moved *= (normal[rows] > 0.0)[:, None]
     push = np.einsum("ij,ij->i", moved, frames[:, 2])
     ahead, along = normal.copy(), tangential
@@ -75,7 +72,7 @@ def anticipate(
 
 
 def _carried(plan: Anticipation, past: Sequence[Carried], ticks: Sequence[int]) -> Floats:
-    """Forces of all loads when the patch was made that each user answers, shape (k, l) [N]."""
+    """Forces of all loads when the patch that each user answers was made, shape (k, l) [N]."""
     forces = np.empty((len(ticks), len(plan.owner)))
     newest, oldest = past[-1].tick, past[0].tick
     answered = np.array(ticks)

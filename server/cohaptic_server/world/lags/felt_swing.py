@@ -1,4 +1,4 @@
-"""How much of an object's swing the hands of a room are shown (science 3.14)."""
+"""Share of an object's swing that a room shows to its hands (science 3.14)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cohaptic_server.bodies.body import Response, Swings
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.lags.room_loop import RoomLoop, hand_stiffness
 
-# Per second, by which the share may rise and fall: a change of it moves surfaces under fingers, and
-# one that falls has to be down before the room has answered.
+# Rates at which the share may rise and fall [1/s]. A change of the share moves surfaces under
+# fingers, and a fall has to be complete before the room has answered.
 _RISE, _FALL = 1.0, 10.0
 
 
@@ -28,17 +28,16 @@ def show_swing(
     starts: Sequence[int],
     dt: float,
 ) -> Response:
-    """The response, with the share of its swing that the next tick shows to hands.
+    """Return the response with the share of its swing that the next tick shows to hands.
 
     Args:
         body: The object, which has mass.
-        response: Response of this tick; that of another body is returned as it is.
-        loop: That the hands close.
-        gains: Gains of what anticipation leaves of it; None where nothing is anticipated, and of
-            the swing nothing is felt. Neither is it by a hand alone that uses a law of the paper:
-            it answers its own dent, a delay later, and may have no gain left for a swing.
+        response: Response of this tick; a response without a swing is returned as it is.
+        gains: Gains of the loop that anticipation leaves; None where the coupling cannot be
+            anticipated, and the share is 0. The share is also 0 for a hand alone that uses a law
+            of the paper: it answers its own dent a delay later, and may lack gain for a swing.
         lag: Lag of the room [s].
-        compliance: Between the loads of the loop, shape (loads, loads) [m/N].
+        compliance: Compliance between the loads of the loop, shape (loads, loads) [m/N].
         spans: Rows of each user in `compliance`.
         starts: First load of each user in the response.
         dt: Simulation period N T [s].

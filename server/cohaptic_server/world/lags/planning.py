@@ -1,6 +1,7 @@
-"""Which part of a room's coupling the next tick anticipates (science 3.13).
+"""The part of a room's coupling that the next tick anticipates (science 3.13), and the room's lag.
 
-From it and the loop that the hands close in one tick follows the room's lag (science 3.8, 3.13).
+The lag follows from that part and from the loop that the hands close in one tick (science 3.8,
+3.13).
 """
 
 from __future__ import annotations
@@ -25,36 +26,38 @@ from cohaptic_server.world.lags.turning import LONGEST_TURN, Turned
 from cohaptic_server.world.loads import contact_axes
 from cohaptic_server.world.state import NOTHING, Anticipation
 
-# By which the smallest eigenvalue of two hands on a rigid plate, -1, may be missed.
+# Rounding error of the smallest eigenvalue, which is -1 for two hands on a rigid plate.
 ROUNDING = 1e-6
 
-# s for which the coupling has been known before forces are anticipated. Each change between the two
-# ways moves contacts a little, and one that goes to and fro across the limit would keep swinging.
+# Time [s] for which the coupling must have been known before forces are anticipated. Each switch
+# between anticipation and none moves contacts a little, and a contact that crosses the limit to
+# and fro would keep swinging.
 CALM_TIME = LONGEST_TURN
 
-# Largest modulus of an eigenvalue of S_tt with which contacts that are turned count as known. What
-# they answer grows as 1 / (1 - S_tt): here an error of a tenth in how the surface bends makes one
-# of three. Below -1 a contact that is turned a tick late swings, whatever lag the room has.
+# Largest modulus of an eigenvalue of S_tt at which the answer of turned contacts counts as known.
+# The answer grows as 1 / (1 - S_tt): at this limit an error of a tenth in how the surface bends
+# becomes one of three tenths. Below -1 a contact that is turned a tick late swings, whatever lag
+# the room has.
 MOST_TURNED = 2.0 / 3.0
 
-# Largest share of what others do that the turning of contacts adds to it, the eigenvalue of
-# V V^T = S_pt (1 - S_tt)^-1 S_tp, with which it counts as known. It has the gain of a contact's
-# normal, K g with g = 1 / slope - 1, which grows without bound as a tip comes as deep as the
-# surface is curved, and there the slope itself is found to a half at best: on a lobe of rubber, 0.1
-# to 0.7 at one place from tick to tick. Shares of 2 to 22 were anticipated of it and came back as
-# forces of 0.95 N in place of 0.73 once a second at 250 ms; with this limit two hands rest there
-# (decision 73).
+# Largest eigenvalue of V V^T = S_pt (1 - S_tt)^-1 S_tp at which the coupling counts as known: the
+# share that turned contacts add to the effect of others. The gain of a contact's normal, K g with
+# g = 1 / slope - 1, grows without bound as the depth of a tip approaches the radius of curvature.
+# The slope itself is found to a half at best there: on a lobe of rubber, 0.1 to 0.7 at one place
+# from tick to tick. Shares of 2 to 22 were anticipated and came back as forces of 0.95 N in place
+# of 0.73 N once a second at 250 ms; with this limit two hands rest there (decision 73).
 MOST_ANSWERED = 1.0
 
 
 class Planned(NamedTuple):
-    """What a tick finds for the next.
+    """Plan that one tick makes for the next.
 
     Args:
-        anticipation: Anticipation of those who touch.
-        gains: Gains of what it leaves of the room's loop; None where nothing is anticipated.
+        anticipation: Anticipation of users who touch.
+        gains: Gains of the loop that anticipation leaves; None where the coupling cannot be
+            anticipated.
         m: Spectral radius of the coupling.
-        late: By how much the turning of contacts answers late, `Turned.late` [s].
+        late: Delay with which turned contacts answer, `Turned.late` [s].
     """
 
     anticipation: Anticipation
@@ -64,17 +67,17 @@ class Planned(NamedTuple):
 
 
 def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
-    """S of a room with what contacts answer that are turned; None where the tick cannot know it.
+    """Return S of a room with the answer of turned contacts; None where the tick cannot know S.
 
     A hand answers others along its normal, and by the turning of its contact, which moves the body
-    anew (science 3.12). The contact turns with the body in the same tick, so that both together
-    are one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp. Contacts that are about to slide off
-    or to turn each other to and fro are not in it, nor one that answers more by turning than others
-    do to it, nor is a finger that sticks where others turn it.
+    again (science 3.12). The contact turns with the body in the same tick, so both answers together
+    form one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp. The tick cannot know S where contacts
+    are about to slide off or to turn each other to and fro, where a contact answers more by turning
+    than others do to it, or where others turn a finger that sticks.
 
     Args:
-        loop: That the hands close.
-        turned: The same with the tangents of steep contacts; None where there are none.
+        loop: Loop along the normals.
+        turned: Loop with the tangents of steep contacts; None where no contact is steep.
     """
     if turned is None or not len(loop.S):
         return loop.S
@@ -89,16 +92,16 @@ def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
 def find_anticipation(
     loop: RoomLoop, normals: Floats, S: Floats | None, turned: Turned | None, dt: float
 ) -> Planned:
-    """The anticipation of a room in the next tick.
+    """Find the anticipation of a room in the next tick.
 
     Where the coupling is not known nothing is anticipated, and the room has the lag of science 3.8.
-    So it is with the paper's laws, which answer the dent of their own force too.
+    The same holds for the paper's laws, which also answer the dent of their own force.
 
     Args:
-        loop: That the hands close.
-        normals: Normals of their contacts, shape (n, 3).
+        loop: Loop along the normals.
+        normals: Normals of the users' contacts, shape (n, 3).
         S: `known_coupling`; None where it has not been known for `CALM_TIME`.
-        turned: What it was made of.
+        turned: Loop with turned contacts; None where no contact is steep.
         dt: Simulation period N T [s].
     """
     if not len(loop.S):
@@ -109,7 +112,7 @@ def find_anticipation(
     if whole.lowest < -1.0 - ROUNDING:  # gains of a user's own choice: nothing is proved
         return Planned(NOTHING, None, whole.radius)
     late = 0.0 if turned is None else turned.late(whole.solve, dt)
-    # Gains are those of all who may touch; only who does answers.
+    # Gains count all users who may touch; only users who touch now answer.
     ticks = np.array([user.touch.tick for user in loop.users])
     here = np.flatnonzero((loop.nearness >= 1.0) & (ticks > 0))
     if len(here) < 2:
@@ -120,7 +123,7 @@ def find_anticipation(
         rows = np.flatnonzero(np.isin(np.repeat(np.arange(len(sizes)), sizes), here))
         part = anticipated(S[np.ix_(rows, rows)], whole.gains.kappa)
     users = [loop.users[i].touch.user for i in here.tolist()]
-    if len(owner) == len(here):  # nobody has friction: one direction each
+    if len(owner) == len(here):  # no user has friction: one direction each
         axes = normals[here]
         root = np.sqrt(np.array([loop.stiffness[i][0, 0] for i in here.tolist()]))
         ratio = root[:, None] / root
@@ -147,11 +150,9 @@ FALL_RATE = 0.2
 
 
 def find_lag(loop: RoomLoop, plan: Planned, previous: RoomLag, dt: float) -> RoomLag:
-    """The room's lag for the next tick.
+    """Find the room's lag for the next tick.
 
     Args:
-        loop: That the hands close.
-        plan: What is anticipated of it.
         previous: Lag of the last tick.
         dt: Simulation period N T [s].
     """

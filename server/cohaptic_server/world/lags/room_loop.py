@@ -15,34 +15,34 @@ from cohaptic_server.world.state import Touch
 
 
 class Hand(Protocol):
-    """What a lag depends on of a user."""
+    """Properties of a user on which the room's lag depends."""
 
     @property
     def touch(self) -> Touch:
-        """Its newest sample, with the settings that it joined with."""
+        """Newest sample of the user, with the settings that it joined with."""
         ...
 
     @property
     def delay(self) -> LoopDelay:
-        """Measured delay of its loop."""
+        """Measured delay of the user's loop."""
         ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RoomLoop:
-    """What goes round between the hands of a room.
+    """Loop of forces between the hands of a room.
 
     Args:
-        users: All of them, n.
-        spans: Loads of each.
-        nearness: Weight of each as a neighbour, 0 for who closes no loop, shape (n,).
-        stiffness: K of each hand on its weighted compliance, shape (1, 1) or (3, 3) [N/m].
+        users: All n users of the room.
+        spans: Loads of each user.
+        nearness: Weight of each user as a neighbour, 0 for one that closes no loop, shape (n,).
+        stiffness: K of each hand, itself not weighted by nearness, shape (1, 1) or (3, 3) [N/m].
         stiffest: Largest K of a hand that closes the loop, in any direction [N/m].
         S: Coupling of science 3.8, weighted by nearness, shape (loads, loads).
-        longest_delay: T_max, with the client's way into a new patch [s].
-        damping_budget: Damping budget of the weakest device [N s/m]; infinite for nobody.
-        predictive: Whether anybody uses the predictive law.
-        papers: Whether anybody who closes a loop uses a law of the paper.
+        longest_delay: T_max, with the period in which the client blends into a new patch [s].
+        damping_budget: Damping budget of the weakest device [N s/m]; infinite if no hand closes it.
+        predictive: Whether any user has the predictive law.
+        papers: Whether any user who closes a loop has a law of the paper.
     """
 
     users: Sequence[Hand]
@@ -60,11 +60,11 @@ class RoomLoop:
 def room_loop(
     users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats, dt: float
 ) -> RoomLoop:
-    """The loop of a room in one tick.
+    """Return the loop of a room in one tick.
 
     Args:
-        users: With their contacts and measured delays.
-        compliance: Between all their loads, bounded, shape (loads, loads) [m/N].
+        users: Users with their newest samples and measured delays.
+        compliance: Compliance between all loads, bounded, shape (loads, loads) [m/N].
         spans: Loads of each user.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
         dt: Simulation period N T [s].
@@ -102,10 +102,10 @@ def room_loop(
 def _coupling(
     users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats
 ) -> tuple[Sequence[Floats] | Floats, Floats]:
-    """K of each hand, and S with each weighted by its nearness."""
+    """Return K of each hand, and S with each hand weighted by its nearness."""
     if len(users) < 2:
         return np.zeros((0, 1, 1)), np.zeros((0, 0))
-    if len(compliance) == len(users):  # nobody has friction: one direction each
+    if len(compliance) == len(users):  # no user has friction: one direction each
         root = np.sqrt(nearness)
         C = compliance * root[:, None] * root
         own = compliance.diagonal().tolist()
@@ -133,9 +133,9 @@ def _stiffest(
 ) -> float:
     """Largest K of a hand that closes the loop, in any direction [N/m].
 
-    Gains of a user's own choice may be stiffer than the body. Where there is friction the sums of
-    rows bound the eigenvalues, of which they are nearly the largest, and a neighbour that is only
-    near counts as stiff as it will be along the normal, min(limit, 1 / C_ii).
+    Gains that a user has chosen may be stiffer than the body. With friction, the row sums bound
+    the eigenvalues and nearly equal the largest one. A neighbour that does not touch yet counts
+    with the stiffness that it will have along the normal, min(limit, 1 / C_ii).
     """
     if not len(K):  # one hand alone
         return 0.0
@@ -154,7 +154,7 @@ def _stiffest(
 
 
 def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
-    """Sum of |C| from all others to the normal of each user [m/N]."""
+    """Sum of |C| from all other users to the normal of each user [m/N]."""
     first = [span.start for span in spans]
     sums = np.add.reduceat(np.abs(C[first]), first, axis=1)
     others: list[float] = (sums.sum(axis=1) - sums.diagonal()).tolist()
@@ -162,12 +162,11 @@ def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
 
 
 def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
-    """K of one hand, no softer than the gain that it is sent, shape (1, 1) or (3, 3) [N/m].
+    """K of one hand, no softer than the gain sent to its client, shape (1, 1) or (3, 3) [N/m].
 
     Args:
-        user: Whose hand it is.
-        C: Compliance of its contact, shape (1, 1) or (3, 3) [m/N].
-        others: Sum of |C| from the others, which limits the gains of the paper's laws [m/N].
+        C: Compliance of the hand's contact, shape (1, 1) or (3, 3) [m/N].
+        others: Sum of |C| from the other users, which limits the gains of the paper's laws [m/N].
     """
     c_ii = float(C[0, 0])
     inverse = np.linalg.inv(C) if len(C) > 1 else np.array([[1.0 / c_ii]])
@@ -178,9 +177,8 @@ def _share(user: Hand, c_ii: float, others: float) -> float:
     """K of one hand along the normal, as a share of the body's stiffness there.
 
     Args:
-        user: Whose hand it is.
-        c_ii: Compliance of its contact along the normal [m/N].
-        others: Sum of |C| from the others [m/N].
+        c_ii: Compliance of the hand's contact along the normal [m/N].
+        others: Sum of |C| from the other users [m/N].
     """
     touch, limit = user.touch, user.touch.max_stiffness
     if touch.fixed_gains is not None:

@@ -1,4 +1,4 @@
-"""How slowly others turn the contacts of a room, from those of one tick (science 3.12)."""
+"""Time constant with which others turn contacts, from the contacts of one tick (science 3.12)."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from cohaptic_server.world.contact import Contact, Contacts
 from cohaptic_server.world.lags.room_loop import Hand, hand_stiffness
 from cohaptic_server.world.loads import contact_axes
 
-# A contact that others turn so far that it slips off has no time constant of its own; this one is
-# as long as a hand takes to let go and come back.
+# A contact that others turn so far that it slips off has no time constant of its own. The constant
+# used instead is as long as a hand takes to let go and come back.
 LONGEST_TURN = 2.0  # s
-# Largest gain of that kind that is not looked at, of a probe a quarter as deep as the surface is
-# curved, as in `displacement_field.LARGEST_PRODUCT`: to know more, the body is asked for two more
-# directions of a contact.
+# Largest gain of turning that is neglected: that of a probe a quarter as deep as the radius of
+# curvature, as in `displacement_field.LARGEST_PRODUCT`. For a larger gain, the body is asked for
+# two more directions of the contact.
 LARGEST_TURN = 1.0 / 3.0
-_TINY = 1e-9  # of the spread of the vertices under a finger: they may lie on a line
-GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # slope from which on a contact turns without a lag
+_TINY = 1e-9  # share of the spread of the vertices under a finger, which may lie on a line
+GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # smallest slope at which a contact turns without a lag
 
 
 def steep_contacts(slopes: Floats) -> list[int]:
-    """Rows of the users whose contacts others may turn too fast; nobody turns one who is alone."""
+    """Rows of the users whose contacts others may turn too fast; none for a user alone."""
     if len(slopes) < 2:
         return []
     steep: list[int] = np.flatnonzero(slopes < GENTLE).tolist()
@@ -40,9 +40,9 @@ class Turned(NamedTuple):
     """The loop of a room in which others turn contacts, all weighted by nearness.
 
     Args:
-        S: S of all users' normals, then of the tangents of those who are turned (science 3.12),
+        S: S of all users' normals, then of the tangents of turned contacts (science 3.12),
             symmetric, shape (users + tangents, users + tangents).
-        tangents: How many of its rows are tangents.
+        tangents: Number of rows of S that are tangents.
     """
 
     S: Floats
@@ -52,16 +52,16 @@ class Turned(NamedTuple):
     def along(self) -> float:
         """Largest modulus of an eigenvalue of S_tt.
 
-        At 1 contacts slide off without any push. At -1, which three hands round a limb have where
-        two would be at 1/2, each turns all others back, a tick after they were turned, for ever.
+        At 1 contacts slide off without any push. At -1 each contact turns all others back a tick
+        after they were turned, for ever; three hands round a limb reach -1 where two have 1/2.
         """
         n = len(self.S) - self.tangents
         return float(np.abs(np.linalg.eigvalsh(self.S[n:, n:])).max())
 
     def answer(self) -> Floats:
-        """What contacts that have been turned add to S, V V^T, shape (users, users).
+        """Return the answer of turned contacts, which adds V V^T to S, shape (users, users).
 
-        It is S_pt (1 - S_tt)^-1 S_tp, where `along` is below 1.
+        The answer is S_pt (1 - S_tt)^-1 S_tp, where `along` is below 1.
         """
         V = self.root_of_answer()
         return np.asarray(V @ V.T)
@@ -73,9 +73,9 @@ class Turned(NamedTuple):
         return np.asarray(self.S[:n, n:] @ (vectors / np.sqrt(1.0 - values)))
 
     def late(self, solve: Floats, dt: float) -> float:
-        """T_b q of science 3.13 (d), by how much turning answers late [s].
+        """Return T_b q of science 3.13 (d), the delay with which turned contacts answer [s].
 
-        A contact is turned by the surface of the tick before, and what turned contacts do to each
+        The surface of the tick before turns a contact, and the effect of turned contacts on each
         other takes 1 / (1 - S_tt) ticks.
 
         Args:
@@ -95,13 +95,11 @@ def turned_loop(
     mesh: SurfaceMesh,
     nearness: Floats,
 ) -> Turned | None:
-    """The loop of a room with the contacts that others turn; None where none is steep.
+    """Return the loop of a room with the contacts that others turn; None where none is steep.
 
     Args:
-        users: With their measured delays.
-        compliance: Between all their loads, shape (loads or more, loads or more) [m/N].
-        spans: Loads of each user: one, or three where two are along its surface.
-        contacts: Contacts of the users.
+        compliance: Compliance between all loads, shape (loads or more, loads or more) [m/N].
+        spans: Loads of each user: one, or three if the body was asked for the tangents, too.
         mesh: Resting surface.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
     """
@@ -132,7 +130,6 @@ def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, d
 
     Args:
         turned: Loop of the room; None where no contact is steep.
-        users: With their measured delays.
         lag: tau of the room [s].
         dt: Simulation period N T [s].
     """
@@ -145,12 +142,8 @@ def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, d
 def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
     """Square root of g of one contact in its two tangents, shape (2, 2).
 
-    The search measures the depth over the smallest radius of curvature; how the surface bends in
-    the two directions is fitted to the resting normals under the finger, weighted by its pressure.
-
-    Args:
-        mesh: Resting surface.
-        contact: On it.
+    The search measures the depth over the smallest radius of curvature. The curvatures in the two
+    directions are fitted to the resting normals under the finger, weighted by its pressure.
     """
     axes = contact_axes(contact.normal)[1:]
     away = (mesh.vertices[contact.vertices] - contact.foot) @ axes.T
@@ -162,7 +155,7 @@ def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
     floor = max(_TINY * float(np.trace(spread)), np.finfo(float).tiny)
     bend = np.linalg.solve(spread + floor * np.eye(2), weighted.T @ turn)
     curvature, directions = np.linalg.eigh(0.5 * (bend + bend.T))
-    share = np.ones(2)  # alike in all directions where nothing bends outward
+    share = np.ones(2)  # the same in all directions where the surface bends outward in none
     if curvature[1] > 0.0:
         share = np.maximum(0.0, curvature) / curvature[1]
     product = share * (1.0 - max(contact.slope, MIN_SLOPE))
@@ -170,5 +163,5 @@ def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
 
 
 def _longest_delay(users: Sequence[Hand], dt: float) -> float:
-    """T_max as for the room's lag: with the client's way into a new patch, without the too slow."""
+    """T_max as for the room's lag: with the period of blending, without too slow users [s]."""
     return max((u.delay.counted for u in users if not u.delay.too_long), default=0.0) + dt

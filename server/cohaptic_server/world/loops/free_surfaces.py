@@ -1,4 +1,4 @@
-"""The surfaces free of each user's own force: contact points, and bulges."""
+"""Contact points and bulges on the surfaces free of each user's own force."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ def put_contacts(
     """Put the contact point of each user on its surface.
 
     Args:
-        search: On the resting surface.
-        field: That the search looks at.
-        first: User to begin with.
+        search: Contact search on the resting surface.
+        field: Displacement field that the search reads.
+        first: Row of the user to begin with.
         frames, starts, under, weights: Contacts, as `Contacts`.
         known_starts, known: Vertices at which each user's surface is known, shape (k,).
-        values: Its displacement there, shape (k, 3) [m].
+        values: Displacement of the surface at these vertices, shape (k, 3) [m].
         places: Set to the contact points, shape (n, 3) [m].
 
     Returns:
-        The user at which it came to an end: n, or one whose surface is not known at some vertex
-        under its contact.
+        Row of the user at which the loop stopped: n at the end, or that of a user whose surface is
+        not known at some vertex under its contact.
     """
     for i in range(first, frames.shape[0]):
         a, b, c, d = known_starts[i], known_starts[i + 1], starts[i], starts[i + 1]
@@ -60,11 +60,11 @@ def flatten(
     values: Floats,
     shown: Floats,
 ) -> None:
-    """Flatten the bulges off which probes would slide (`displacement_field.flattened`).
+    """Flatten the bulges off which probes would slide (`displacement_field.flatten_bulges`).
 
     Args:
         rest: Resting positions, shape (v, 3) [m].
-        normals: At these, shape (v, 3).
+        normals: Resting normals, shape (v, 3).
         frames: Frames of the contacts, shape (n, 3, 3).
         x_free: Contact points on their surfaces, shape (n, 3) [m].
         depths: Depths of the probes below these, shape (n,) [m].
@@ -72,9 +72,9 @@ def flatten(
         largest: Product of depth and curvature up to which a bulge is shown as it is.
         matrix: Room for `fit_bulge`, shape (6, 8).
         known_starts, known: Vertices at which each user's surface is known, shape (k,).
-        values: Its displacement there, flattened in place, shape (k, 3) [m].
-        shown: Set to the displacement of each contact and the share of the differences from it that
-            is left, 1 for a surface that is shown as it is, shape (n, 4).
+        values: Displacement at these vertices, flattened in place, shape (k, 3) [m].
+        shown: Set to the displacement of each contact [m] and the share of the differences from it
+            that is left, 1 for a surface that is shown as it is, shape (n, 4).
     """
     for i in range(frames.shape[0]):
         shown[i, 3] = 1.0

@@ -1,4 +1,4 @@
-"""The numbers of neighbourhoods as whole units: the inner loops of `world/neighbourhood.py`."""
+"""Packing of neighbourhoods into whole units: the inner loops of `world/neighbourhood.py`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from cohaptic_server.numeric import Floats, Ints
 
-FIELDS = 5  # of a vertex: its number, three of displacement, compliance
-# Adding it rounds a double to the nearest whole number, and halves to the even one, as `round`.
+FIELDS = 5  # values per vertex: its number, three of displacement, compliance
+# Adding and subtracting it rounds a double to the nearest whole number, halves to even as `round`.
 _TO_WHOLE = 6755399441055744.0
 _HUGE = 1e300
 
@@ -18,14 +18,14 @@ def largest(
     c_ii: Floats,
     found: Floats,
 ) -> None:
-    """The largest size of a displacement [m] and of a compliance [m/N] of each neighbourhood.
+    """Find the largest displacement component [m] and compliance [m/N] of each neighbourhood.
 
     Args:
         starts: Where each of n neighbourhoods begins, and the last one's end, shape (n + 1,).
         displacement: Shape (k, 3) [m].
         c_ii: Shape (k,) [m/N].
-        found: Set to both, shape (n, 2); the first is -1 where one is not finite, or a compliance
-            is negative.
+        found: Set to both, shape (n, 2); the first is -1 where a value is not finite or a
+            compliance is negative.
     """
     for i in range(found.shape[0]):
         most = c_most = 0.0
@@ -33,7 +33,7 @@ def largest(
         for k in range(starts[i], starts[i + 1]):
             for axis in range(3):
                 size = abs(displacement[k, axis])
-                usable = usable and size < _HUGE  # nor is NaN
+                usable = usable and size < _HUGE  # False for NaN as well
                 most = max(most, size)
             usable = usable and 0.0 <= c_ii[k] < _HUGE
             c_most = max(c_most, c_ii[k])
@@ -56,10 +56,10 @@ def pack(
         vertices: Shape (k,).
         per: Units of displacement in a metre, so that each is below 2^15, and of compliance in
             1 m/N, so that each is below 2^16; 0 for a neighbourhood that is left out, shape (n, 2).
-        numbers: Set to them, shape (k, 5); displacements are signed, as 2's complement.
+        numbers: Set to the packed values, shape (k, 5); displacements are in 2's complement.
 
     Returns:
-        The neighbourhood whose vertices do not rise, from 0 or more to at most 65,535; n for none.
+        First neighbourhood whose vertices do not rise within 0 to 65,535; n if there is none.
     """
     for i in range(per.shape[0]):
         before = -1

@@ -1,7 +1,7 @@
 """The contacts of all users on the surfaces of the last tick, one after the other in one call.
 
-What is ragged lies in one array, user after user: a row of `starts` says where each begins, and the
-last one's end.
+Data of varying length lie in one array, user after user: an array of starts holds where each user's
+part begins, and where the last one ends.
 """
 
 from __future__ import annotations
@@ -47,28 +47,28 @@ def track(
     """Relax the surface of each user towards its free surface, and find its contact there.
 
     Args:
-        search: On the resting surface.
-        field: That the search looks at.
-        first: User to begin with.
+        search: Contact search on the resting surface.
+        field: Displacement field that the search reads.
+        first: Row of the user to begin with.
         before: Row of each user in the last tick, -1 for none, shape (n,).
-        tips: That the contacts follow, shape (n, 3) [m].
+        tips: Points that the contacts follow, shape (n, 3) [m].
         shares: Shares of the way to the free surface, 0 to 1, shape (n,).
         radius: Radius of the pressure [m].
         keep: Offset beside the normal within which a contact stays [m].
         tolerance: Offset to which a moved contact is found [m].
         frames, slopes, starts, under, weights: Contacts of the last tick, as `Contacts`.
         known_starts, known: Vertices at which each user's free surface of the last tick is known.
-        free: Its displacement there, shape (k, 3) [m].
+        free: Displacement of the free surface at these vertices, shape (k, 3) [m].
         surface_of: Row of each user of the last tick among surfaces, -1 for none, shape (m,).
-        surface_starts, surface_known, surface: Surfaces on which contacts were tracked then.
-        followed: Set to the surfaces on which they are tracked now, known where `free` is, shape
-            (k, 3) [m].
+        surface_starts, surface_known, surface: Surfaces on which the last tick tracked contacts.
+        followed: Set to the surfaces on which this tick tracks contacts, known where `free` is,
+            shape (k, 3) [m].
         new_frames, new_slopes, new_starts, new_under, new_weights: Set to the contacts.
         places: Set to the contact points on the free surfaces, shape (n, 3) [m].
 
     Returns:
-        The user at which it came to an end: n, or one who needs more room, who was not there in
-        the last tick, or whose surface is not known at some vertex at which it is needed.
+        Row of the user at which the loop stopped: n at the end, or that of a user who needs more
+        room, was not there in the last tick, or whose surface is not known at a needed vertex.
     """
     for i in range(first, before.shape[0]):
         row = before[i]
@@ -89,7 +89,7 @@ def track(
         c = new_starts[i]
         if state == _UNKNOWN or c + search.count > new_under.shape[0]:
             return i
-        # The same vertices, without the tracking.
+        # The contact point is put on the free surface, not on the relaxed one.
         field.load(known[a:b], free[a:b], False)
         search.put(places[i])
         if field.lacking:
@@ -111,7 +111,7 @@ def relax(
     share: float,
     followed: Floats,
 ) -> None:
-    """Move a tracked surface by a share of the way to the free one; without one, all the way."""
+    """Move a tracked surface by a share towards the free one; set a new one to the free one."""
     if of < 0:
         for k in range(known.shape[0]):
             for axis in range(3):

@@ -1,4 +1,4 @@
-"""Small sums over the vectors of all users, each of which would take numpy several calls."""
+"""Small sums over the vectors of all users, for each of which numpy would need several calls."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
-        tips: Shape (n, 3) [m].
-        places: Shape (n, 3) [m].
+        tips: Positions of the tips, shape (n, 3) [m].
+        places: Places of the contacts, shape (n, 3) [m].
         found: Set to the heights, shape (n,) [m].
     """
     for i in range(frames.shape[0]):
@@ -24,12 +24,12 @@ def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None
 
 
 def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None:
-    """Normal part of each force on a hand, from 0 to its device's largest; 0 for what is no number.
+    """Normal part of each force on a hand, from 0 to the device's largest force; 0 for NaN.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
-        forces: Shape (n, 3) [N].
-        most: Shape (n,) [N].
+        forces: Forces on the hands, shape (n, 3) [N].
+        most: Largest force of each device, shape (n,) [N].
         found: Set to the normal forces, shape (n,) [N].
     """
     for i in range(frames.shape[0]):
@@ -47,7 +47,7 @@ def tangential_parts(frames: Floats, vectors: Floats, found: Floats) -> None:
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
         vectors: Shape (n, 3).
-        found: Set to these parts, shape (n, 3).
+        found: Set to the tangential parts, shape (n, 3).
     """
     for i in range(frames.shape[0]):
         along = 0.0
@@ -72,15 +72,15 @@ def smoothed(
     """Running mean of each tip's velocity.
 
     Args:
-        before: Row of each user in the last tick; -1 for one who was not there, at rest, shape
-            (n,).
-        tips: Now, shape (n, 3) [m].
-        old_tips: In the last tick, by its rows, shape (m, 3) [m].
+        before: Row of each user in the last tick; -1 for a user who was not there, whose velocity
+            is then 0, shape (n,).
+        tips: Positions of the tips now, shape (n, 3) [m].
+        old_tips: Positions of the tips in the last tick, by its rows, shape (m, 3) [m].
         old: Velocities of the last tick, by its rows, shape (m, 3) [m/s].
         times: Times of the samples, shape (n,) [s].
         old_times: Times of the samples of the last tick, by its rows, shape (m,) [s].
         fresh: 1 for users whose samples still arrive, else 0, shape (n,).
-        least: Shorter interval between two samples, which gives no velocity [s].
+        least: Shortest interval between two samples that gives a velocity [s].
         share: Share of the newest velocity in the mean.
         found: Set to the velocities, shape (n, 3) [m/s].
     """
@@ -101,17 +101,18 @@ def smoothed(
 
 
 def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) -> bool:
-    """Whose contact is new, or further from its previous place than a hand can move it.
+    """Find contacts that are new, or further from their previous place than a hand can move them.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
-        before: Row of each user in the last tick; -1 for one who was not there, shape (n,).
+        before: Row of each user in the last tick; -1 for a user who was not there, shape (n,).
         old: Frames of the contacts of the last tick, by its rows, shape (m, 3, 3).
         most: Distance that a hand can move a contact in a tick [m].
-        found: Set to the rows before, -1 for whoever is new at its place, shape (n,).
+        found: Set to the rows in the last tick, -1 for a user whose contact is new at its place,
+            shape (n,).
 
     Returns:
-        Whether anybody is.
+        Whether there is such a user.
     """
     anybody = False
     for i in range(frames.shape[0]):
@@ -122,7 +123,7 @@ def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) 
             for axis in range(3):
                 way = frames[i, 0, axis] - old[row, 0, axis]
                 square += way * way
-            # Not the opposite comparison: what is no number has not been moved by a hand.
+            # Not the opposite comparison: a distance that is NaN must count as a jump.
             if not math.sqrt(square) <= most:
                 found[i] = -1
         if found[i] < 0:

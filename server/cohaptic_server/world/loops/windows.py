@@ -6,7 +6,7 @@ from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.mesh.search.window_vertices import WindowVertices
 from cohaptic_server.numeric import Floats, Ints
 
-_PLANE, _MESH = 1, 3  # of `cohaptic.protocol.patch.Geometry`
+_PLANE, _MESH = 1, 3  # values of `cohaptic.protocol.patch.Geometry`
 
 
 # Every argument is an array of the room; the steps of one user share their bounds in them.
@@ -46,23 +46,23 @@ def choose_windows(
     touched: Ints,
     carried: Ints,
 ) -> int:
-    """Take over the window of the last tick where it still covers a contact, else choose anew.
+    """Copy each window of the last tick that still covers its contact, and choose the others anew.
 
     Args:
         surface: Tree of the surface's vertices, n.
         finder: Finder of windows on the touch mesh; None where all patches are planes.
-        found: Where it leaves the vertices of one window, shape (n,).
-        found_fitted, found_touched, found_carried: Where it leaves parts of them.
-        first: User to begin with.
+        found: Where the search leaves the vertices of one window, shape (n,).
+        found_fitted, found_touched, found_carried: Where the finder leaves parts of a window.
+        first: Row of the user to begin with.
         geometry: Geometry of the users' patches, shape (u,).
-        frames: Frames of their contacts, shape (u, 3, 3).
-        slides: Way of each probe while its patch is in use, shape (u, 3) [m].
+        frames: Frames of the contacts, shape (u, 3, 3).
+        slides: Slide of each probe along the surface while its patch is in use, shape (u, 3) [m].
         directions: Tangential velocities, shape (u, 3) [m/s].
         horizons: Time for which the patches are in use, shape (u,) [s].
         lengths, half_widths: Lengths and half widths of the paths along which vertices are carried,
             shape (u,) [m].
         radius, reach, step, most: As in `WindowVertices.choose`.
-        reuse: Way of a contact within which its window is kept [m].
+        reuse: Largest move of a contact along each axis at which its window is kept [m].
         speeding_up: Speed by which a longer horizon widens a window [m/s].
         before: Row of each user in the last tick, -1 for none, shape (u,).
         old_geometry, old_keys, old_starts, old_vertices, old_fitted, old_touched, old_carried:
@@ -70,7 +70,8 @@ def choose_windows(
         keys, starts, vertices, fitted, touched, carried: Set to the windows.
 
     Returns:
-        The user at which it came to an end: u, or one whose window has no room.
+        Row of the user at which the loop stopped: u at the end, or that of a user whose window
+        does not fit.
     """
     for i in range(first, geometry.shape[0]):
         row = before[i]
@@ -98,7 +99,7 @@ def choose_windows(
                 half_widths[i], most if geometry[i] == _MESH else 0,
             )  # fmt: skip
             count, fits, carries = finder.count, finder.fits, finder.carries
-        # One length is enough for all: no part of a window has more vertices than the whole.
+        # Checking one array is enough: no part of a window has more vertices than the whole.
         if a + count > vertices.shape[0]:
             return i
         for k in range(count):
@@ -135,7 +136,7 @@ def copied(
     old_carried: Ints, i: int, starts: Ints, vertices: Ints, fitted: Ints, touched: Ints,
     carried: Ints,
 ) -> bool:  # fmt: skip
-    """Copy the window of a row of the last tick; False where it has no room."""
+    """Copy the window of a row of the last tick; return False if it does not fit."""
     for part in range(3):
         size = old_starts[part, row + 1] - old_starts[part, row]
         if starts[part, i] + size > vertices.shape[0]:

@@ -10,13 +10,14 @@ roots of delay differential equations, SIAM J. Sci. Comput. 27), each delay on a
 The rightmost eigenvalues are then refined on the equation itself by successive linear problems
 (Ruhe 1973, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10).
 
-Without a lag it is a difference equation, whose rightmost root may jump when a delay changes by
-however little (Hale and Verduyn Lunel 2002, Strong stabilization of neutral functional differential
-equations, IMA J. Math. Control Inform. 19). What counts is the supremum over delays next to the
-given ones, and with a symmetric S it has a closed form. A root s = a + i w asks for an eigenvalue
--1 of D E S E, where E = diag(e^(-a T_i / 2)) and D holds the phases e^(-i w T_i). Its eigenvalues
-are at most rho(E S E), and delays next to the given ones have a w that makes all phases equal. So
-the supremum is the a with rho(E S E) = 1: ln(m) / T for equal delays, and negative iff m < 1.
+Without a lag this is a difference equation, whose rightmost root may jump at an arbitrarily small
+change of a delay (Hale and Verduyn Lunel 2002, Strong stabilization of neutral functional
+differential equations, IMA J. Math. Control Inform. 19). The growth rate is therefore the supremum
+over delays next to the given ones, which has a closed form for a symmetric S. A root s = a + i w
+requires an eigenvalue -1 of D E S E, where E = diag(e^(-a T_i / 2)) and D holds the phases
+e^(-i w T_i). The moduli of these eigenvalues are at most rho(E S E), and delays next to the given
+ones have a w that makes all phases equal. So the supremum is the a with rho(E S E) = 1: ln(m) / T
+for equal delays, and negative iff m < 1.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ import numpy as np
 from cohaptic.control.stability.single_contact import Floats
 
 # Points of a delay's grid: a constant number for smooth solutions, and more for each radian of
-# phase over the delay: 4.7 per wavelength, where Chebyshev collocation needs pi.
+# phase over the delay. This gives 4.7 points per wavelength; Chebyshev collocation needs pi.
 BASE, PER_RADIAN = 8, 0.75
-LARGEST = 1200  # most unknowns of a discretised room; its eigenvalues take about two seconds
+LARGEST = 1200  # most unknowns of a discretised room, whose eigenvalues take about two seconds
 CANDIDATES = (
     8  # most eigenvalues that are refined, from the right; the rightmost root is among them
 )
@@ -39,32 +40,32 @@ SMALL = 1e-6  # share of the longest time constant below which a delay needs no 
 
 
 def growth(S: Floats, delays: Floats, lag: float) -> float:
-    """Real part of the rightmost root: the room is stable iff it is negative [1/s].
+    """Real part of the rightmost root [1/s]; the room is stable iff this is negative.
 
-    Without a lag it is the supremum over delays next to these. With a lag much shorter than the
-    delays (below about m T_max / 200 for 8 users, m T_max / 13 for 64) the discretised room would
-    be too large; then it is the upper bound `largest_growth`.
+    Without a lag the function returns the supremum over delays next to the given ones. With a lag
+    much shorter than the delays (below about m T_max / 200 for 8 users, m T_max / 13 for 64) the
+    discretised room would be too large; the result is then the upper bound `largest_growth`.
 
     Args:
-        S: Symmetric, `lag_choice.coupling_matrix`, shape (n, n).
+        S: `lag_choice.coupling_matrix`, symmetric, shape (n, n).
         delays: T_i of each row, at least 0, shape (n,) [s].
         lag: tau, 0 for none [s].
 
     Returns:
-        -inf where there is no root, as for users who do not couple without a lag; inf without a lag
-        for m >= 1 among users without any delay.
+        Growth rate; -inf if there is no root, as for uncoupled users without a lag; inf without a
+        lag for m >= 1 if no user has a delay.
     """
     longest = float(delays.max(initial=0.0))
-    # No unstable root is faster than this.
+    # No unstable root has a higher frequency than this.
     frequency = max(fastest(S, delays, lag, 0.0), 3.0 / longest if longest > 0.0 else 0.0)
     size, best = 0.0, -math.inf
     while lag > 0.0 and size < unknowns(delays, lag, frequency) <= LARGEST:
         size = unknowns(delays, lag, frequency)
         for guess in rightmost(S, delays, lag, frequency):
             if guess.real < best - 0.05 / (longest + lag):
-                break  # eigenvalues that are resolved are nearer than that to their roots
+                break  # resolved eigenvalues are nearer than that to their roots
             best = max(best, refined(S, delays, lag, guess))
-        # No root to the right of the best one is faster than this.
+        # No root to the right of the best one has a higher frequency than this.
         frequency = min(fastest(S, delays, lag, best), 3.0 * frequency)
     return best if best > -math.inf else largest_growth(S, delays, lag)
 
@@ -73,7 +74,7 @@ def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
     """Upper bound of `growth`, exact without a lag: the a with rho(E S E) = 1 + a tau [1/s].
 
     Args:
-        S: Shape (n, n).
+        S: Coupling matrix, shape (n, n).
         delays: Shape (n,) [s].
         lag: tau [s].
     """
@@ -99,13 +100,13 @@ def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
 
 
 def scaled_radius(S: Floats, delays: Floats, a: float) -> float:
-    """rho(E S E): |1 + s tau| of a root with the real part a is at most this."""
+    """rho(E S E), an upper bound of |1 + s tau| for a root s with the real part a."""
     E = np.exp(np.clip(-0.5 * a * delays, -300.0, 300.0))
     return float(np.abs(np.linalg.eigvalsh(E[:, None] * S * E)).max(initial=0.0))
 
 
 def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
-    """Bound of |Im s| of the roots with Re s >= a; inf without a lag [1/s]."""
+    """Upper bound of |Im s| of the roots with Re s >= a [1/s]; inf without a lag."""
     if lag <= 0.0 or a == -math.inf:
         return math.inf
     radius, real = scaled_radius(S, delays, a), max(0.0, 1.0 + a * lag)
@@ -113,7 +114,7 @@ def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
 
 
 def points(delays: Floats, lag: float, frequency: float) -> list[int]:
-    """Points of each delay's grid beyond its end at 0; none for a delay that is next to nothing."""
+    """Number of points of each delay's grid beyond its end at 0; 0 for a negligible delay."""
     negligible = SMALL * max(lag, float(delays.max(initial=0.0)))
     return [
         math.ceil(BASE + PER_RADIAN * frequency * T) if T > negligible else 0
@@ -122,17 +123,17 @@ def points(delays: Floats, lag: float, frequency: float) -> list[int]:
 
 
 def unknowns(delays: Floats, lag: float, frequency: float) -> float:
-    """Size of the discretised room."""
+    """Number of unknowns of the discretised room; inf for an infinite frequency."""
     if frequency == math.inf:
         return math.inf
     return len(delays) + sum(points(delays, lag, frequency))
 
 
 def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[complex]:
-    """Rightmost eigenvalues of the discretised room, from the right, those with Im s >= 0 [1/s].
+    """Rightmost eigenvalues of the discretised room with Im s >= 0, from the right [1/s].
 
-    Its state are the lagged forces y and, for each delay, the values of (S y)_i on the grid from
-    the entrance to the exit of the delay.
+    The room's state consists of the lagged forces y and, for each delay, the values of (S y)_i on
+    the grid from the entrance to the exit of the delay.
     """
     n = len(S)
     counts = points(delays, lag, frequency)
@@ -165,7 +166,7 @@ def chebyshev(count: int) -> Floats:
 
 
 def refined(S: Floats, delays: Floats, lag: float, guess: complex) -> float:
-    """Real part of the root next to an eigenvalue; -inf where there is none next to it [1/s]."""
+    """Real part of the root next to the eigenvalue `guess` [1/s]; -inf if no root is near."""
     s, eye = guess, np.eye(len(S))
     for _ in range(20):
         passed = np.exp(-s * delays)[:, None]
@@ -175,7 +176,7 @@ def refined(S: Floats, delays: Floats, lag: float, guess: complex) -> float:
             # The next s has det(M + (s' - s) slope) = 0.
             inverse = np.linalg.eigvals(np.linalg.solve(M, slope))
         except np.linalg.LinAlgError:
-            return s.real  # exactly on it
+            return s.real  # M is singular: s is exactly a root
         step = -1.0 / complex(inverse[np.argmax(np.abs(inverse))])
         s += step
         if abs(s - guess) > 0.2 * (abs(guess) + 1.0 / (lag + float(delays.max()))):

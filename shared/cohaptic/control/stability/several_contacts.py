@@ -1,17 +1,18 @@
 """Stability of several users on one object, whose contacts share the compliance matrix C.
 
-Each law is a fixed-point iteration of the forces on each other through the body, f <- K (x_h - M f)
-with M = C for the paper's laws and M = C off its diagonal for the predictive one (science 3.2,
-3.3). Without delay it converges iff rho(K M) < 1; under any bounded delays, different for each user
-and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker 1969). An integral makes the loop
-depend on its delays: the sampled room takes them one by one.
+Each law is a fixed-point iteration in which the forces act on each other through the body,
+f <- K (x_h - M f), with M = C for the paper's laws and M = C without its diagonal for the
+predictive law (science 3.2, 3.3). Without delay the iteration converges iff rho(K M) < 1; under any
+bounded delays, different for each user and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker
+1969). With an integral, stability depends on the delays, which the sampled room models one by one.
 
-The paper's laws get gains below that. The predictive law keeps K_i = 1 / C_ii with any number of
-others, and where the delays do not allow that the room's lag makes it stable (science 3.8).
+The paper's laws get gains below that bound. The predictive law keeps K_i = 1 / C_ii with any number
+of others; if the delays do not allow that, the room's lag makes it stable (science 3.8).
 
 In a sampled room forces go out once in a simulation period, and each loop delay is a whole number
-of periods. It is exact for any gains, with the paper's integral and with the room's lag (science
-3.8), which is stepped as the server does. `room_roots.py` is its counterpart in continuous time.
+of periods. The model is exact for any gains, with the paper's integral and with the room's lag
+(science 3.8), which is stepped as on the server. `room_roots.py` is the counterpart in continuous
+time.
 """
 
 from __future__ import annotations
@@ -37,16 +38,17 @@ class Coupling:
         rho_no_delay: Spectral radius over one simulation period without further delay; stable iff
             < 1.
         rho_any_delay: Spectral radius of the absolute values; stable under any bounded delays iff
-            < 1. None with an integral: no such bound holds for one.
-        safe_k_h: Gains that `gains.choose_gains` takes: from the row rule; with the predictive law
-            1 / C_ii, with the room's lag [N/m].
-        safe_integral_gain: Same, for the integral [N/(m s)].
-        felt_stiffness: Stiffness that each hand feels alone with its safe gain; with the pi law in
-            the steady state [N/m].
-        stiffness_loss: Its relative loss against K_o,i = 1 / C_ii, 0 to 1.
-        coupling: m of science 3.8 with the safe gains; below 1 they need no lag at any constant
+            < 1. None with an integral, for which no such bound holds.
+        safe_k_h: Gains that `gains.choose_gains` chooses: by the row rule, or 1 / C_ii for the
+            predictive law, which relies on the room's lag [N/m].
+        safe_integral_gain: Integral gains that `gains.choose_gains` chooses [N/(m s)].
+        felt_stiffness: Stiffness that each hand alone feels with its safe gain, in the steady state
+            for the pi law [N/m].
+        stiffness_loss: Relative loss of that stiffness against K_o,i = 1 / C_ii, 0 to 1.
+        coupling: m of science 3.8 with the safe gains, which need no lag below 1 at any constant
             delays. None for the paper's laws, which have no lag.
-        lag_needed: Above this lag the room with the safe gains is stable [s]; None likewise.
+        lag_needed: Lag above which the room with the safe gains is stable [s]; None for the paper's
+            laws.
     """
 
     rho_no_delay: float
@@ -83,13 +85,13 @@ def couple(
     delay: float = 0.0,
     max_stiffness: float = 1e6,
 ) -> Coupling:
-    """Judge gains, and find safe ones.
+    """Judge the stability of given gains, and find safe ones.
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].
         k_h: Gains to be judged, shape (n,) [N/m].
-        law: Local model of everybody.
-        integral_gain: I of everybody, to be judged with k_h [N/(m s)]; 0 for the predictive law.
+        law: Local model of all users.
+        integral_gain: I of all users, to be judged with k_h [N/(m s)]; 0 for the predictive law.
         simulation_period: N T [s].
         delay: Network round trip, for the safe gains and the lag [s].
         max_stiffness: Largest stiffness of the devices [N/m].
@@ -112,7 +114,7 @@ def couple(
     if not law.answers_own_dent:
         m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in safe]))
     felt = tuple(felt_stiffness(law, g.k_h, 1.0 / c) for g, c in zip(safe, own, strict=True))
-    # One period from a force to the surface that answers it, one for the client's ramp to it.
+    # One period from a force to the surface that answers it, and one for the client's ramp.
     longest_delay = delay + 2.0 * simulation_period
     return Coupling(
         rho_no_delay=room_radius(C, gains, law, no_delay, simulation_period),
@@ -133,7 +135,7 @@ def couple(
 def _safe_gains(
     C: Floats, law: Law, simulation_period: float, delay: float, max_stiffness: float
 ) -> list[Gains]:
-    """Gains that the server would choose for each user; arguments as in `couple`."""
+    """Gains that the server would choose for each user; arguments as for `couple`."""
     return [
         choose_gains(
             law,
@@ -150,16 +152,17 @@ def _safe_gains(
 def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Floats:
     """Largest safe gains that keep the users' shares equal: K_i = s / C_ii with one s.
 
-    Safe without a lag, at any bounded delays. Never smaller for all than the row rule, since rho is
-    at most the largest row sum; the row rule needs only a client's own row.
+    These gains are safe without a lag, at any bounded delays. The common share s is at least the
+    row rule's smallest share K_i C_ii, since rho is at most the largest row sum; the row rule needs
+    only a client's own row.
 
     Args:
-        C: Shape (n, n) [m/N].
-        law: Local model of everybody.
-        alpha: Margin, < 1.
+        C: Contact compliance, shape (n, n) [m/N].
+        law: Local model of all users.
+        alpha: Gain as a share of the edge of stability, < 1.
 
     Returns:
-        Shape (n,) [N/m].
+        Gains, shape (n,) [N/m].
     """
     check_compliance(C)
     k_o = 1.0 / np.diag(C)
@@ -185,25 +188,25 @@ def room_radius(
 ) -> float:
     """Spectral radius of a whole room over one simulation period; stable iff < 1.
 
-    At tick k user i receives the body's response to everybody's forces of tick k - delays[i]. Only
-    its own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's side
-    is a change of variables.
+    At tick k user i receives the body's response to all users' forces of tick k - delays[i]. Only a
+    user's own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's
+    side is a change of variables.
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].
         gains: Gains of each user.
-        law: Law of everybody.
+        law: Local model of all users.
         delays: Simulation periods round each user's loop, at least 1, shape (n,).
         simulation_period: N T [s].
-        lag: Lag of the room, through which every force enters the body [s].
+        lag: Lag of the room, through which every force enters the body; 0 for none [s].
     """
     n, longest = len(C), int(delays.max())
     M = loop_matrix(C, law)
     k_h = np.array([g.k_h for g in gains])
-    # A law that is free of its own dent has no integral, whatever its gains say.
+    # A law that does not answer its own dent has no integral, whatever the gains are.
     integrals = simulation_period if law.answers_own_dent else 0.0
     rate = np.array([g.integral_gain for g in gains]) * integrals
-    # State: the integrals, then everybody's forces behind the lag of the last `longest` ticks.
+    # State: the integrals, then all users' forces behind the lag for the last `longest` ticks.
     A = np.zeros((n * (longest + 1),) * 2)
     seen = np.zeros((n, len(A)))  # depth of each probe, held still, below its surface
     for i in range(n):
@@ -211,7 +214,7 @@ def room_radius(
     own = np.zeros((n, len(A)))
     own[:, :n] = np.eye(n)
     A[:n] = own + rate[:, None] * seen
-    A[np.flatnonzero(rate == 0.0)] = 0.0  # no integral: it stays at zero
+    A[np.flatnonzero(rate == 0.0)] = 0.0  # without a gain the integral stays at zero
     old = kept(lag, simulation_period)
     A[n : 2 * n] = (1.0 - old) * (k_h[:, None] * seen + own)
     A[n : 2 * n, n : 2 * n] += old * np.eye(n)

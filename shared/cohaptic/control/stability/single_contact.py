@@ -1,9 +1,9 @@
 """Stability of the loop between a local model and a slow, distant simulation.
 
-Three views that must agree, and are tested against each other: the paper's closed conditions (8),
-(10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any
-local model and any object, with delay in fast samples; and several contacts under any delay (3.2,
-3.3). Everything is a function of numbers.
+Three views must agree, and are tested against each other: the paper's closed conditions (8), (10),
+(15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any local
+model and any object, with delay in haptic samples; and several contacts under any delay (3.2, 3.3).
+All functions here are pure.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """A discrete linear system: s+ = A s + B u, y = C s + D u, one input, one output.
+    """A discrete linear system s+ = A s + B u, y = C s + D u with one input and one output.
 
     Args:
         A: Shape (n, n).
@@ -58,16 +58,16 @@ def elastic_object(k_o: float, b_o: float = 0.0) -> StateSpace:
 
 
 def proportional_is_stable(k_h: float, k_o: float, b_o: float = 0.0) -> bool:
-    """Eq. (8), with damping (10): without delay; without damping for every delay (science 3.1)."""
+    """Eq. (8), or (10) with damping, without delay; undamped it holds at every delay (3.1)."""
     return k_h < k_o + 2.0 * b_o
 
 
 def integral_is_stable(
     k_h: float, integral_gain: float, k_o: float, simulation_period: float, b_o: float = 0.0
 ) -> bool:
-    """Eq. (15), with damping (16), both without delay.
+    """Eq. (15), or (16) with damping, both without delay.
 
-    For K_h, I > 0; (16) as printed lacks the T of I N T.
+    Both equations hold for K_h, I > 0; (16) as printed lacks the T of I N T.
     """
     int_ = integral_gain * simulation_period
     return abs(int_ - k_h + b_o) < k_o + b_o and int_ - 2.0 * k_h > -2.0 * k_o - 4.0 * b_o
@@ -78,20 +78,20 @@ def lifted_radius(
 ) -> float:
     """Spectral radius of the loop over one simulation period; stable iff < 1.
 
-    The force at the first fast sample of a period goes to the object, whose answer is seen by the
-    local model one simulation period and `delay_samples` fast samples later, held until the next
-    (eqs. (1)-(6); with delay, the surface in use changes within a period). Only the sum of the
-    delays on the way up and down matters: shifting the local model's clock moves one into the
-    other.
+    The force at the first haptic sample of a period goes to the object. The local model sees the
+    object's answer one simulation period and `delay_samples` haptic samples later and holds it
+    until the next (eqs. (1)-(6); with delay, the surface in use changes within a period). Only the
+    sum of the delays on the way up and down matters: shifting the local model's clock moves one
+    delay into the other.
 
     Args:
         local: Local model at the haptic rate, from penetration x_h - x_o to force.
         body: Object at the simulation rate, from force to its next position.
         rate_ratio: N, haptic samples per simulation period.
-        delay_samples: Round trip beyond the one period that computing takes, in haptic samples.
+        delay_samples: Round trip beyond the one period of computation, in haptic samples.
     """
     whole, part = divmod(delay_samples, rate_ratio)
-    # The position in use: an older one for the first `part` samples of a period, then the newer.
+    # The first `part` samples of a period use an older position, the others the newer one.
     power = [np.linalg.matrix_power(local.A, i) for i in range(rate_ratio)]
     early = sum((power[rate_ratio - 1 - i] @ local.B for i in range(part)), np.zeros_like(local.B))
     late = sum(
@@ -111,7 +111,7 @@ def lifted_radius(
     force[first] -= local.D[0, 0]
     M[n : n + m] = body.B @ force[None, :]
     M[n : n + m, n : n + m] += body.A
-    # The position that follows from this period's force enters the pipe.
+    # The position that follows from this period's force enters the delay line.
     M[n + m] = body.C[0] @ M[n : n + m]
     for k in range(1, slots):
         M[n + m + k, n + m + k - 1] = 1.0

@@ -1,7 +1,7 @@
 """The stable set of (K_h, I N T) of the integral model, closed and lifted, with and without delay.
 
-Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that alone
-would be unstable: such a K_h has a least I N T as well.
+Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that would be
+unstable alone: for such a K_h there is also a least I N T.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from cohaptic.control.stability.single_contact import (
 )
 
 _SCAN = 48  # values of I N T that are tried before the bisection
-_BISECTIONS = 24  # relative width 2^-24 of a scan step, the accuracy of a 32-bit number
+_BISECTIONS = 24  # final width 2^-24 of a scan step, the accuracy of a 32-bit number
 
 
 def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Floats]:
-    """Least and largest stable I N T by eqs. (15) and (16), without delay; nan where none is.
+    """Least and largest stable I N T by eqs. (15) and (16), without delay; nan if none is stable.
 
     Args:
         k_h: Shape (n,) [N/m].
@@ -44,7 +44,8 @@ def lifted_edges(
 ) -> tuple[Floats, Floats]:
     """Least and largest stable I N T by bisection on the lifted system, for any delay.
 
-    With whole simulation periods of delay the rate ratio plays no part (I N T does); 1 is quick.
+    With whole simulation periods of delay the result depends on I N T but not on the rate ratio; a
+    ratio of 1 is quickest.
     """
     body = elastic_object(k_o, b_o)
 
@@ -70,13 +71,14 @@ def stability_area(
 ) -> Floats:
     """The stable set of (K_h, I N T) as a polygon to draw, Fig. 8.
 
-    Up along the largest I N T of each K_h, back along the least; the first point is repeated.
+    The polygon goes up along the largest I N T of each K_h and back along the least; the first
+    point is repeated at the end.
 
     Args:
         k_o: Local stiffness [N/m].
         b_o: Local damping over the simulation period [N/m].
-        rate_ratio: N; 1 serves for delays of whole simulation periods.
-        delay_samples: Round trip beyond the one period that computing takes, in haptic samples.
+        rate_ratio: N; 1 is enough for delays of whole simulation periods.
+        delay_samples: Round trip beyond the one period of computation, in haptic samples.
         points: Number of values of K_h.
 
     Returns:
@@ -91,13 +93,13 @@ def stability_area(
 
 
 def _interval(radius: Callable[[float], float], first: float, last: float) -> tuple[float, float]:
-    """The interval in which a radius is below 1, nan where there is none; 0 below `first`."""
+    """Interval in which `radius` is below 1; nan if none. Begins at 0 if `first` is stable."""
     tried = np.linspace(first, last, _SCAN).tolist()
     radii = [radius(x) for x in tried]
     step = tried[1] - tried[0]
     stable = [x for x, r in zip(tried, radii, strict=True) if r < 1.0]
     if not stable:
-        # Near its corner the set is thinner than a step: go to where the radius is least.
+        # Near its corner the set is thinner than a scan step: search for the least radius.
         best = tried[int(np.argmin(radii))]
         least = minimize_scalar(radius, bounds=(best - step, best + step), method="bounded")
         if least.fun >= 1.0:
@@ -108,7 +110,7 @@ def _interval(radius: Callable[[float], float], first: float, last: float) -> tu
 
 
 def _bisect(radius: Callable[[float], float], good: float, bad: float) -> float:
-    """Where stability ends between a stable and an unstable I N T."""
+    """Edge of stability between a stable and an unstable I N T."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if radius(middle) < 1.0 else (good, middle)

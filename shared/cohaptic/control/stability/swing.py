@@ -1,15 +1,15 @@
-"""How much of an object's swing hands may be shown (science 3.14).
+"""Share of an object's swing that may be shown to the hands (science 3.14).
 
-An object with mass answers forces with C f + W f, where W = w (D - 1) w' over its natural modes is
-the swing of each about its place at rest, D a second-order low-pass and w w' a mode's part of C. W
-is 0 at rest, so what is shown of it changes no steady force. It adds a loop of its own: a hand's
-force sets the object swinging, and comes back with the swing, a delay later. By the small gain
-theorem the loop of 3.13 stays stable at any delays with a share g of W, if
+An object with mass answers forces with C f + W f. W = w (D - 1) w', summed over the natural modes,
+is the swing of each mode about its place at rest; D is a second-order low-pass and w w' the mode's
+part of C. W is 0 at rest, so that showing it changes no steady force. The swing adds a loop: a
+hand's force sets the object swinging and comes back with the swing, a delay later. By the small
+gain theorem the loop of 3.13 stays stable at any delays with a share g of W, if
 
     F(p)^(1/2) + g h(p)^(1/2) v(w) < (1 + (w tau)^2)^(1/2)    at every frequency w, p = theta w,
 
-where v is the norm of W (1 + X)^-1 over K^(1/2), F the gain in its row of the worst hand that is
-allowed, and h the largest gain of a hand towards what it is shown.
+where v is the norm of W (1 + X)^-1 over K^(1/2), F the square of the worst allowed hand's gain in
+its row, and h the square of a hand's largest gain towards the swing that it is shown.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ import numpy as np
 from cohaptic.control.stability.anticipation import Gains, row_gain
 from cohaptic.control.stability.single_contact import Floats
 
-# Share of that g that is used. At g itself a swing behind the worst delay would hardly end.
+# Share of that g that is used. With g itself a swing behind the worst delay would hardly die out.
 SAFETY: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Swing:
-    """How far the modes of an object swing, over frequency.
+    """Amplitude of the modes of an object over frequency.
 
     Args:
         frequency: Angular frequencies, above 0, shape (p,) [rad/s].
-        size: The largest |D - 1| of a mode, shape (p,).
+        size: Largest |D - 1| of any mode, shape (p,).
     """
 
     frequency: Floats
@@ -40,7 +40,7 @@ class Swing:
 
 
 def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
-    """Square of the largest |H| of a hand, from what it is shown to the force on it, h of 3.14.
+    """Square of the largest |H| of a hand, from the swing shown to the force on it, h of 3.14.
 
     Args:
         p: theta times angular frequency, any shape.
@@ -61,8 +61,9 @@ def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
 def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
     """Square of the largest gain of any hand in its row of the loop, F of 3.14.
 
-    `row_gain` is that of the heaviest hand. A lighter one, or one with a spring of its own, may
-    have more where K is limited: the lag of 3.13 allows for it, as it grows with frequency.
+    `row_gain` is the gain of the heaviest hand. A lighter hand, or one with a spring of its own,
+    may have a larger gain if K is limited; the lag of 3.13 allows for that, as it grows with
+    frequency.
 
     Args:
         gains: Gains of the loop.
@@ -76,15 +77,15 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
     if stiffness == np.inf:
         return heaviest
     alpha, beta, c = gains.apart, gains.together, gains.held
-    # (beta^2 x^2 + (c y - alpha x)^2 + c^2) / ((x + y)^2 + 1) over y = -q, 0 <= q <= p, and x up to
-    # a. Its largest value over all x grows with q; where its x is not allowed, x = a, ...
+    # Maximise (beta^2 x^2 + (c y - alpha x)^2 + c^2) / ((x + y)^2 + 1) over y = -q, 0 <= q <= p,
+    # and x up to a. The largest value over all x grows with q; if its x is not allowed, x = a.
     a = stiffness / p
     within = p * (heaviest + alpha * c) <= a * (heaviest - alpha * alpha - beta * beta)
     c2, squares = c * c, (beta * beta + alpha * alpha) * a * a + c * c
     trace = c2 * (a * a + 1.0) + squares + 2.0 * alpha * c * a * a
     det = c2 * (beta * beta * a * a + c2)
     worst = 0.5 * (trace + np.sqrt(np.maximum(0.0, trace * trace - 4.0 * det)))
-    # ... and of q it is `worst`, at q = a (worst + alpha c) / (worst - c^2), or lies at q = p.
+    # At x = a the maximum over q is `worst` at q = a (worst + alpha c) / (worst - c^2), or is at p.
     q = np.minimum(p, a * (worst + alpha * c) / np.maximum(worst - c2, 1e-300))
     at_end = (beta * beta * a * a + (c * q + alpha * a) ** 2 + c2) / ((a - q) ** 2 + 1.0)
     return np.where(within, heaviest, np.maximum(at_end, c2))
@@ -96,17 +97,17 @@ def felt_share(
     """g, the share of the swing that hands may be shown, 0 to 1.
 
     Args:
-        gains: Gains of the loop without it.
+        gains: Gains of the loop without the swing.
         theta: Largest mass over damping of the hands [s].
         stiffness: As for `hand_factor`.
         tau: The room's lag [s].
-        weight: Largest eigenvalue of the modes' parts of the coupling, each hand with itself too:
-            sum over hands of w' K w.
+        weight: Largest eigenvalue of the modes' parts of the coupling, including each hand with
+            itself: sum over hands of w' K w.
         swing: Swing of the object.
     """
     p, lagged = theta * swing.frequency, tau * swing.frequency
     room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(worst_row_gain(gains, p, stiffness))
-    # Of (1 + X)^-1, whose smallest eigenvalue belongs to that of S.
+    # Norm of (1 + X)^-1; it belongs to the smallest eigenvalue of S.
     most = 1.0 + gains.apart
     taken = weight * most * swing.size * np.sqrt(shown_gain(p, stiffness))
     share = float((room / np.maximum(taken, 1e-12)).min())

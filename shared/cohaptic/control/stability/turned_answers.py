@@ -1,14 +1,16 @@
-"""The lag of a room whose anticipated forces include what turned contacts answer (science 3.13 d).
+"""The lag of a room whose anticipated forces include the answers of turned contacts (3.13 d).
 
-Where others turn a contact, the hand's answer is anticipated with that (`planning.known_coupling`),
-as if the contact turned with the body at once. It turns by the surface of the tick before. What the
-loop has of it too late is V (1 - b(s)) V^T, with |1 - b(i w)| <= w T_b, so that with q = |V|
-|V^T (1 + X)^-1| the loop of 3.13 is stable where at every frequency, with p = theta w,
+If others turn a contact, the anticipation includes the hand's answer (`planning.known_coupling`) as
+if the contact turned with the body at once. In fact the contact turns with the surface of the
+previous tick. The part of the answer that comes too late is V (1 - b(s)) V^T, with
+|1 - b(i w)| <= w T_b. With q = |V| |V^T (1 + X)^-1| the loop of 3.13 is therefore stable if at
+every frequency w, with p = theta w,
 
     F(p)^(1/2) + h(p)^(1/2) q T_b w < (1 + (w tau)^2)^(1/2),
 
-with F and h of 3.14, the largest gain of a hand's row and the largest of a hand towards what it is
-shown. For hands held still, F = c^2 and h = 1, this is tau > q T_b / (1 - c^2)^(1/2).
+with F and h of 3.14, the squares of the largest gain of a hand's row and of a hand's largest gain
+towards the motion that it is shown. For hands held still, F = c^2 and h = 1, this is
+tau > q T_b / (1 - c^2)^(1/2).
 """
 
 from __future__ import annotations
@@ -27,13 +29,13 @@ from cohaptic.control.stability.swing import shown_gain, worst_row_gain
 
 
 def lag_where_turned(gains: Gains, damping_budget: float, stiffest: float, late: float) -> float:
-    """tau that moving hands need [s].
+    """tau that moving hands need if contacts turn [s].
 
     Args:
-        gains: Gains of what anticipation leaves of the loop.
+        gains: Gains of the loop that anticipation leaves.
         damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
         stiffest: Largest K of a hand, in any direction, finite [N/m].
-        late: q T_b, by how much the turning answers late [s].
+        late: q T_b, weighted delay of the answers to turning [s].
     """
     theta, stiffness = hand_class(damping_budget, stiffest)
     frequency = FREQUENCIES / theta

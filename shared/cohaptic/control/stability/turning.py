@@ -1,9 +1,9 @@
-"""How slowly others may turn a contact (science 3.12).
+"""Time constant T_g with which others may turn a contact (science 3.12).
 
-A hand at depth d under a surface of curvature k answers what others do with two springs: K along
-the normal, after the delay of its loop, and -K g along the surface, g = d k / (1 - d k), since the
-nearest point of its probe goes round with the surface. With S made of both directions of every
-contact, S_pp between the normals, S_pt from tangents to normals and S_tt between the tangents, the
+A hand at depth d under a surface of curvature k answers the others' forces with two springs: K
+along the normal, after the delay of its loop, and -K g along the surface, g = d k / (1 - d k),
+since the nearest point to its probe turns with the surface. Let S contain both directions of every
+contact, S_pp between the normals, S_pt from tangents to normals and S_tt between the tangents. The
 loop is
 
     p = -A (S_pp p + S_pt t),    A = diag(exp(-s T_i) / (1 + s tau)),
@@ -11,10 +11,10 @@ loop is
 
 **Theorem.** Let mu be the largest eigenvalue of -S_pp, w > 0 with cos(w T) - w tau sin(w T) >= mu
 for T = T_max, a = 1 / sqrt(1 + w^2 tau^2) and b = 1 / sqrt(1 + w^2 T_g^2). If the largest
-eigenvalue of S_tt is below 1, all delays T_i <= T are stable where E^(1/2) S E^(1/2) has a norm
-below 1, with E = a for the normals and b for the tangents.
+eigenvalue of S_tt is below 1, all delays T_i <= T are stable if E^(1/2) S E^(1/2) has a norm below
+1, with E = a for the normals and b for the tangents.
 
-*Proof* in `docs/science.md`: below w the real parts of both springs are positive, above it the gain
+*Proof* in `docs/science.md`: below w the real parts of both springs are positive, above w the gain
 of the loop is below one.
 """
 
@@ -26,16 +26,16 @@ import numpy as np
 
 from cohaptic.control.stability.single_contact import Floats
 
-_BISECTIONS = 30  # after which frequency and share are exact to 9 digits
+_BISECTIONS = 30  # gives frequency and share to 9 digits
 
 
 def turning_needed(S: Floats, tangents: int, longest_delay: float, lag: float = 0.0) -> float:
-    """The theorem's edge: every T_g above it is stable; infinite where it knows of none [s].
+    """The theorem's edge: every longer T_g is stable; infinite if the theorem gives none [s].
 
     Args:
-        S: sqrt|N| C sqrt|N| of all contacts, the tangents last, without what is between directions
-            of the same contact; symmetric, shape (n, n).
-        tangents: How many of its rows are tangents.
+        S: sqrt|N| C sqrt|N| of all contacts, the tangents last, with zeros between directions of
+            the same contact; symmetric, shape (n, n).
+        tangents: Number of rows of S that are tangents.
         longest_delay: T_max [s].
         lag: tau of the room [s].
     """

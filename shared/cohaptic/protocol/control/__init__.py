@@ -1,1 +1,1 @@
-"""What control messages are made of."""
+"""Parts of control messages."""

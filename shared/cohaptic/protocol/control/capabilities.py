@@ -1,4 +1,4 @@
-"""What a device gives, as a hello tells it."""
+"""Capabilities of a device, as sent in a hello."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from cohaptic.protocol.control.message import ControlMessage, Name
 
 
 class Capabilities(ControlMessage):
-    """What a device gives, in the spirit of the device metadata of IEEE 1918.1.1.
+    """Capabilities of a device, in the spirit of the device metadata of IEEE 1918.1.1.
 
-    Conformance with that standard is not claimed. A server shows them, and takes them for nothing
-    else: what the loop needs is in the hello itself.
+    Conformance with that standard is not claimed. A server only shows the capabilities; the values
+    that the loop needs are in the hello itself.
 
     Args:
-        device: Name of its kind.
-        sensed_axes: Degrees of freedom of translation that it senses.
-        force_axes: Along which it gives force; 0 for one that only senses.
-        max_force: For a short time; 0 for one that only senses [N].
-        max_stiffness: That it renders stably [N/m].
-        damping: Damping of its own, physical [N s/m].
-        max_damping: That it renders stably; 0 where nobody has measured it [N s/m].
-        resolution: Least step of position that it tells apart; 0 where unknown [m].
-        rate: At which it reports and takes forces at best [Hz].
+        device: Name of the kind of device.
+        sensed_axes: Number of translational degrees of freedom that the device senses.
+        force_axes: Number of axes along which the device gives force; 0 if it only senses.
+        max_force: Largest force for a short time; 0 if the device only senses [N].
+        max_stiffness: Largest stiffness that the device renders stably [N/m].
+        damping: Physical damping of the device itself [N s/m].
+        max_damping: Largest damping that the device renders stably; 0 if not measured [N s/m].
+        resolution: Smallest step of position that the device resolves; 0 if unknown [m].
+        rate: Highest rate at which the device reports positions and takes forces [Hz].
     """
 
     device: Name

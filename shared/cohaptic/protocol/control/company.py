@@ -1,6 +1,6 @@
-"""Messages about who else is here: how many watch, whose view is followed, who points at what.
+"""Messages about other visitors: how many watch, whose view is followed, who points at what.
 
-Only over a connection that watches, and only where its `watch` asked for `company`.
+These messages are sent only over a connection that watches and whose `watch` asked for `company`.
 
 client -> server    present, follow, aim, point
 server -> client    company, aimed, pointed, declined
@@ -16,10 +16,10 @@ from cohaptic.protocol.control.chosen_name import ChosenName
 from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
 from cohaptic.protocol.frame import MAX_POSITION
 
-MAX_TURN = 7.0  # rad; a whole turn either way, and room for rounding
+MAX_TURN = 7.0  # rad; a whole turn either way, with room for rounding
 MAX_ELEVATION = 1.6  # rad; straight down or up
 MIN_DISTANCE, MAX_DISTANCE = 1.0, 50.0  # radii of the body, from its middle to the eye
-MOST_FOLLOWERS = 32  # of one view; each costs a message ten times a second
+MOST_FOLLOWERS = 32  # of one view; each follower costs a message ten times a second
 MOST_OPEN = 64  # users of the fullest room
 
 User = Annotated[int, Field(ge=1, lt=2**32)]
@@ -30,14 +30,15 @@ Distance = Annotated[float, Field(ge=MIN_DISTANCE, le=MAX_DISTANCE)]  # radii of
 
 
 class Present(WithSecrets):
-    """Who sits at a page: at first, and at each change.
+    """Tell the server who visits a page; sent first and at each change.
 
     Args:
-        name: By which others know the visitor.
-        user: Number of its hand; None while it only watches. It counts only with the key.
-        key: Key of the hello of that hand: nobody else can say that it is theirs. Not on the wire
-            without a hand.
-        open: Whether others may follow its view.
+        name: Name by which others know the visitor.
+        user: User number of the visitor's hand; None while the visitor only watches. The number
+            counts only with the key.
+        key: Key from the hello of that hand, which proves that the hand is the visitor's. Not on
+            the wire without a hand.
+        open: Whether others may follow the visitor's view.
     """
 
     type: Literal["present"] = "present"
@@ -50,19 +51,19 @@ class Present(WithSecrets):
 
 
 class Follow(ControlMessage):
-    """See what a user sees from now on; None ends that."""
+    """Follow the view of a user from now on; None ends following."""
 
     type: Literal["follow"] = "follow"
     user: User | None
 
 
 class Aim(ControlMessage):
-    """From where the page of a user looks: state, and only while somebody follows.
+    """Viewpoint of a user's page; state, sent only while another page follows the view.
 
     Args:
-        azimuth: Round the vertical, 0 from +x [rad].
-        elevation: Above the horizon [rad].
-        distance: From the middle of the body, in its radii.
+        azimuth: Angle round the vertical, 0 from +x [rad].
+        elevation: Angle above the horizon [rad].
+        distance: Distance from the middle of the body [radii of the body].
     """
 
     type: Literal["aim"] = "aim"
@@ -72,10 +73,10 @@ class Aim(ControlMessage):
 
 
 class Point(ControlMessage):
-    """Point at a place for everybody to see, for a few seconds.
+    """Point at a place that all visitors then see marked for a few seconds.
 
     Args:
-        point: Point of the resting surface, world frame [m].
+        point: Point of the resting surface in the world frame [m].
     """
 
     type: Literal["point"] = "point"
@@ -83,11 +84,10 @@ class Point(ControlMessage):
 
 
 class Follower(ControlMessage):
-    """One who follows.
+    """A visitor who follows a view.
 
     Args:
-        user: Its number; None for one who only watches.
-        name: Name of it.
+        user: User number of the follower; None for a visitor who only watches.
     """
 
     user: User | None
@@ -95,13 +95,13 @@ class Follower(ControlMessage):
 
 
 class Company(ControlMessage):
-    """Who else is here, as far as it concerns this page: state, at first and at each change.
+    """Other visitors, as far as they concern this page; state, sent first and at each change.
 
     Args:
-        watching: How many watch and have no hand here, this page with them.
+        watching: Number of visitors who watch without a hand in the room, including this page.
         open: Users whose view may be followed at present.
-        following: The user whose view this page is sent; None for nobody's.
-        followers: Who is sent the view of this page.
+        following: User whose view this page receives; None if it follows no view.
+        followers: Visitors who receive the view of this page.
         may_point: Whether this page may point at the surface.
     """
 
@@ -124,12 +124,12 @@ class Aimed(ControlMessage):
 
 
 class Pointed(ControlMessage):
-    """Somebody points at the surface.
+    """A visitor points at the surface.
 
     Args:
-        user: Who; None for one who only watches.
-        name: Name of it.
-        point: Point of the resting surface, world frame [m].
+        user: User number of the visitor; None for a visitor who only watches.
+        name: Name of the visitor.
+        point: Point of the resting surface in the world frame [m].
     """
 
     type: Literal["pointed"] = "pointed"
@@ -139,11 +139,11 @@ class Pointed(ControlMessage):
 
 
 class Declined(ControlMessage):
-    """Why a wish was not carried out, or what was carried out has ended.
+    """A request was not carried out, or its effect has ended.
 
     Args:
-        what: `follow` or `point`.
-        reason: One sentence.
+        what: Kind of the request, `follow` or `point`.
+        reason: Reason in one sentence.
     """
 
     type: Literal["declined"] = "declined"

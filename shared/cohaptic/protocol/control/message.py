@@ -1,4 +1,4 @@
-"""What all control messages are: frozen, bounded, and silent about what is not said."""
+"""Base classes of control messages: frozen, bounded, and without empty optional fields."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SECRETS = ("key", "token", "session")  # fields that no error and no log may quo
 _SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company")
 
 MAX_NAME = 32  # characters
-# Printable, one line: names are shown in terminals and pages.
+# Names are printable and of one line, since terminals and pages show them.
 Name = Annotated[
     str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$")
 ]
@@ -29,7 +29,7 @@ class ControlMessage(BaseModel):
 
 
 class WithSecrets(ControlMessage):
-    """A message with fields that are not on the wire where there is nothing to say in them."""
+    """A message whose secrets and seldom used fields are left off the wire when empty or false."""
 
     @model_serializer(mode="wrap")
     def _without_what_is_not_said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Messages about the name by which a client goes, while it touches or waits for a seat."""
+"""Messages that change the name of a client while it touches or waits for a seat."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic.protocol.control.message import ControlMessage, Name
 
 
 class SetName(ControlMessage):
-    """Go by another name from now on, without leaving; answered by `named`.
+    """Ask for another name from now on, without leaving; the server answers with `named`.
 
     Args:
         name: As in a hello.
@@ -20,11 +20,11 @@ class SetName(ControlMessage):
 
 
 class Named(ControlMessage):
-    """The answer to `set_name`: the name by which the client goes now.
+    """The answer to `set_name`: the present name of the client.
 
     Args:
-        name: That it asked for; the one of before where that could not be had.
-        reason: Why it could not, one sentence; empty where it could.
+        name: Name that the client asked for; the previous name if that one is not available.
+        reason: Why the name is not available, in one sentence; empty if it was given.
     """
 
     type: Literal["named"] = "named"
