@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 from collections.abc import AsyncGenerator
 from contextlib import AbstractAsyncContextManager
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -158,7 +159,10 @@ def test_ours_have_options_of_their_own_and_are_checked_like_others() -> None:
 
 
 def test_an_installation_that_has_lost_one_of_ours_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extensions, "entries", lambda group: {})
+    def none(_group: str) -> dict[str, tuple[EntryPoint, ...]]:
+        return {}
+
+    monkeypatch.setattr(extensions, "entries", none)
     with pytest.raises(ExtensionError, match=r"admin.*install cohaptic anew"):
         loaded({"admin": "9100"})
 

@@ -182,7 +182,7 @@ class Web:
         solve: Callable[[int], bytes] | None = None,
         endpoints: Mapping[str, Endpoint] | None = None,
     ) -> None:
-        self._endpoints = {} if endpoints is None else endpoints
+        self._endpoints: Mapping[str, Endpoint] = {} if endpoints is None else endpoints
         self._gate, self._clock = gate, gate.clock
         self.ticked = self._clock.now()
         self._settings = settings

@@ -15,6 +15,7 @@ import re
 import socket
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
+from typing import cast
 
 from websockets.exceptions import ConnectionClosed
 from websockets.protocol import State
@@ -327,7 +328,7 @@ class CohapticServer:
         left: BaseException | None = error
         if ws.state is not State.OPEN:
             if isinstance(error, ExceptionGroup):
-                left = error.split(ConnectionClosed)[1]
+                left = cast("ExceptionGroup[Exception]", error).split(ConnectionClosed)[1]
             elif isinstance(error, ConnectionClosed):
                 left = None
         if left is None:
