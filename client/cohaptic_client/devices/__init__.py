@@ -1,1 +1,1 @@
-"""Haptic and input devices, one per file, behind the Protocol in `device.py`."""
+"""The Protocol of a device, the simulated one and the SpaceMouse; drivers: `cohaptic_drivers`."""

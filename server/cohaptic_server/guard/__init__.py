@@ -1,1 +1,1 @@
-"""Rate limits and other budgets of the server for a connection and for an address. No I/O."""
+"""Budgets of a connection and of an address, and which address a trusted proxy names. No I/O."""

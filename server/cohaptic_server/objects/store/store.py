@@ -1,13 +1,15 @@
 """Stores prepared objects on disk: tetrahedra of a file, and the expensive parts of a solid.
 
-The key of each entry is its content: for tetrahedra the bytes of the file and all options that
-influence them, for parts of a solid the tetrahedra, the fixed vertices and the material.
+The key of each entry is the input that it was computed from: for tetrahedra the bytes of the file
+and all options that influence them, for parts of a solid the tetrahedra, the fixed vertices and the
+material.
 
 A factor is kept in a file of its own from the end of factoring until the whole object is stored.
-It is in double precision, which the presses on the surface need; the stored object may have less.
+It is in double precision, which the presses on the surface need; the factor in the stored object
+is in single precision.
 
-With `late` only the path of a stored factor is handed on: the process that solves with it maps it,
-and no other process reads it.
+With `late` the result has only the path of a stored factor: the process that solves with the factor
+maps its file, and no other process reads it.
 """
 
 from __future__ import annotations
@@ -52,7 +54,7 @@ PREFIX = "factor/"  # prefix of the factor's arrays in an entry
 
 
 class StoredFactor:
-    """A factor that is read when it is needed, in the process that needs it.
+    """A stored factor, which the process that solves with it reads only when it needs it.
 
     Args:
         path: Path of the entry with the factor.
@@ -85,7 +87,7 @@ class StoredFactor:
             raise BodyError(f"the stored factor is damaged, and was deleted ({error})") from error
 
     def problem(self) -> str:
-        """Text of the error if the file of the factor has been changed since `read`; else empty."""
+        """Error text if the file of the factor has been changed since `read`; otherwise empty."""
         if self._file is None or _state(self._file) == self._seen:
             return ""
         return f"the stored factor was changed while it is in use ({self.path})"
@@ -101,7 +103,7 @@ _LABEL = "factor of an interrupted preparation"
 
 
 class Checkpoint:
-    """The factor of an object that is not stored yet, in a file next to the object's entry.
+    """Keeps the factor of an object until the object is stored, in a file next to its entry.
 
     Args:
         path: Path of the object's entry.
@@ -127,7 +129,7 @@ class Checkpoint:
         save_entry(self._path, _LABEL, factor_file.to_arrays(factor, np.float64))
 
     def remove(self) -> None:
-        """Delete the factor once its object is stored."""
+        """Delete the factor, since its object has been stored."""
         self._path.unlink(missing_ok=True)
 
 
@@ -144,7 +146,7 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 def is_prepared(source: ObjectFile) -> bool:
     """Whether the file exists and its tetrahedra are in the store."""
-    return source.path.is_file() and _tets_path(source).is_file()
+    return source.path.is_file() and tets_path(source).is_file()
 
 
 def load_or_prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Prepared:
@@ -158,7 +160,7 @@ def load_or_prepare(source: ObjectFile, progress: Progress = lambda phase, share
     """
     if not source.path.is_file():
         return prepare(source)  # raises the error that says why
-    path = _tets_path(source)
+    path = tets_path(source)
     label = f"tetrahedra of {source.path.name}"
     arrays = load_entry(path, label, mapped=False)
     if arrays is not None:
@@ -184,17 +186,17 @@ def load_or_make_parts(
     """Load the expensive parts of a solid from the store, or make and store them.
 
     Args:
-        tets: The object at rest.
+        tets: Tetrahedra of the object at rest.
         fixed: Whether each vertex is held, shape (n,).
         settings: Material and discretisation.
         progress: Called with the phase and the share of it that is done.
-        accept: Called with the plan of factoring before it begins; may raise an error.
-        late: Whether a stored factor is not read here, but read and checked later by a process of
-            its own. Otherwise a damaged factor is made anew here.
+        accept: Called with the plan of factoring before factoring begins; may raise an error.
+        late: Whether another process reads and checks a stored factor later. Otherwise the factor
+            is read here, and made anew if it is damaged.
         moduli: Moduli of each tetrahedron; None for those of `settings` everywhere.
 
     Raises:
-        BodyError: The fixed vertices leave a rigid motion, or nothing free.
+        BodyError: The fixed vertices leave a rigid motion free, or leave no vertex free.
     """
     if moduli is None:
         moduli = Moduli.uniform(len(tets.tets), settings.young, settings.nu)
@@ -242,7 +244,7 @@ def _load_parts(
 def _parts_path(
     tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings, moduli: Moduli
 ) -> Path:
-    """Path of the entry with a solid's parts; a uniform material keeps the key it always had."""
+    """Path of a solid's entry; the key for a uniform material is the one of earlier versions."""
     young, nu = settings.young, settings.nu
     more = [moduli.young.tobytes(), moduli.nu.tobytes()]
     if moduli.is_uniform:
@@ -252,7 +254,7 @@ def _parts_path(
     return entry_path(repr(material).encode(), *arrays, *more)
 
 
-def _tets_path(source: ObjectFile) -> Path:
+def tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of an existing file."""
     options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
     form = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
