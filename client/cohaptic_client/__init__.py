@@ -1,4 +1,4 @@
-"""One user's side: a 1 kHz loop in its own process, a link to the server, a device.
+"""The client of one user: a 1 kHz loop in its own process, a link to the server, a device.
 
 This module stays light, because the process that runs the loop imports it: a public name is
 imported from its module when it is first used.

@@ -1,4 +1,4 @@
-"""Address of a server, from the text that a person has: an address or an invitation's link."""
+"""Reads the address of a server or the link of an invitation, and sets up TLS for it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Address:
     """Address of a server.
 
     Args:
-        url: URL, with ws: or wss: unless the text was no address.
+        url: URL with ws: or wss:; the unchanged text if the text was no address.
         token: Token from the link; empty for none.
     """
 
@@ -26,7 +26,7 @@ class Address:
 
 
 def read_address(said: str) -> Address:
-    """The address in a person's text; a text that is no address is kept unchanged as the URL.
+    """Read the address in a person's text; a text that is no address stays unchanged as URL.
 
     Args:
         said: `ws://HOST:PORT`, or a link such as `https://lab.example/#token=...`.

@@ -1,4 +1,4 @@
-"""`cohaptic touch`."""
+"""`cohaptic touch`: reads the options and touches the object of a server."""
 
 from __future__ import annotations
 

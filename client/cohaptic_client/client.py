@@ -1,6 +1,6 @@
-"""One client, put together: haptic loop, connection and state.
+"""A client: it joins the haptic loop and the connection, and reports the state of both.
 
-The state of a client, which people and programs read, is a function of these parts.
+The state, which people and programs read, is a function of these parts.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def status_before_touch(name: str, place: tuple[int, int] | None) -> TouchStatus
 
     Args:
         name: Name of the client.
-        place: Place in the queue before a full room, and the queue's length; None outside a queue.
+        place: Place in the queue for a full room, and the queue's length; None outside a queue.
     """
     if place is None:
         return TouchStatus(name=name, state="connecting")
@@ -146,15 +146,16 @@ RETRY = 0.5  # s between attempts to reach a server
 
 
 class Client:
-    """One user at one server.
+    """The client of one user at one server.
 
     Args:
-        tell: Called with each piece of news for people.
-        keep: Called with the rows of the loop, some at a time, as blocks for
-            `cohaptic.status.row.rows_in`; None when nobody needs every period.
+        tell: Called with each piece of news for the user.
+        keep: Called with the new rows of the loop, as blocks for `cohaptic.status.row.rows_in`;
+            None when nobody needs every period.
 
     Attributes:
-        hears: Returns whether the user can acknowledge a fault; to be set if there may be no user.
+        hears: Function that returns whether the user can acknowledge a fault; replace it if there
+            may be no user.
     """
 
     def __init__(
@@ -176,9 +177,9 @@ class Client:
         self._next_beat = 0.0
         self._faults = FaultNews()
         self._silences = FaultNews()
-        # A simulated hand does not mind late forces: nothing to tell.
+        # A simulated hand does not mind late forces: no news of the scheduling.
         self._scheduling_told = settings.device.name == "simulated"
-        self._leaving = False  # whether the user wants the end, which is then no news
+        self._leaving = False  # whether this client ends, so that a loss is no news
         self.hears: Callable[[], bool] = lambda: True
 
     async def run(self) -> None:
@@ -225,7 +226,7 @@ class Client:
         )
 
     def _beat(self) -> None:
-        """Send a heartbeat to the loop and tell its faults; does nothing until the next is due."""
+        """Send a heartbeat to the loop if one is due, and tell the user the loop's news."""
         now = self.clock.now()
         if now < self._next_beat:
             return
@@ -254,7 +255,7 @@ class Client:
             await asyncio.sleep(SLOW_HEARTBEAT)
 
     async def _connect(self) -> None:
-        """Connect again and again, within the patience of the settings."""
+        """Connect, and connect again after each loss, within the patience of the settings."""
         patience = self.settings.patience
         until = self.clock.now() + patience
         if self.settings.patience_lost is not None:
@@ -323,7 +324,7 @@ class Client:
             await link.close()
 
     async def _let_go(self) -> None:
-        """Fade the force, then say goodbye."""
+        """Fade the force and end the loop, then say goodbye to the server."""
         if not self._haptics.running:
             return
         await self._haptics.stop()

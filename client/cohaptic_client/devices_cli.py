@@ -1,4 +1,4 @@
-"""`cohaptic devices`: lists the devices, how each is chosen, and tells two devices apart."""
+"""`cohaptic devices`: lists devices and their options, knocks with a device, calibrates it."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from cohaptic_client.devices.hid_devices import unknown_hid
 from cohaptic_client.devices.serial_ports import unknown_ports
 from cohaptic_client.news import is_real_time
 
-MOST_LATE: Final = 0.001  # share of periods that may be late by more than one: 0.1 %
+MOST_LATE: Final = 0.001  # share of periods that may be late by more than a period: 0.1 %
 MEMORY: Final = 64 << 20  # bytes; a loop's process uses about half of that
 _CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
 _NODES: Final = ("hidraw*", "ttyACM*", "ttyUSB*")
@@ -69,7 +69,7 @@ class Finding:
 
 
 def of_measurement(measured: dict[str, Any]) -> list[Finding]:
-    """Findings on scheduling, memory, compiled modules and lateness.
+    """Judge measured scheduling, memory lock, compiled modules and lateness; a finding on each.
 
     Args:
         measured: Result that `loop.running.measure` printed.
@@ -111,21 +111,26 @@ def of_measurement(measured: dict[str, Any]) -> list[Finding]:
 
 
 def of_clock(source: str, resolution: float) -> Finding:
-    """Finding on the clock; `source` is the kernel's, empty if unknown; `resolution` in [s]."""
+    """Judge this machine's clock.
+
+    Args:
+        source: Clock source of the kernel; empty if unknown.
+        resolution: Resolution of the clock [s].
+    """
     found = f"{source or 'of the system'}, resolution {1e9 * resolution:.0f} ns"
     slow = bool(source) and source not in _CLOCKS
     return Finding("clock", found, "choose tsc if the kernel trusts it: others are slow" * slow)
 
 
 def of_lock_limit(limit: float) -> Finding:
-    """Finding on the limit of memory that may be locked [bytes]."""
+    """Judge `limit` [bytes], the most memory that this process may lock; inf for no limit."""
     words = "no limit" if limit == float("inf") else f"{limit / 2**20:.0f} MiB"
     few = limit < MEMORY and sys.platform == "linux"
     return Finding("memory lock limit", words, f"{MEMORY >> 20} MiB are needed" * few)
 
 
 def of_nodes(nodes: list[tuple[str, bool]]) -> Finding:
-    """Finding on device nodes, each with whether this user may read and write it."""
+    """Judge device nodes, each given with whether this user may read and write it."""
     if not nodes:
         return Finding("USB devices", "no hidraw or serial node; none is plugged in, or no driver")
     closed = [name for name, may in nodes if not may]
@@ -139,13 +144,13 @@ def of_nodes(nodes: list[tuple[str, bool]]) -> Finding:
 
 
 def nodes(folder: Path) -> list[tuple[str, bool]]:
-    """Nodes of HID devices, boards and bridges, each with whether this user may read and write."""
+    """HID and serial device nodes in a folder, each with whether this user may read and write."""
     paths = sorted(path for kind in _NODES for path in folder.glob(kind))
     return [(str(path), os.access(path, os.R_OK | os.W_OK)) for path in paths]
 
 
 def of_machine(seconds: float) -> list[Finding]:
-    """All findings on this machine; it measures lateness for `seconds` [s]."""
+    """Examine this machine, measuring lateness for `seconds` [s]; returns all findings."""
     found = [
         Finding("versions", f"cohaptic {__version__}, Python {platform.python_version()}, "
                 f"{platform.platform()}, {os.cpu_count()} processors")
@@ -170,7 +175,7 @@ def _measured(seconds: float) -> dict[str, Any]:
 
 
 def of_devices() -> Iterator[Finding]:
-    """All findings on devices and their drivers."""
+    """Yield the findings on devices, their drivers and the packages that drivers use."""
     for package, purpose in _LIBRARIES:
         try:
             yield Finding(package, f"{version(package)}, for {purpose}")

@@ -1,4 +1,4 @@
-"""The haptic side of a client: the loop's process, from the first welcome to the end.
+"""The haptic side of a client: the loop's process, from the server's first welcome message on.
 
 The process outlives a lost connection: the force fades when patches stop, and returns with them.
 """
@@ -28,7 +28,7 @@ from cohaptic_client.settings import ClientSettings
 
 
 class Haptics:
-    """The loop's process and the memory that is shared with it.
+    """The haptic loop's process, and the memory that this process shares with it.
 
     Args:
         clock: Clock of this process; the loop reads the same time.
@@ -37,7 +37,7 @@ class Haptics:
         fault: Earlier fault that the user has not acknowledged; empty for none.
 
     Raises:
-        DeviceError: There is no room for the memory.
+        DeviceError: There is no room for the shared memory.
 
     Attributes:
         row: Newest row of the loop; None before the first.
@@ -97,7 +97,7 @@ class Haptics:
         return Haptics(self._settings, self._clock, self._keep, fault)
 
     def keep_mesh(self, mesh: RestMesh) -> None:
-        """Keep the resting mesh for the loop, which starts with it.
+        """Write the resting mesh to the file that the loop reads at its start.
 
         Raises:
             AnotherObject: The loop has the mesh of another object.
@@ -111,10 +111,10 @@ class Haptics:
             self._mesh = mesh
 
     def start(self, welcome: Welcome) -> None:
-        """Start the loop at the body of a welcome, unless it runs already.
+        """Start the loop for the body of a welcome message, unless the loop runs already.
 
         Raises:
-            AnotherObject: The loop runs at another body, or for another simulation period.
+            AnotherObject: The loop runs for another body or another simulation period.
         """
         if self._welcome is None:
             rest_mesh = str(self._mesh_file) if self._mesh is not None else None
@@ -153,7 +153,7 @@ class Haptics:
         return self._process.newest_sample() if self._process is not None else None
 
     def beat(self) -> str:
-        """Tell the loop that this process lives, and take its rows.
+        """Tell the loop that this process lives, and collect the loop's new rows.
 
         Returns:
             Fault of the loop; empty for none.
@@ -214,13 +214,13 @@ def loop_config(
     mesh: RestMesh | None,
     every_row: bool,
 ) -> LoopConfig:
-    """Configuration of the loop of a client that a server has welcomed.
+    """Configuration of a client's loop, from its settings and the server's welcome message.
 
     Args:
         memory: Path of the shared memory.
         clock_origin: Origin of this process's clock [s].
         rest_mesh: Path of the file with the resting mesh; None without mesh patches.
-        mesh: The same mesh, on which a simulated hand is put; None without mesh patches.
+        mesh: The resting mesh, on which a simulated hand is placed; None without mesh patches.
         every_row: Whether the row of each period is kept.
     """
     device = device_info(settings.device)

@@ -38,9 +38,9 @@ async def act(
     """Connect and perform an action; returns lines to show.
 
     Raises:
-        ServerLost: No such server answers.
+        ServerLost: No cohaptic server answers.
         Refused: The server refuses the connection or the action.
-        SettingError: The user is not in the room, or was not put out (for unban).
+        SettingError: The user is not in the room, or, for unban, was not kicked or banned.
     """
     try:
         async with (
@@ -91,7 +91,7 @@ async def _talk(
 
 
 async def _unban(ws: ClientConnection, who: str) -> str:
-    """Let a user come back who was put out; returns a line to show."""
+    """Let a kicked or banned user come back; returns a line to show."""
     names = (await _answer(ws, PutOut)).names
     if who not in names:
         limit = f"one who was put out: {', '.join(names) or 'nobody was'}"
@@ -114,7 +114,7 @@ def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:
 
 
 async def _answer(ws: ClientConnection, kind: type[M]) -> M:
-    """The next message of a kind; raises Refused for an error."""
+    """Wait for the next message of a kind; raises Refused if the server sends an error."""
     while True:
         data = await ws.recv()
         if isinstance(data, bytes):

@@ -1,4 +1,4 @@
-"""News for a person on the client's haptic loop: its faults, its law and its scheduling."""
+"""Sentences for the user on faults, law, device and scheduling of the haptic loop."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any, Final
 from cohaptic.control.law import Law
 from cohaptic_client.loop.safety import NOT_HELD
 
-# s between two faults that are told: a hand that is too fast in every other period would fill the
-# terminal. The status line shows every fault.
+# s between two faults that the user is told: a hand that is too fast in every other period would
+# fill the terminal. The status line shows every fault.
 FAULT_NEWS: Final = 2.0
 
 
 def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
-    """Why the force is off, and how to bring it back.
+    """Sentence on why the force is off and how the user brings it back.
 
     Args:
         fault: Fault in the words of the safety layer.
@@ -34,11 +34,11 @@ def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
 
 
 def law_in_words(law: Law, device: str) -> str:
-    """Warning on the chosen law; empty for a law that keeps the limits of `docs/safety.md`.
+    """Warning about the chosen law; empty for a law that keeps the limits of `docs/safety.md`.
 
     Args:
         law: Law that the client asks for.
-        device: Name of the device; empty result for a simulated one, which no person holds.
+        device: Name of the device; a simulated one, which no person holds, gives no warning.
     """
     if not law.integrates or device == "simulated":
         return ""
@@ -50,7 +50,7 @@ def law_in_words(law: Law, device: str) -> str:
 
 
 def silence_in_words(status: Mapping[str, Any]) -> str:
-    """News of a device that should send reports but sends none; empty while the device sends.
+    """Sentence on a device that should send reports but sends none; empty while it sends.
 
     Args:
         status: Newest report of the loop.
@@ -61,14 +61,14 @@ def silence_in_words(status: Mapping[str, Any]) -> str:
 
 
 class FaultNews:
-    """Selects the faults to tell: each new fault, but no more than one per `FAULT_NEWS`."""
+    """Selects the faults that the user is told: new ones, at most one per `FAULT_NEWS` [s]."""
 
     def __init__(self) -> None:
         self._told = ""
         self._next = -math.inf
 
     def is_new(self, fault: str, now: float) -> bool:
-        """Whether a fault is to be told now.
+        """Whether the user is to be told of a fault now.
 
         Args:
             fault: Fault of the loop now; empty for none.
@@ -92,7 +92,7 @@ def is_real_time(scheduling: str) -> bool:
 
 
 def scheduling_in_words(scheduling: str) -> str:
-    """Warning on a loop's scheduling; empty if the scheduling is good or unknown.
+    """Warning about a loop's scheduling; empty if the scheduling is good or unknown.
 
     Args:
         scheduling: Scheduling in words, as for `is_real_time`; empty before the loop's report.

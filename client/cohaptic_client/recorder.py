@@ -13,7 +13,7 @@ MAX_SECONDS = 300.0  # older rows are dropped, so that a long recording needs bo
 
 
 class Recorder:
-    """The last `MAX_SECONDS` of rows.
+    """Keeps the rows of the loop's last `MAX_SECONDS`.
 
     Args:
         loop_hz: Rows per second.

@@ -1,4 +1,4 @@
-"""Settings of a client, checked, and the limits that follow from them."""
+"""Settings of a client, with their checks, and the limits that follow from them."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class ClientSettings:
 
     Args:
         url: URL of the server, ws: or wss:.
-        name: Name of the user that the others see.
+        name: Name of the user, which the other users see.
         law: Local model.
         geometry: Geometry of the local surface.
         fixed_gains: Gains in place of the server's choice, if the server allows it.
         thresholds: Thresholds of the law's integral, eqs. (17), (18).
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
             each patch as the paper does.
-        friction: mu of the contact; 0 for none.
+        friction: Friction coefficient mu of the contact; 0 for none.
         passivity: Whether the passivity layer is on.
         device: Device with its options, as `catalogue.read_device` reads them.
         loop_hz: Rate of the haptic loop, 1 / T [Hz].
@@ -42,7 +42,8 @@ class ClientSettings:
         down: Injected latency from server to client.
         script: Script of a simulated hand.
         patience: Time for which the client tries to reach a server at first [s].
-        patience_lost: The same after the server was lost; None for the same time [s].
+        patience_lost: Time for which the client tries to reach a server that it has lost; None for
+            `patience` [s].
         duration: Time after which the client lets go and leaves; None to wait for Ctrl-C [s].
         token: Token of an invitation; empty for none.
         ca_file: File of trusted certificates for the server; empty for those of the system.

@@ -1,9 +1,9 @@
-"""Runs `cohaptic touch`: touches until the end, and shows the state meanwhile.
+"""Runs `cohaptic touch`: runs a client to its end, and shows the client's state meanwhile.
 
-The user acknowledges a fault with the Enter key of the terminal. A movement of the hand will not
-do, because a hand that a fault has startled would acknowledge it by drawing back. Only Enter
-counts, because every terminal delivers whole lines without a change of its modes, which a killed
-process could not undo. A program that runs a client writes a line.
+The user acknowledges a fault with the Enter key of the terminal. A movement of the hand does
+not count, because a hand that a fault has startled draws back, and would acknowledge the fault by
+that. Enter is the key, because every terminal delivers whole lines without a change of its modes,
+which a killed process could not undo. A program that runs a client writes a line to its input.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class EnterKey:
         threading.Thread(target=self._listen, name="enter key", daemon=True).start()
 
     def listening(self) -> bool:
-        """Whether lines can come: False without a standard input and after its end."""
+        """Whether lines can still come; False if standard input is missing or has ended."""
         return self._listening
 
     def stop(self) -> None:
@@ -84,7 +84,7 @@ class EnterKey:
 
 
 _REFRESH = 0.1  # s
-# Bytes of the state that may wait for a reader: some seconds.
+# Bytes of output that may wait for a slow reader: some seconds of the state.
 _UNREAD = 32 * 1024
 
 

@@ -1,4 +1,4 @@
-"""The file that describes one device at hand: TOML, small, written by a person."""
+"""Reads the file that describes one device at hand: a short TOML file, written by a person."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from cohaptic.written import at_home, text_of
 
 
 def read_unit_file(path: str, longest: int) -> dict[str, Any]:
-    """What a unit's file says, by key.
+    """Contents of a unit's file, by key.
 
     Args:
         path: Path of the file; `~` is the home folder.
-        longest: It may be [bytes].
+        longest: Largest size of the file [bytes].
 
     Raises:
-        SettingError: It cannot be read, is too long, or no TOML.
+        SettingError: The file cannot be read, is too long, or is not TOML.
     """
     try:
         data = at_home(Path(path)).read_bytes()

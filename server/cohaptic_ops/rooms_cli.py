@@ -1,4 +1,4 @@
-"""`cohaptic serve --config FILE`: many rooms."""
+"""Command `cohaptic serve --config FILE`, which serves the rooms of a configuration file."""
 
 from __future__ import annotations
 
@@ -50,12 +50,10 @@ _ENDED_AT_ONCE = 130  # exit status of a command that Ctrl-C has ended
 
 
 def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline: bool) -> None:
-    """Serve the rooms of a configuration until interrupted.
+    """Serve the rooms of a configuration file until interrupted.
 
     Args:
         context: Context of the command, with the options that were given.
-        path: Path of the configuration.
-        style: Style of the log.
         lifeline: Whether the server also ends when standard input closes.
 
     Raises:
@@ -72,11 +70,12 @@ def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline
 
 @contextlib.contextmanager
 def _state_folder(access: AccessTable) -> Generator[AccessTable]:
-    """Yield the table with a folder for state that outlives the process of a room."""
+    """Yield the access table with a folder for state that outlives the process of a room."""
     if access.state is not None:
         yield access
         return
-    # The folder, a few bytes for each room, stays if the server is ended at once (second Ctrl-C).
+    # After a second Ctrl-C, which ends the server at once, the folder with a few bytes for each
+    # room stays.
     with tempfile.TemporaryDirectory(prefix="cohaptic-state-", ignore_cleanup_errors=True) as name:
         yield access.model_copy(update={"state": Path(name)})
 
@@ -91,7 +90,7 @@ def _refuse_other_options(context: typer.Context) -> None:
 
 
 def build_room(table: RoomTable, settings: ServerSettings) -> Body:
-    """Make the body of a room; called in its process.
+    """Make the body of a room; called in the process of the room.
 
     Args:
         table: Table of the room in the configuration.
@@ -121,7 +120,7 @@ def build_room(table: RoomTable, settings: ServerSettings) -> Body:
 
 
 def object_options(table: ObjectTable) -> ObjectOptions:
-    """The options of an object that a table describes."""
+    """Return the options of an object that a table of the configuration describes."""
     given = {field.name: getattr(table, field.name) for field in fields(ObjectOptions)}
     for name in ("young", "poisson", "density"):
         if isinstance(given[name], float):
@@ -130,14 +129,14 @@ def object_options(table: ObjectTable) -> ObjectOptions:
 
 
 def protect(table: AccessTable, host: str) -> Protection:
-    """Make the protection of a room; called in its process.
+    """Make the access control of a room, as the configuration describes it.
 
     Args:
         table: Access table of the configuration.
         host: Host that the server listens on.
 
     Raises:
-        SettingError: Strangers could come in without the owner's decision, or a file of keys cannot
+        SettingError: The owner has not decided whether strangers may come in, or a key file cannot
             be used.
     """
     options = AccessOptions(
@@ -157,7 +156,7 @@ def _check_access(path: Path, config: RoomsConfig) -> None:
     """Check the access table before any process is started.
 
     Raises:
-        ConfigError: The table is invalid; the error says what to write.
+        ConfigError: The table is invalid; the error says how to correct it.
     """
     if os.environ.get(_KEYS) and config.access.keys is None and not config.access.open:
         missing = f"access.keys is missing while the environment variable {_KEYS} is set, which is"
@@ -174,7 +173,7 @@ def _check_objects(path: Path, config: RoomsConfig) -> None:
     """Check the objects of all rooms before any process is started.
 
     Raises:
-        ConfigError: Objects are invalid; the error names the keys at fault.
+        ConfigError: Some settings are invalid; the error names their keys in the file.
     """
     problems: list[str] = []
     for name, table in config.rooms.items():
@@ -240,9 +239,9 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
 def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
     """Handle signals: the first Ctrl-C or SIGTERM lets the rooms end, the second kills them.
 
-    SIGHUP lets the rooms read their keys again, as with one room; if it comes because the terminal
-    has closed, it acts as SIGTERM. Without a handler SIGHUP would end this process at once, and the
-    clients would not be told.
+    SIGHUP lets the rooms read their keys again, as on a server with one room; after the terminal
+    has closed, SIGHUP acts as SIGTERM. Without a handler SIGHUP would end this process at once,
+    without a message to the clients.
     """
     loop = asyncio.get_running_loop()
     asked = False

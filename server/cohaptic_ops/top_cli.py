@@ -1,4 +1,4 @@
-"""`cohaptic top`: a server with all its rooms and users, in a terminal."""
+"""Command `cohaptic top`, which shows a server with its rooms and users in a terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 TIMEOUT = 5.0  # s for an answer, which normally comes within 0.1 s
 MOST = 16 * 2**20  # bytes of an answer; 200 rooms of 64 users have 3 MB
-WINDOW = 10  # readings over which ticks are counted
+WINDOW = 10  # number of readings over which ticks are counted
 
 
 def top(

@@ -1,4 +1,4 @@
-"""The authoritative server: one deformable body, everybody's forces on it, one tick at a time.
+"""The authoritative server: at each tick, computes one body under the forces of all users.
 
 A public name is imported from its module when it is first used.
 """

@@ -1,6 +1,6 @@
-"""The log of a server: lines for people, or one JSON object per line for machines.
+"""Writes the log of a server: lines for people, or one JSON object per line for machines.
 
-The log is written beside the tick, which never waits for a terminal or a pipe.
+A thread writes the log, so that the tick never waits for a terminal or a pipe.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class LogFormat(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LogStyle:
-    """Style of a server's log, which its process passes to those of its rooms.
+    """Level and format of a server's log; the server passes them to the processes of its rooms.
 
     Args:
         level: Lowest level that is written, as in `logging`.
@@ -50,7 +50,7 @@ class JsonLines(logging.Formatter):
         self._room = room
 
     def format(self, record: logging.LogRecord) -> str:
-        """The line, without the newline."""
+        """Return the JSON line of a record, without the newline."""
         when = datetime.fromtimestamp(record.created, UTC)
         line: dict[str, Any] = {
             "time": when.isoformat(timespec="milliseconds").replace("+00:00", "Z"),
@@ -68,14 +68,14 @@ class JsonLines(logging.Formatter):
 
 
 class Beside(logging.StreamHandler[Any]):
-    """Writes to standard error without waiting, except for a moment when it is closed."""
+    """Log handler that writes to standard error without waiting; only `close` waits a moment."""
 
     def __init__(self, formatter: logging.Formatter) -> None:
         super().__init__(aside(sys.stderr, tell=self._left_out))
         self.setFormatter(formatter)
 
     def close(self) -> None:
-        """Wait a moment for the last lines to be written, and close."""
+        """Wait a moment until the last lines are written, and close."""
         if isinstance(self.stream, Aside):
             self.stream.drain()
         super().close()

@@ -16,7 +16,7 @@ _YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Cross product of rows, shape (m, 3), in a fifth of the time of numpy's for a few rows."""
+    """Cross product of rows, shape (m, 3); five times as fast as numpy's for a few rows."""
     return np.asarray(a[:, _YZX] * b[:, _ZXY] - a[:, _ZXY] * b[:, _YZX])
 
 
@@ -26,7 +26,7 @@ def vec3(a: Floats) -> Vec3:
 
 
 def union(*parts: Ints) -> Ints:
-    """Sorted distinct numbers of several arrays, in a third of the time of `np.union1d`."""
+    """Sorted distinct numbers of several arrays; three times as fast as `np.union1d`."""
     numbers = np.concatenate(parts)
     numbers.sort()
     different = np.ones(len(numbers), dtype=np.bool_)

@@ -1,7 +1,7 @@
-"""Stand-in for the parts of Cython that kernels use, for kernels that run as plain Python.
+"""Replaces the parts of Cython that kernels use when they run as plain Python.
 
-Compiled kernels do not import this: to Cython, `cython.nogil` is a statement that gives up the
-global interpreter lock.
+Compiled kernels do not import this module: Cython itself treats `cython.nogil` as a statement that
+releases the global interpreter lock.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Memory of this process: its peak as the system counts it, and the return of free memory."""
+"""Measures the peak memory of this process, and returns free memory to the system."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _STATUS = Path("/proc/self/status")
 
 
 def peak_memory() -> int:
-    """Largest memory so far of this process, or of a child that it waited for [bytes].
+    """Largest memory so far of this process, or of a child process that has ended [bytes].
 
-    On Windows the children are left out.
+    On Windows the child processes are left out.
     """
     if sys.platform == "win32":
         return own_peak()
@@ -39,13 +39,13 @@ def own_peak() -> int:
 
 
 def keep_what_there_is(*, anew: bool = False) -> None:
-    """Exempt all objects that exist now from garbage collection, whose scans would cost ticks.
+    """Exempt all objects that exist now from garbage collection, whose scans would delay ticks.
 
-    In a forked process, a scan would also copy every memory page that it shares with others.
+    In a forked process, a scan would also copy every memory page that the process shares with
+    others.
 
     Args:
-        anew: Whether objects that were exempted before are collected first, since some may have
-            become garbage.
+        anew: Whether to collect garbage among the objects that were exempted before, too.
     """
     if anew:
         gc.unfreeze()
@@ -66,12 +66,12 @@ def give_back() -> None:
 
 
 def _unit() -> int:
-    """Bytes per unit of `ru_maxrss`, which counts kilobytes, on macOS bytes."""
+    """Bytes per unit of `ru_maxrss`: 1024, but 1 on macOS."""
     return 1 if sys.platform == "darwin" else 1024
 
 
 def _windows_peak() -> int:
-    """PeakPagefileUsage: peak of committed memory, touched or not [bytes]."""
+    """Peak of committed memory, whether used or not (PeakPagefileUsage of Windows) [bytes]."""
     if sys.platform == "win32":
 
         class Counters(ctypes.Structure):

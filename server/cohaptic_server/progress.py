@@ -1,4 +1,4 @@
-"""Progress of a long preparation, and its time left."""
+"""Type of a progress callback, and a forecast of the time that a phase still takes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _SOON = 2.0  # s from the start of a phase until its rate is known well enough f
 
 
 class TimeLeft:
-    """Time left of a phase, from the mean rate at which its share has grown.
+    """Forecasts the time that a phase still takes from its mean rate so far.
 
     Args:
         begin: Time at which the phase began [s].

@@ -1,4 +1,4 @@
-"""Services that a server of one room offers, by the entry points `cohaptic.routes`.
+"""Loads and opens routes: further services of a server of one room (entry points cohaptic.routes).
 
 A route may open a port of its own, or add an `Endpoint` to the server. It lasts as long as the
 server.
@@ -22,17 +22,17 @@ log = logging.getLogger("cohaptic.server")
 
 GROUP = "cohaptic.routes"
 OPENING = 90.0  # s for one route to open; the admin port waits up to 60 s for its process
-ENDING = 5.0  # s for all routes to end by themselves; a server that somebody ends must end
+ENDING = 5.0  # s for all routes to end by themselves, so that no route keeps a server from ending
 
 
 @dataclass(frozen=True, eq=False)
 class Serving:
-    """A server whose address is not told yet.
+    """A server that listens, before its address is announced, as its routes receive it.
 
     Args:
-        server: The server.
-        served: Its body, and the process that solves for it.
-        damping: B_o over K_o of each object that it serves.
+        server: Server of one room.
+        served: Manages the process that solves for the columns of the server's body.
+        damping: B_o over K_o of eq. (9), relaxation time over simulation period, of every object.
         nonlinear: Whether each object is a nonlinear solid.
     """
 
@@ -53,13 +53,13 @@ def no_text(text: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """A service beside hands and watchers.
+    """A service that a server offers beside the connections of hands and watchers.
 
     Args:
-        open: Called with the server and the text of its option. It lasts as long as the server,
-            and yields a line for the log, or an empty one.
-        check: Called with the same text before the object is built; raises SettingError for one
-            that cannot be used. Without it no text can.
+        open: Called with the server and the text of the route's option; returns a context that
+            stays open as long as the server, and yields a line for the log, or an empty text.
+        check: Called with the same text before the object is built; raises SettingError if the
+            route cannot use the text. The default accepts only an empty text.
     """
 
     open: Open
@@ -67,15 +67,15 @@ class Route:
 
 
 def others() -> list[str]:
-    """Names of the routes that other packages add."""
+    """Names of the routes that other installed packages add."""
     return [name for name in added(GROUP) if adder(GROUP, name) != OURS]
 
 
 def read_wanted(given: Sequence[str]) -> dict[str, str]:
-    """Texts of routes of other packages, by their names, as `--route NAME=TEXT` gives them.
+    """Return the texts of `--route NAME=TEXT` options, by the names of the routes.
 
     Raises:
-        SettingError: There is no such route, or it is given twice.
+        SettingError: No other package adds a route of this name, or a name is given twice.
     """
     wanted: dict[str, str] = {}
     for each in given:
@@ -92,11 +92,11 @@ def read_wanted(given: Sequence[str]) -> dict[str, str]:
 
 
 def loaded(wanted: Mapping[str, str]) -> dict[str, Route]:
-    """The routes of these names, each checked with its text.
+    """Import the routes of these names, and let each check its text.
 
     Raises:
-        ExtensionError: One cannot be imported.
-        SettingError: One cannot be used with its text.
+        ExtensionError: A route cannot be imported, or its check fails with an unexpected error.
+        SettingError: A route cannot use its text.
     """
     routes = {name: load(GROUP, name, Route) for name in wanted}
     for name, text in wanted.items():
@@ -111,13 +111,13 @@ def loaded(wanted: Mapping[str, str]) -> dict[str, Route]:
 async def opened(
     routes: Mapping[str, Route], wanted: Mapping[str, str], serving: Serving
 ) -> AsyncGenerator[list[str]]:
-    """Have all routes open; yields their lines for the log.
+    """Keep all routes open during the context; yields the lines of the routes for the log.
 
-    Each route is opened and ended in a task of its own, so that a fault of one ends neither the
-    server nor another route.
+    Each route is opened and ended in a task of its own, so that an error in one route ends neither
+    the server nor another route.
 
     Raises:
-        CohapticError: One route cannot be opened.
+        CohapticError: A route cannot be opened.
     """
     end = asyncio.Event()
     tasks: dict[str, asyncio.Task[None]] = {}
@@ -148,7 +148,10 @@ async def _keep_open(
     line: asyncio.Future[str],
     end: asyncio.Event,
 ) -> None:
-    """Open a route, set its line, and end it when the event is set; its errors go to the log."""
+    """Open a route, set the result of `line`, and end the route when the event `end` is set.
+
+    An error before the result is set becomes the exception of `line`; a later one is logged.
+    """
     try:
         async with route as said:
             if not line.done():
@@ -162,7 +165,7 @@ async def _keep_open(
 
 
 async def _have_ended(tasks: Mapping[str, asyncio.Task[None]]) -> None:
-    """Wait for routes that were told to end, then cancel them; no longer than `ENDING` twice."""
+    """Wait up to `ENDING` for the routes to end, cancel the others, and wait as long again."""
     for _ in range(2):
         pending = {name: task for name, task in tasks.items() if not task.done()}
         if not pending:
@@ -175,7 +178,7 @@ async def _have_ended(tasks: Mapping[str, asyncio.Task[None]]) -> None:
 
 
 def _blamed(name: str, error: Exception) -> Exception:
-    """The error of a route; that of another package's code becomes one that names the package."""
+    """Return the error of a route, as one that names its package if it is not ours."""
     if isinstance(error, CohapticError) or adder(GROUP, name) == OURS:
         return error
     why = f"{type(error).__name__}: {error}"

@@ -21,23 +21,23 @@ class ServerSettings:
         host: Address to listen on.
         port: TCP port; 0 lets the system choose.
         simulation_hz: Ticks per second, 1 / (N T).
-        body: Name in the catalogue, or path of a mesh file.
-        max_users: Most users at a time.
+        body: Name of a body in the catalogue, or path of a mesh file.
+        max_users: Largest number of users at a time.
         allow_fixed_gains: Whether clients may choose their gains, including unstable ones.
         allow_latency: Whether watchers may inject latency between users and the server.
-        max_watchers: Most watchers at a time.
+        max_watchers: Largest number of watchers at a time.
         allow_origins: Further origins whose pages may open a websocket, such as
             `https://lab.example`.
         allow_upload: Whether a page of this machine may bring an object of its own.
         allow_hosts: Further names under which browsers may reach this server, such as
             `lab.example`; loopback names and listening addresses need not be listed.
         limits: Budgets (rate limits) of a connection and of an address.
-        laws: Control laws that users may have.
+        laws: Control laws that users may choose.
         room: Name of the room in its URL; None for settings that several rooms share.
-        max_waiting: Most people who wait for a place in a full room; 0 lets nobody wait.
-        allow_frames: Origins whose pages may show the page in a frame, as `allow_origins`.
+        max_waiting: Places in the queue for a full room; 0 for no queue.
+        allow_frames: Origins whose pages may show the page in a frame; form of `allow_origins`.
         watchers_point: Whether watchers may point at the surface, too.
-        base_path: Path prefix of the server at a proxy, such as `/haptics`; empty for the root.
+        base_path: Path below which a proxy offers the server, such as `/haptics`; empty for root.
 
     Raises:
         SettingError: A value is out of its range.

@@ -1,9 +1,9 @@
-"""Two independent parts of a computation on two processor cores.
+"""Runs two independent parts of a computation on two processor cores.
 
-Each part has to spend its time without the global interpreter lock: in compiled kernels, in BLAS.
-`both` waits for both parts, and neither part reads what the other writes, so that the results are
-bitwise those of a sequential run, in any order and on any core. If the second thread is busy with
-something else, the first one does both parts.
+Both parts have to spend their time without the global interpreter lock: in compiled kernels or in
+BLAS. `both` waits for both parts. Neither part may read what the other writes; the results are then
+bitwise the same as in a sequential run. If the second thread is busy with other work, the first
+thread computes both parts.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ B = TypeVar("B")
 
 
 def cores() -> int:
-    """Processor cores that this process may use."""
+    """Number of processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
-    """Results of both functions; an error of either is raised after both have ended."""
+    """Call both functions and return both results; raises an error only after both have ended."""
     helper = _helper()
     if helper is None:
         return first(), second()

@@ -21,15 +21,15 @@ KINDS = SURFACES + VOLUMES + SCANS
 YOUNG = 2e4  # Pa; soft tissue has 1e3 to 1e5, rubber 1e6
 NU = 0.45  # Poisson's ratio
 ORDER = 2  # of the elements; see docs/decisions/0013
-# Share of critical damping, half of the loss factor at a resonance. For gels and soft tissue this
-# is an order of magnitude, not a measurement: an oscillation halves in one period.
+# Share of critical damping, half of the loss factor at a resonance: an oscillation halves in one
+# period. For gels and soft tissue this value is an order of magnitude, not a measurement.
 DAMPING_RATIO = 0.1
 MAX_MEMORY = 6e9  # bytes that preparing an object may take
 MAX_TIME = 1800.0  # s that filling an object with tetrahedra may take
 
 
 def names() -> list[str]:
-    """Names of all bodies that are not files: ours first, then those that packages add."""
+    """Names of all bodies that are not files: the built-in ones, then those of other packages."""
     return list(dict.fromkeys((BALLOON, SPRING, *added(GROUP))))
 
 
@@ -40,7 +40,8 @@ def kind_of(name: str) -> str:
         name: Name of the file, with or without folders.
 
     Returns:
-        The longest of `KINDS` that the name ends with, otherwise its suffix from the last dot on.
+        The longest of `KINDS` that the name ends with; if there is none, its part from the last dot
+        on.
     """
     low = name.lower()
     last = f".{low.rpartition('.')[2]}" if "." in low else ""

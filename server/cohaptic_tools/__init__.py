@@ -1,1 +1,1 @@
-"""The demo of several hands, and the inspection of an object from a file."""
+"""Tools: the demonstration with several hands, and the inspection of an object from a file."""

@@ -1,4 +1,4 @@
-"""`cohaptic body`: prepare an object from a file, or inspect it."""
+"""Commands `cohaptic body prepare` and `cohaptic body inspect`, for an object from a file."""
 
 from __future__ import annotations
 

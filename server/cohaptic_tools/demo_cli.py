@@ -1,4 +1,4 @@
-"""`cohaptic demo`."""
+"""Command `cohaptic demo`, which shows several simulated hands on one object."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Objects that a page brings: one upload at a time, read in a process of its own."""
+"""Upload of mesh files by pages: one upload at a time, read in a separate process."""

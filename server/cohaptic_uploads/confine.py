@@ -1,8 +1,8 @@
-"""Limits that a process sets itself before it reads a stranger's file.
+"""Lets a process limit its own resources before it reads a stranger's file.
 
-Linux enforces the memory limit: an allocation beyond it fails. Elsewhere a thread reads the peak
-ten times a second and ends the process. The limits of the system are hard limits: the process
-cannot raise them again unless it runs as root.
+Linux enforces the memory limit: an allocation beyond it fails. On other systems a thread reads the
+peak memory ten times a second, and ends the process if it exceeds the limit. The limits of the
+system are hard limits: the process cannot raise them again unless it runs as root.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _LOOK_EVERY = 0.1  # s
 
 
 def confine(memory: int, cpu: float, file: int) -> None:
-    """Limit this process.
+    """Limit the resources of this process, and lower its priority.
 
     Args:
-        memory: Largest use of memory; on Linux of address space [bytes].
-        cpu: Processor time [s].
+        memory: Largest use of memory [bytes]; on Linux the largest address space.
+        cpu: Largest processor time [s].
         file: Largest file that the process may write [bytes].
     """
     stand_back()
@@ -45,7 +45,7 @@ def confine(memory: int, cpu: float, file: int) -> None:
 
 
 def watch(memory: int) -> None:
-    """End this process once its peak memory exceeds a limit [bytes]; never returns."""
+    """End this process as soon as its peak memory exceeds `memory` [bytes]; never returns."""
     pause = threading.Event()
     while True:
         if own_peak() > memory:
@@ -54,7 +54,7 @@ def watch(memory: int) -> None:
 
 
 def _die_with_the_server() -> None:
-    """Have Linux kill this process when the thread that started it ends."""
+    """Let Linux kill this process when the thread that started it ends."""
     prctl_set_pdeathsig, sigkill = 1, 9
     before = os.getppid()
     libc: Any = ctypes.CDLL(None)

@@ -1,4 +1,4 @@
-"""Description of an object that the worker sends to the server: options, no arrays."""
+"""Converts the options of an uploaded object to fields of a message, and back; no arrays."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cohaptic_uploads.pipe import PipeEnded
 
 
 def to_fields(source: ObjectFile) -> dict[str, Any]:
-    """The options of an object from an upload."""
+    """Return the options of an uploaded object as fields of a message to the server."""
     material = source.material
     return {
         "file": source.path.name,
@@ -32,7 +32,9 @@ def to_fields(source: ObjectFile) -> dict[str, Any]:
 
 
 def from_fields(fields: Mapping[str, Any]) -> ObjectFile:
-    """The described object; folders in the file name are ignored, so that the file is a kept one.
+    """Return the object that the fields describe, with its file in the folder of kept files.
+
+    Folders in the file name are ignored, so that the worker cannot name another file.
 
     Raises:
         PipeEnded: The fields do not describe an object.

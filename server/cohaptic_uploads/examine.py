@@ -1,4 +1,4 @@
-"""Examines an uploaded file: findings, a proposed held region, and a surface to preview."""
+"""Examines an uploaded file: finds its problems, proposes a held region, and makes a preview."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_uploads.limits import SIZE
 
-_LONGEST = 600  # characters of a phrase
+_LONGEST = 600  # characters of a sentence about a problem or its remedy
 _MOST_TRIANGLES = 1_000_000  # in a file; examining five million took 2.5 GB and half a minute
 
 
@@ -30,7 +30,7 @@ class Preview:
 
     Args:
         examined: Findings, proposed held region and proposed unit.
-        surface: Surface with the proposed unit of length [m].
+        surface: Surface in metres, scaled by the proposed unit of length.
         extent: Longest side of the bounding box [units of the file].
         farthest: Largest absolute coordinate [units of the file].
     """
@@ -60,11 +60,11 @@ class Preview:
 
 
 def examine(path: Path, triangles: int) -> Preview:
-    """Examine a file without any options.
+    """Examine a file, with the default options of an object.
 
     Args:
-        path: Path of a file of one of the kinds that are read.
-        triangles: Approximate largest number of triangles of the surface that is shown.
+        path: Path of a file of one of the `KINDS`.
+        triangles: Approximate largest number of triangles in the preview.
 
     Raises:
         BodyError: The file cannot be read, or its object cannot be touched with any options.
@@ -101,7 +101,7 @@ def examine(path: Path, triangles: int) -> Preview:
 
 
 def _shown(x: Floats, faces: Ints, triangles: int) -> RestMesh:
-    """The surface with at most about `triangles` triangles."""
+    """Make the surface of a preview, simplified to about `triangles` triangles if it has more."""
     faces = facing_outwards(x, faces)
     if len(faces) > triangles:
         x, faces = simplify(x, faces, triangles)

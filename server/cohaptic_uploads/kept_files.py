@@ -1,4 +1,4 @@
-"""Uploaded files that became objects, kept in the cache beside the prepared objects."""
+"""Stores uploaded files that become objects in the cache, beside the prepared objects."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 from cohaptic_server.objects.store.cache import cache_folder
 from cohaptic_server.touchable import kind_of
 
-MARK = "keeping"  # name of the mark, in the folder of an upload
-_KEPT = 8  # files; the oldest go first
+MARK = "keeping"  # name of the mark file in the folder of an upload
+_KEPT = 8  # files; the oldest are removed first
 
 
 def uploads_folder() -> Path:
@@ -22,14 +22,14 @@ def uploads_folder() -> Path:
 def keep(content: bytes, name: str, kind: str, mark: Path) -> Path:
     """Write a file into the folder of kept files; returns its path.
 
-    A file that was not kept before has a mark until its object is prepared. By the mark, `give_up`
-    can remove the file even if the worker that wrote it was killed.
+    For a new file this function also writes a mark file with its name. The mark stays until the
+    object is prepared, so that `give_up` can remove the file even if the worker was killed.
 
     Args:
         content: Content of the file.
         name: Name of the visitor's file; only its letters and digits are used.
         kind: Kind of the file, one of `KINDS`.
-        mark: Path of the mark, which the caller removes once the object is prepared.
+        mark: Path of the mark, which the caller removes when the object is prepared.
 
     Raises:
         OSError: The file cannot be written; no part of it is left.
@@ -59,8 +59,8 @@ def give_up(mark: Path) -> None:
     """Remove the file that a mark names, and the mark; do nothing without a mark.
 
     Args:
-        mark: Path of the mark, as for `keep`. The worker may have written anything into the mark,
-            so that folders in the name are ignored.
+        mark: Path of the mark, as for `keep`. Folders in the name that it contains are ignored,
+            since a faulty worker may write anything into the mark.
     """
     with contextlib.suppress(OSError, ValueError):
         name, _, number = mark.read_text().partition("\n")
@@ -78,7 +78,7 @@ def _part(path: Path) -> Path:
 
 
 def plain_name(name: str) -> str:
-    """A file name reduced to letters, digits and hyphens, which cannot lead to another folder.
+    """Reduce a file name to letters, digits and hyphens, so that it cannot name another folder.
 
     Args:
         name: Name of the visitor's file, as the visitor gives it.

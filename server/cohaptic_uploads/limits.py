@@ -1,4 +1,4 @@
-"""Limits of an upload: bytes, memory, time."""
+"""Limits of an upload: size of the file, memory, time and disk space."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from dataclasses import dataclass
 
 from cohaptic.errors import SettingError
 
-SIZE = "the size"  # name of an object's size in errors
+SIZE = "the size"  # how errors call the size of an object
 
 
 @dataclass(frozen=True, slots=True)
 class UploadLimits:
-    """Limits of one upload; there is one at a time.
+    """Limits of one upload; a server runs one upload at a time.
 
     Args:
         file: Size of the file [bytes].
         memory: Memory of the process that reads and prepares the file [bytes]. On Linux the whole
-            address space counts, of which its libraries take 0.3 GB.
+            address space counts, including 0.3 GB for the libraries of the process.
         receive: Time for the file to arrive [s].
         examine: Time to read and examine the file [s].
-        decide: Time for the visitor to choose, in all tries together [s].
+        decide: Time for the visitor to choose options, in all tries together [s].
         prepare: Time for one preparation [s].
-        disk: Disk space of all uploads of this user on this machine, each counted with at least
-            `file`; a new upload that could exceed it is refused [bytes].
-        preview: Triangles of the surface that is shown before the preparation.
-        tries: Number of times that the visitor may choose.
+        disk: Disk space for all uploads of this system user on this machine [bytes]. Each upload
+            counts at least `file`, and a new upload that could exceed the space is refused.
+        preview: Number of triangles of the surface that the visitor sees before the preparation.
+        tries: Number of times that the visitor may choose options.
 
     Raises:
         SettingError: A value is out of its range.
@@ -54,12 +54,12 @@ class UploadLimits:
 
     @property
     def budget(self) -> float:
-        """Memory that a preparation is planned for [bytes]; the rest covers errors of estimates."""
+        """Memory for which a preparation is planned [bytes]; the rest covers estimation errors."""
         return 0.65 * self.memory
 
 
 def in_words(limits: UploadLimits) -> str:
-    """Sentence for the owner of a server that allows uploads."""
+    """Sentence that tells the owner of a server which uploads it allows."""
     return (
         "a page of this machine may bring a mesh: one at a time, up to"
         f" {limits.file / 2**20:g} MiB, {limits.memory / 1e9:g} GB and {limits.prepare:g} s, in a"

@@ -1,7 +1,7 @@
 """Messages between the server and the worker of an upload, through two pipes.
 
-A message is a letter for its kind, its length, and its bytes. Both sides bound the length, since
-the worker makes its messages from a stranger's file.
+A message consists of a letter for its kind, its length, and its bytes. Both processes bound the
+length that they accept, since the worker makes its messages from a stranger's file.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from typing import IO, Any
 
 _HEAD = struct.Struct("<cI")
 TEXT, DATA = b"T", b"D"
-MAX_MESSAGE = 2 * 2**20  # bytes; a preview of 12,000 triangles takes a tenth of it
+MAX_MESSAGE = 2 * 2**20  # bytes; a preview of 12,000 triangles takes a tenth of this
 
 
 class PipeEnded(Exception):
-    """The other side has ended, or has sent bytes that are not a message."""
+    """Error: the other process has ended, or has sent bytes that are not a message."""
 
 
 def send(stream: IO[bytes], kind: bytes, data: bytes) -> None:
     """Write one message.
 
     Raises:
-        PipeEnded: The other side has ended.
+        PipeEnded: The other process has ended.
     """
     try:
         stream.write(_HEAD.pack(kind, len(data)))
@@ -39,10 +39,10 @@ def send_text(stream: IO[bytes], **fields: Any) -> None:
 
 
 def receive(stream: IO[bytes]) -> tuple[bytes, bytes]:
-    """Read one message: its kind and its bytes.
+    """Read one message; returns its kind and its bytes.
 
     Raises:
-        PipeEnded: The other side has ended, or the bytes are not a message.
+        PipeEnded: The other process has ended, or the bytes are not a message.
     """
     try:
         head = stream.read(_HEAD.size)
@@ -60,7 +60,7 @@ def receive(stream: IO[bytes]) -> tuple[bytes, bytes]:
 
 
 def fields_of(data: bytes) -> dict[str, Any]:
-    """The named values of a text message.
+    """Return the named values of a text message.
 
     Raises:
         PipeEnded: The message has no named values.

@@ -1,4 +1,4 @@
-"""The server's handle of a worker process: start, messages, and end.
+"""Starts a worker process, exchanges messages with it, and ends it.
 
 Every call except `kill` may block, so a separate thread makes these calls, one at a time.
 """
@@ -21,7 +21,7 @@ from cohaptic_uploads.limits import UploadLimits
 from cohaptic_uploads.pipe import DATA, PipeEnded, receive, send, send_text
 from cohaptic_uploads.work_folder import WorkFolder, bytes_in_work, remove_abandoned
 
-_PATIENCE = 5.0  # s within which a killed process has ended
+_PATIENCE = 5.0  # s to wait for the end of a process that was killed
 _SIGXCPU, _SIGXFSZ, _SIGABRT, _SIGSEGV, _SIGKILL = 24, 25, 6, 11, 9  # as Linux numbers them
 # With more threads the thread pools of libraries would reserve memory for each core.
 _ONE_THREAD = dict.fromkeys(
@@ -34,8 +34,8 @@ class Rubber:
     """Parameters with which `build_affordable` makes a nonlinear solid.
 
     Args:
-        period: Simulation period, within which the solid must be solved for two users [s].
-        damping: B_o over K_o.
+        period: Simulation period, within which a tick must solve the solid for two users [s].
+        damping: B_o over K_o of eq. (9): relaxation time over simulation period.
     """
 
     period: float
@@ -43,15 +43,15 @@ class Rubber:
 
 
 class UploadFailed(CohapticError):
-    """An upload failed; the text says why."""
+    """Error: an upload failed; the text says why."""
 
 
 class WorkerProcess:
-    """A running worker.
+    """Handle of a worker process, which the constructor starts.
 
     Args:
         name: Name of the visitor's file.
-        rubber: Parameters for making a nonlinear solid of the file; None makes a linear one.
+        rubber: Parameters for making a nonlinear solid from the file; None makes a linear solid.
 
     Raises:
         UploadFailed: All uploads together take too much disk space, or the disk is full.
@@ -80,14 +80,14 @@ class WorkerProcess:
         except OSError:
             self._folder.close()
             raise
-        # The child's priority is lowered only now, not this thread's before: until the child runs
-        # its own program this thread holds Python's lock, and a tick would wait for both.
+        # The worker's priority is lowered only now. If this thread had lowered its own priority
+        # before the start, it would hold Python's lock for longer, and a tick would wait for it.
         stand_back(self._process.pid)
         send_text(self._in, name=name)
 
     @property
     def pid(self) -> int:
-        """Process id."""
+        """Process id of the worker."""
         return self._process.pid
 
     def send_piece(self, piece: bytes) -> None:
@@ -113,7 +113,7 @@ class WorkerProcess:
             raise UploadFailed(self._ended()) from error
 
     def receive(self) -> tuple[bytes, bytes]:
-        """The worker's next message.
+        """Wait for the worker's next message; returns its kind and its bytes.
 
         Raises:
             UploadFailed: The process has ended, or has sent bytes that are not a message.
@@ -129,7 +129,7 @@ class WorkerProcess:
             self._process.kill()
 
     def close(self) -> None:
-        """Kill the process, wait for its end, close the pipes, and remove its files."""
+        """Kill the process, wait for its end, close the pipes, and remove the worker's files."""
         self.kill()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_PATIENCE)
@@ -150,7 +150,7 @@ class WorkerProcess:
         return self._process.stdout
 
     def _ended(self) -> str:
-        """Why the process has ended, as far as its exit status tells."""
+        """Wait for the end of the process; returns the reason, from its exit status."""
         try:
             status = self._process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
@@ -170,7 +170,7 @@ class WorkerProcess:
 
 
 def _new_folder(limits: UploadLimits) -> WorkFolder:
-    """A folder for one more upload; raises UploadFailed if there is no disk space for it."""
+    """Make the folder of a new upload; raises UploadFailed if there is no disk space for it."""
     remove_abandoned()
     held, mib = bytes_in_work(limits.file), 2**20
     if held + limits.file > limits.disk:

@@ -1,8 +1,8 @@
-"""Connections that bring a mesh file: one upload at a time, in a separate worker process.
+"""Serves the connections that bring a mesh file: one upload at a time, in a worker process.
 
-A thread makes the calls that may block, so that the tick's thread never does. Each step of the
-conversation waits either for the visitor or for the worker, with a time-out. A step that waits for
-the worker ends when the visitor leaves, and the worker is then killed.
+A separate thread makes the calls that may block, so that the thread of the tick never blocks. Each
+step of the conversation waits either for the visitor or for the worker, with a time-out. A step
+that waits for the worker ends when the visitor leaves, and the worker is then killed.
 """
 
 from __future__ import annotations
@@ -59,17 +59,18 @@ from cohaptic_uploads.pipe import DATA, PipeEnded, fields_of
 from cohaptic_uploads.process import Rubber, UploadFailed, WorkerProcess
 from cohaptic_uploads.work_folder import remove_abandoned
 
-# Bytes per second. A piece of the file then takes 4 ms, which leaves the tick its turn.
+# Largest rate of an upload [bytes/s]. A piece of the file then takes 4 ms, so that ticks run
+# between pieces.
 _RATE = 8e6
 
 T = TypeVar("T")
 
 
 class ChoiceRefused(CohapticError):
-    """The object cannot be made with the visitor's choice.
+    """Error: the object cannot be made with the visitor's choice.
 
     Args:
-        about: Choice that is at fault, as in `Refused`.
+        about: Choice that does not fit, as in `Refused`.
         why: Reason, as a sentence.
     """
 
@@ -83,7 +84,7 @@ class ChoiceRefused(CohapticError):
 
 
 class Caller:
-    """Makes calls that may block, one at a time, in a thread."""
+    """Makes calls that may block, one at a time, in another thread."""
 
     def __init__(self, thread: ThreadPoolExecutor) -> None:
         self._thread = thread
@@ -94,7 +95,7 @@ class Caller:
 
 
 async def next_request(ws: Wire, kind: type[T], patience: float) -> T:
-    """The next message, which has to be of this kind.
+    """Receive the next message, which has to be of this kind.
 
     Raises:
         RemoteProtocolError: The message is of another kind.
@@ -113,7 +114,7 @@ async def next_request(ws: Wire, kind: type[T], patience: float) -> T:
 
 
 async def pass_on(ws: Wire, size: int, worker: WorkerProcess, call: Caller) -> None:
-    """Pass the pieces of the file on to the worker as they come, at most at `_RATE`."""
+    """Pass the pieces of the file on to the worker as they come, at a rate of at most `_RATE`."""
     come = 0
     while come < size:
         piece = await ws.recv()
@@ -134,7 +135,7 @@ async def follow(
     """Pass messages of the worker on to the visitor until the worker has finished a step.
 
     Returns:
-        The prepared object; None after the preview of the file.
+        The prepared object; None if the finished step was the preview of the file.
 
     Raises:
         ChoiceRefused: The object cannot be made with the visitor's choice.
@@ -164,14 +165,14 @@ async def follow(
 
 
 def _told(fields: dict[str, Any]) -> str:
-    """The visitor's message for a message of the worker, which is checked like a stranger's."""
+    """Check a message of the worker as strictly as a stranger's; returns it for the visitor."""
     if fields.get("event") == "examined":
         return encode_control(Examined.model_validate_json(str(fields["message"])))
     return encode_control(Progress(phase=str(fields["phase"]), share=float(fields["share"])))
 
 
 async def _unless_gone(ws: Wire, work: Awaitable[T]) -> T:
-    """The result of some work; raises ConnectionClosed as soon as the visitor has gone."""
+    """Wait for the result of `work`; raises ConnectionClosed as soon as the visitor has left."""
     task, gone = asyncio.ensure_future(work), asyncio.ensure_future(ws.wait_closed())
     try:
         await asyncio.wait((task, gone), return_when=asyncio.FIRST_COMPLETED)
@@ -192,12 +193,12 @@ Open = Callable[[ObjectFile], Awaitable[None]]
 
 
 class UploadDesk:
-    """Takes files from visitors.
+    """Serves all connections of visitors who bring files.
 
     Args:
         open_object: Makes a prepared object the object of the server.
         limits: Limits of one upload; None takes the defaults.
-        rubber: Parameters for making nonlinear solids of the files; None makes linear ones.
+        rubber: Parameters for making nonlinear solids from the files; None makes linear solids.
 
     Attributes:
         worker: Worker of the running upload; None without one.
@@ -220,13 +221,13 @@ class UploadDesk:
 
     @property
     def endpoint(self) -> Endpoint:
-        """The connections that the desk serves."""
+        """Kind of connection that the desk serves, for `CohapticServer.add_endpoint`."""
         return Endpoint(
             self.serve, max(CHUNK, MAX_UPLOAD_TEXT), as_fast_as_served=True, leaving=None
         )
 
     async def serve(self, ws: Wire) -> None:
-        """Serve one connection to its end; an error is told to its visitor in one sentence."""
+        """Serve one connection to its end; the visitor gets one sentence about any error."""
         self._connections += 1
         try:
             if self._connections > _MAX_WAITING:
@@ -327,11 +328,11 @@ class UploadDesk:
             return shlex.join(["cohaptic", "serve", "--body", path, *source.to_arguments(), *more])
 
         log.info("to serve the object again: %s", command(str(source.path)))
-        # The visitor is told no path of this machine, but the name of the visitor's own file.
+        # The visitor gets the name of the visitor's own file, and no path of this machine.
         await ws.send(encode_control(Prepared(command=command(name))))
 
     async def _choose(self, ws: Wire, worker: WorkerProcess, call: Caller) -> ObjectFile:
-        """Prepare the object as the visitor chooses; a refused choice may be changed."""
+        """Prepare the object as the visitor chooses; the visitor may change a refused choice."""
         limits = self.limits
         patience = limits.decide
         for left in reversed(range(limits.tries)):
@@ -355,10 +356,10 @@ class UploadDesk:
 
 
 def take_uploads(serving: Serving) -> UploadDesk:
-    """Let visitors bring objects to a server; nonlinear ones get meshes that fit into a tick.
+    """Let visitors bring objects to a server; a nonlinear object gets a mesh that a tick can solve.
 
     Raises:
-        SettingError: The server's settings do not allow uploads; its pages would be told that.
+        SettingError: The server's settings do not allow uploads, and the server refuses them.
     """
     if not serving.server.settings.allow_upload:
         raise SettingError("allow_upload", False, "true for a server that takes files")

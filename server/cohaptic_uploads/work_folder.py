@@ -1,8 +1,7 @@
-"""The temporary folder of an upload.
+"""Makes and removes the temporary folder of an upload.
 
-A worker that is killed removes nothing, so the server owns the folder and removes it once the
-worker is gone. If the server itself was killed, the folder has no owner any more, and the next
-server removes it.
+A worker that is killed cannot remove its files, so the server owns the folder and removes it after
+the worker has ended. If the server itself was killed, the next server removes the folder.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ _PREFIX, _SUFFIX, _BESIDE = "cohaptic-upload-", ".lock", ".files"
 
 
 class WorkFolder:
-    """A new folder owned by this process, in the system's folder for temporary files.
+    """A new folder that this process owns, in the system's folder for temporary files.
 
     Raises:
         OSError: The folder cannot be made.
@@ -38,7 +37,7 @@ class WorkFolder:
             raise
 
     def close(self) -> None:
-        """Remove the folder and its content; no process may use it any more."""
+        """Remove the folder and its content, which no process may use any more."""
         shutil.rmtree(self.path, ignore_errors=True)
         os.close(self._owner)
         if not self.path.exists():  # otherwise the lock stays, so that a later server finds both
@@ -46,17 +45,17 @@ class WorkFolder:
 
 
 def remove_abandoned() -> int:
-    """Remove folders of killed servers that are a minute old; returns the number removed."""
+    """Remove folders of killed servers that are at least a minute old; returns their number."""
     clock = SystemClock()
     now = clock.now() + clock.to_wall()
     return remove_leftovers(_parent(), _PREFIX, _SUFFIX, now, beside=_BESIDE)
 
 
 def bytes_in_work(least: int) -> int:
-    """Disk space that the uploads of all servers of this user take [bytes].
+    """Disk space that the uploads of all servers of this system user take [bytes].
 
     Args:
-        least: Least space counted for each upload, since it may still write its file [bytes].
+        least: Space that each upload counts at least, since it may still write its file [bytes].
     """
     return sum(
         max(least, _held(folder))
@@ -66,7 +65,7 @@ def bytes_in_work(least: int) -> int:
 
 
 def _is_own_folder(path: Path) -> bool:
-    """Whether a path is a folder of this user; others may put links there, in a shared folder."""
+    """Whether a path is a folder of this user, and not a link that another user has put there."""
     try:
         found = os.lstat(path)
     except OSError:  # gone meanwhile

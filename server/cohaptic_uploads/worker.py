@@ -1,10 +1,10 @@
 """The worker process, which reads and prepares one uploaded file.
 
 `process.py` starts the worker as `python -m cohaptic_uploads.worker LIMITS`. The worker first
-limits itself, then takes the file from standard input, answers with its findings, and on request
-prepares the object into the store. If the visitor's choice does not fit, the worker says so and
-waits for another choice. It ends when its input ends. Standard output is reserved for messages, so
-that the output of libraries is discarded.
+limits its own resources, then takes the file from standard input, answers with its findings, and on
+request prepares the object and stores it in the cache. If the visitor's choice does not fit, the
+worker reports the reason and waits for another choice. The worker ends when its input ends.
+Standard output is reserved for messages, so that the output of libraries is discarded.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 _TELL_EVERY = 0.2  # s between two progress messages on the same phase
-_READABLE = 100  # characters; a longer rule is not quoted in an error
+_READABLE = 100  # characters; an error does not quote a longer rule for the held region
 _LONGEST = 1500  # characters of an error
 _FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows has no quota
 
@@ -75,7 +75,7 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
     # The server counts the tries, and ends this process after the last.
     while preview is not None:
         wish = fields_of(receive(incoming)[1])
-        # A painted region is a rule too long to be readable in an error.
+        # The rule for a painted region is too long to be readable in an error.
         rule = str(wish["fix"])
         long_rule = repr(rule) if len(rule) > _READABLE else ""
         kept = keep(content, name, kind_of(name), mark)
@@ -91,7 +91,7 @@ def _serve(incoming: IO[bytes], outgoing: IO[bytes], limits: dict[str, Any]) -> 
 
 
 def _file(incoming: IO[bytes]) -> bytes:
-    """Content of the file, from all its pieces up to the empty one."""
+    """Receive the pieces of the file up to the empty one; returns the content of the file."""
     pieces: list[bytes] = []
     while True:
         kind, piece = receive(incoming)
@@ -119,7 +119,7 @@ def _prepare(
     limits: dict[str, Any],
     preview: Preview,
 ) -> dict[str, Any]:
-    """Prepare the object into the store; returns the options that describe it."""
+    """Prepare the object and store it in the cache; returns the options that describe it."""
     from cohaptic_server.bodies.solid.shape import SolidSettings
     from cohaptic_server.objects.auto.resolve import resolve
     from cohaptic_server.objects.build import build
@@ -146,14 +146,14 @@ def _prepare(
 
 
 class _Step:
-    """Runs a part of the work, and sends one sentence about the error that ends it.
+    """Runs one step of the work; if an error ends it, sends a sentence about the error.
 
     Args:
-        outgoing: Stream that the sentence is written to.
+        outgoing: Stream to which the sentence is written.
         name: Name of the visitor's file, for the sentence.
-        path: Path that errors contain and that the name replaces.
-        painted: Rule that is too long to be quoted; empty without one.
-        event: Event that is sent for an error that another choice may avoid.
+        path: Path of the file on this machine, which `name` replaces in the sentence.
+        painted: Rule that is too long to be quoted in the sentence; empty without such a rule.
+        event: Event to send for an error that another choice of the visitor may avoid.
 
     Attributes:
         hopeless: Whether the step ended with an error that no other choice can avoid.
@@ -175,7 +175,7 @@ class _Step:
         self._painted = painted
 
     def result(self, work: Callable[[], T]) -> T | None:
-        """Do the work; returns its result, or None if it failed."""
+        """Run `work`; returns its result, or None if it failed."""
         event, about = "failed", "file"
         try:
             return work()
@@ -188,7 +188,7 @@ class _Step:
         except CohapticError as error:
             event, self.hopeless = self._event, self._event == "failed"
             about, why = _choice_of(error)
-        except Exception as error:  # of the disk, or of a library that did not expect this file
+        except Exception as error:  # from the disk, or from a library that cannot read this file
             if isinstance(error, OSError) and error.errno in _FULL:
                 raise
             why = f"it cannot be read: {damaged(error)}"
@@ -202,7 +202,7 @@ class _Step:
 
 
 def _unkept(error: OSError | UnkeptError) -> str:
-    """Why an uploaded file or its object cannot be stored, without any path of this machine."""
+    """Reason why a file or its object cannot be stored, without any path of this machine."""
     if isinstance(error, UnkeptError):
         return str(error)
     # If no folder for temporary files is writable, `tempfile` raises FileNotFoundError.
@@ -212,7 +212,7 @@ def _unkept(error: OSError | UnkeptError) -> str:
 
 
 def _choice_of(error: CohapticError) -> tuple[str, str]:
-    """The visitor's choice that an error is about, and the error in words for a visitor."""
+    """Return the visitor's choice that an error concerns, and the error in words for a visitor."""
     if isinstance(error, SettingError) and error.name == "--fix":
         return "held", f"what is held does not fit: it must be {error.limit}"
     if isinstance(error, SettingError) and error.name == SIZE:
@@ -221,7 +221,7 @@ def _choice_of(error: CohapticError) -> tuple[str, str]:
 
 
 def _teller(outgoing: IO[bytes]) -> Callable[[str, float], None]:
-    """A progress callback that sends each change of phase, and a share every `_TELL_EVERY`."""
+    """Make a progress callback that sends each new phase, and a share every `_TELL_EVERY`."""
     clock = SystemClock()
     last = ("", 0.0)
 

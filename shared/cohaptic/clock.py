@@ -30,8 +30,8 @@ def resolution() -> float:
 class SystemClock:
     """The machine's monotonic clock with a random origin.
 
-    The origin differs in every process, so that a time stamp compared with the wrong clock is off
-    by hours, which shows at once. A process may pass its origin to a child process to share stamps.
+    The origin differs in every process: a time stamp from another process's clock is off by hours,
+    which shows at once. A process may pass its origin to a child process so that both clocks agree.
 
     Args:
         origin: Origin of another `SystemClock` of this machine [s]; random when None.

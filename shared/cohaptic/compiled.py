@@ -6,11 +6,11 @@ plain ones. A module stays plain if its source has changed since the build; ever
 plain if nothing was compiled. Plain modules are slower and give the same results.
 
 Groups:
-    kernels: Loops over arrays of the server; each module is compiled by itself (Cython).
-    loop: One period of the haptic loop; all modules are in one library (mypyc) and are used
-        together or not at all.
+    kernels: The server's loops over arrays; each module is compiled by itself (Cython).
+    loop: The modules that compute a period of the haptic loop; they are in one library (mypyc) and
+        are used together or not at all.
 
-COHAPTIC_PLAIN=1 in the environment keeps everything plain.
+COHAPTIC_PLAIN=1 in the environment keeps every module plain.
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ NONE_BUILT = "no compiled modules; in a checkout, `make compiled` makes them"
 
 
 class Place(NamedTuple):
-    """Where a module of a group comes from.
+    """The files from which a module of a group is loaded.
 
     Args:
         extension: The compiled file.
         source: Python source of the module, used if the system cannot load the extension. None if
-            the module must not be plain beside compiled ones, which call each other directly.
+            the module must not be plain because the compiled modules of its library call each
+            other directly.
     """
 
     extension: Path
@@ -53,7 +54,7 @@ class Place(NamedTuple):
 
 
 class Group(NamedTuple):
-    """The modules of a group that are in use.
+    """The compiled modules of a group that are in use, and why the others are not.
 
     Args:
         modules: Names of the compiled modules in use.
@@ -72,7 +73,7 @@ def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
         folder: Folder in which the build left the compiled modules.
 
     Returns:
-        Names of the modules that will be compiled; empty if every module stays plain.
+        Names of the modules that will be loaded compiled; empty if every module stays plain.
     """
     if group not in _FINDER.groups:
         if _FINDER not in sys.meta_path:
@@ -82,7 +83,7 @@ def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
 
 
 def describe(group: str) -> str:
-    """One line for people: whether a group is compiled and, if not, why."""
+    """Say in one line for users whether a group is compiled and, if not, why."""
     if group not in _FINDER.groups:
         return "plain Python: not asked for"
     modules, reasons = _FINDER.groups[group]
@@ -98,7 +99,7 @@ def is_complete(group: str) -> bool:
 
 
 class _Finder:
-    """First finder on `sys.meta_path`; finds compiled modules only."""
+    """Finder of the compiled modules, placed first on `sys.meta_path`; ignores other modules."""
 
     def __init__(self) -> None:
         self.places: dict[str, Place] = {}
@@ -115,7 +116,7 @@ class _Finder:
         return spec_from_file_location(name, place.extension, loader=loader)
 
     def gave_up(self, name: str, error: Exception) -> None:
-        """Record that the system could not load an extension."""
+        """Record that an extension could not be loaded, so that its module is plain."""
         self.places.pop(name, None)
         for group, (modules, reasons) in self.groups.items():
             if name in modules:
@@ -159,9 +160,9 @@ _FINDER = _Finder()
 
 
 def _choose(group: str, folder: Path) -> Group:
-    """Find out which modules of a group can be used, and tell the finder.
+    """Find out which compiled modules of a group can be used, and register them with the finder.
 
-    A unit is a set of modules compiled together: one kernel, or the whole group of the loop.
+    A unit is a set of modules compiled together: one kernel, or all modules of the group `loop`.
     """
     if os.environ.get(PLAIN, "0") not in ("", "0"):
         return Group((), (f"{PLAIN} is set",))
@@ -207,7 +208,7 @@ def _problem(unit: dict[str, Any], folder: Path) -> str:
 
 
 def _enter(unit: dict[str, Any], folder: Path) -> str:
-    """Tell the finder where a unit's modules are; returns why its library fails to load, if so."""
+    """Register a unit's modules with the finder; returns why it cannot be loaded, else empty."""
     library = unit.get("library")
     places: dict[str, Place] = {}
     for name, (file, source) in unit["modules"].items():

@@ -1,20 +1,20 @@
-"""The tree of exceptions.
+"""The exceptions of cohaptic, as a tree.
 
     CohapticError                  base of every exception that cohaptic raises on purpose
         SettingError               a value given by the user is outside its limits
         ProtocolError              a message broke the rules
             LocalProtocolError     our message broke the rules: a bug on this side
-            RemoteProtocolError    the peer's message broke them: only the peer's session ends
+            RemoteProtocolError    the peer's message broke the rules: only its session ends
         DeviceError                a haptic device cannot be opened, read or written
         ServerLost                 the server cannot be reached, or went away
             ServerUnreachable      the server cannot be reached, and no further attempt will help
-        AnotherObject              the server has another object than the one that was touched
+        AnotherObject              the server no longer has the object that the client touched
         BodyError                  an elastic body cannot be built or solved
-            HeldError              the held part of a body holds too little or too much of it
+            HeldError              too little or too much of a body is held fixed
         LinkOverflow               a simulated link holds more messages than it may
 
-Each exception stores fields and makes its sentence from them, so that a log can count the
-exceptions and a person can read them.
+Each exception stores its values in fields and makes its sentence from these, so that a log can
+count exceptions by their fields and a person can read the sentence.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class LocalProtocolError(ProtocolError):
 
 
 class RemoteProtocolError(ProtocolError):
-    """The peer broke the protocol; only its own session ends."""
+    """A message of the peer broke the protocol; only the peer's session ends."""
 
 
 class DeviceError(CohapticError):
@@ -124,7 +124,7 @@ class ServerUnreachable(ServerLost):
 
 
 class AnotherObject(CohapticError):
-    """The server has another object than the one that was touched."""
+    """The server no longer has the object that the client touched."""
 
     def __str__(self) -> str:
         return "the server has another object now"
@@ -135,7 +135,7 @@ class BodyError(CohapticError):
 
 
 class HeldError(BodyError):
-    """The held part of a body does not hold it, or leaves no part free."""
+    """So little of a body is held fixed that it could move as a whole, or all of it is held."""
 
 
 class LinkOverflow(CohapticError):
@@ -155,7 +155,7 @@ _TOKEN = re.compile(r"eyJ[A-Za-z0-9_=-]{8,}(\.[A-Za-z0-9_=-]*)*")
 
 
 def one_line(text: str, limit: int = 120) -> str:
-    """Text from a peer, cut to one printable line for a terminal and a log, without any token."""
+    """Cut a peer's text to one printable line for terminals and logs, without any token."""
     text = _TOKEN.sub("(a token)", text[: 2 * limit + _LONGEST_TOKEN])
     line = "".join(c if c.isprintable() else "?" for c in text[: limit + 1])
     return line if len(line) <= limit else line[:limit] + "..."

@@ -1,10 +1,10 @@
 """Load the extensions that installed packages add to cohaptic by entry points.
 
 Groups:
-    cohaptic.commands: Subcommands of `cohaptic`, each a function or an application of typer.
+    cohaptic.commands: Subcommands of `cohaptic`, each a function or a `typer.Typer`.
     cohaptic.devices: Devices, each a `DeviceKind`.
     cohaptic.bodies: Bodies, each a class or a function that is called without arguments.
-    cohaptic.routes: Services that a server offers beside hands and watchers, each a `Route`.
+    cohaptic.routes: Services of a server in addition to touching and watching, each a `Route`.
 
 Other packages cannot take over a name of cohaptic's own. If two other packages add the same name,
 both are refused.
@@ -29,9 +29,9 @@ class ExtensionError(CohapticError):
     """A package adds something that cannot be used.
 
     Args:
-        group: Group of its entry point.
-        name: Name of its entry point.
-        problem: Phrase that says why the entry cannot be used.
+        group: Group of the entry point.
+        name: Name of the entry point.
+        problem: Phrase that says why the entry point cannot be used.
     """
 
     def __init__(self, group: str, name: str, package: str, problem: str) -> None:
@@ -46,7 +46,7 @@ class ExtensionError(CohapticError):
 
 @cache
 def entries(group: str) -> dict[str, tuple[EntryPoint, ...]]:
-    """Entry points of a group by name, sorted; for one name, cohaptic's own comes first."""
+    """Entry points of a group by name, sorted; under each name cohaptic's own entry comes first."""
     from importlib.metadata import entry_points  # slow to import, and a loop may not need it
 
     found: dict[str, list[EntryPoint]] = {}
@@ -56,26 +56,26 @@ def entries(group: str) -> dict[str, tuple[EntryPoint, ...]]:
 
 
 def added(group: str) -> list[str]:
-    """Names that packages add to a group, sorted."""
+    """Names of the entry points that packages add to a group, sorted."""
     return list(entries(group))
 
 
 def adder(group: str, name: str) -> str:
-    """Name of the package that adds an entry."""
+    """Name of the package that adds the entry point `name` to a group."""
     return package_of(entries(group)[name][0])
 
 
 def package_of(entry: EntryPoint) -> str:
-    """Name of the package that adds an entry."""
+    """Name of the package that adds an entry point."""
     return entry.dist.name if entry.dist else entry.module
 
 
 def load(group: str, name: str, kind: type[T], *more: type[U]) -> T | U:
-    """The object behind an entry point.
+    """Load the object to which an entry point refers.
 
     Args:
         name: Name of an added entry point, or of one of cohaptic's own.
-        kind, more: Classes that the object may have.
+        kind, more: Classes of which the object may be an instance.
 
     Raises:
         ExtensionError: The object is missing, cannot be imported, is of another class, or has a

@@ -13,11 +13,11 @@ from typing import Any
 def lazy_names(
     namespace: dict[str, Any], homes: Mapping[str, str]
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` for a package.
+    """Make `__getattr__` and `__dir__` for a package that imports its public names lazily.
 
     Args:
         namespace: `globals()` of the package, with its `__all__`.
-        homes: The module that defines each name.
+        homes: Module that defines each public name, by that name.
     """
     package = namespace["__name__"]
 

@@ -1,4 +1,4 @@
-"""Rooms in addresses: `ws://HOST:PORT/r/NAME`, and the page of the room at `/r/NAME/`."""
+"""Read and make addresses of rooms: `ws://HOST:PORT/r/NAME`, with the page at `/r/NAME/`."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from urllib.parse import urlsplit, urlunsplit
 from cohaptic.errors import SettingError
 
 MAIN = "main"  # the room at `/`, if the server has a room of this name
-# Lower case, since people type names. No double underscore, since names are parts of names of
-# environment variables, whose parts two underscores divide.
+# Lower case, since people type names. No double underscore, since a room's name is part of the
+# names of environment variables, in which two underscores separate the parts.
 _NAME = re.compile(r"(?!.*__)[a-z0-9](?:[a-z0-9_-]{0,62}[a-z0-9])?")
 _PATH = re.compile(r"/r/([^/?#]*)([^?#]*)")
 # Only characters that every proxy leaves as they are. A part `r` is excluded because it divides the
@@ -38,7 +38,7 @@ def room_path(name: str) -> str:
 
 
 def base_path(said: str) -> str:
-    """Base path under which a server runs, without a slash at its end; empty for the root.
+    """The given base path of a server, without a slash at its end; empty for the root.
 
     Raises:
         SettingError: The path is not a valid base path.
@@ -71,8 +71,8 @@ def split_path(target: str) -> tuple[str | None, str]:
         target: Path, with or without a query.
 
     Returns:
-        Name as given, or None for a path outside `/r/`; and the rest of the path, which is empty
-        for `/r/NAME` and otherwise begins with its slash.
+        Name of the room as given, and the rest of the path, which is empty for `/r/NAME` and
+        otherwise begins with a slash. For a path outside `/r/`, None and the whole path.
     """
     path = target.partition("?")[0].partition("#")[0]
     match = _PATH.fullmatch(path)

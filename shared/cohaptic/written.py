@@ -1,4 +1,4 @@
-"""Read text and paths as people and their editors write them."""
+"""Decode text as editors save it, and expand `~` in paths as people type them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MARKS = (
 
 
 def text_of(data: bytes) -> str:
-    """Text in UTF-8, or in the encoding of its byte order mark; lines end with a line feed.
+    """Decode text from UTF-8, or by its byte order mark; CR LF becomes a line feed.
 
     Raises:
         UnicodeDecodeError: The data are not text in that encoding.

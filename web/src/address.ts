@@ -1,13 +1,13 @@
-/** Where the server of a page is. */
+/** Addresses of the server that a page belongs to. */
 
-/** The websocket of the server at an http or ws address; the page's path is kept, it may stand behind a proxy. */
+/** Websocket URL of the server at an http or ws address, with the page's path: the server may be behind a proxy. */
 export function socketUrl(address: string): string {
   const url = folder(address);
   url.protocol = url.protocol.replace("http", "ws");
   return url.href;
 }
 
-/** Green's functions of one vertex of a model. */
+/** URL of the Green's functions of one vertex of a model. */
 export function greenUrl(address: string, model: string, vertex: number): string {
   const url = folder(address);
   url.protocol = url.protocol.replace("ws", "http");

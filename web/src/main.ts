@@ -6,7 +6,7 @@ import { KEY, prepareTouch, startTouch } from "./touch/handle";
 import { openWatch } from "./watch/connection";
 
 const invitation = new Invitation(here());
-// Another invitation in the same tab changes no more than what is behind the #.
+// Another invitation in the same tab changes only the part of the address behind the #.
 addEventListener("hashchange", () => {
   if (invitation.read()) location.reload();
 });

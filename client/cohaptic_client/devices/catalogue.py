@@ -30,10 +30,10 @@ def names() -> list[str]:
 
 
 def device_kind(name: str) -> DeviceKind:
-    """The driver called `name`.
+    """Return the driver called `name`.
 
     Raises:
-        SettingError: There is no such driver; the error has the names that exist.
+        SettingError: There is no such driver; the error lists the names that exist.
         ExtensionError: The package that adds it is broken.
     """
     if name in _HERE:
@@ -44,7 +44,7 @@ def device_kind(name: str) -> DeviceKind:
 
 
 def read_device(text: str) -> DeviceChoice:
-    """The choice in a text such as `NAME:KEY=VALUE`; raises SettingError with the valid values."""
+    """Read a choice such as `NAME:KEY=VALUE`; raises SettingError with the valid values."""
     name, options = split_choice(text)
     return device_kind(name).choice(options)
 
@@ -70,7 +70,7 @@ def open_device(config: DeviceConfig) -> Device:
 
 
 def search() -> tuple[list[Found], list[DeviceError]]:
-    """Devices of this machine, and the errors of drivers that could not look for theirs."""
+    """Search this machine; returns its devices, and errors of drivers that could not search."""
     found: list[Found] = []
     missing: list[DeviceError] = []
     for name in names():

@@ -24,7 +24,7 @@ class DeviceChoice:
     options: tuple[tuple[str, str], ...] = ()
 
     def text(self, key: str, default: str = "") -> str:
-        """Value of an option; `default` where it was not given."""
+        """Value of an option; `default` if the option was not given."""
         return dict(self.options).get(key, default)
 
     def one_of(self, key: str, values: Iterable[str], default: str) -> str:
@@ -60,7 +60,7 @@ SIMULATED = DeviceChoice("simulated")  # the default
 
 
 def split_choice(text: str) -> tuple[str, list[tuple[str, str]]]:
-    """Name and options of a text; the key of a bare first value is empty.
+    """Split a text into name and options; a first value without a key gets an empty key.
 
     Raises:
         SettingError: The text is too long, an option has no value, or a later option has no key.

@@ -14,13 +14,15 @@ class DeviceInfo:
     """Abilities of a device, at its tip.
 
     Args:
-        name: Name for people.
+        name: Name shown to users.
         max_force: Largest force that it can give for a short time; 0 if it only senses [N].
-        max_stiffness: Largest that it renders stably, by its maker or by measurements [N/m].
-        damping: Physical damping of its tip, for Colgate's bound b > K T / 2 + |B| [N s/m].
+        max_stiffness: Largest stiffness that it renders stably, as its maker states or as measured
+            [N/m].
+        damping: Physical damping b of its tip, for Colgate's bound b > K T / 2 + |B| in
+            `loop.passivity` [N s/m].
         stall: Largest pause of the loop; after a longer one the hand is let go, because the tip of
             a real device may be deep inside an object by then [s].
-        max_damping: Largest that it renders stably; 0 if not measured [N s/m].
+        max_damping: Largest damping that it renders stably; 0 if not measured [N s/m].
         inertia: Apparent mass of its tip; 0 if not measured [kg].
         friction: Coulomb friction of its mechanics that the hand feels [N].
         resolution: Least step of position that its sensors tell apart [m].
@@ -28,7 +30,7 @@ class DeviceInfo:
         rate: Highest rate at which it reports and takes forces [Hz].
         sensed_axes: Degrees of freedom of translation that it senses, 1 to 3.
         force_axes: Degrees of freedom of translation along which it gives force, 0 to 3.
-        switch: Whether it has a switch that the hand can hold while it holds the device.
+        switch: Whether it has a switch that the hand can hold together with the device.
         lets_go: Time without a new force after which its driver or board takes the last force away
             by itself; inf if the last force stays on the hand [s].
     """
@@ -97,7 +99,7 @@ class Device(Protocol):
         ...
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state of the tip; older reports are skipped."""
+        """Return the newest state of the tip; older reports are skipped."""
         ...
 
     def write(self, force: Vec3) -> None:

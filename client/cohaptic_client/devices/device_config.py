@@ -12,7 +12,7 @@ from cohaptic_client.devices.choice import DeviceChoice
 
 @dataclass(frozen=True, slots=True)
 class DeviceConfig:
-    """A device and its place.
+    """A device, the place of the body to touch, and the hand of a simulated device.
 
     Args:
         choice: Choice of the device, by name and options.

@@ -42,7 +42,7 @@ class HidDevice(Protocol):
         ...
 
     def read(self, max_length: int, timeout_ms: int = 0, /) -> list[int]:
-        """The next report, empty when there is none; raises OSError when the device is gone."""
+        """Return the next report, or an empty list; raises OSError when the device is gone."""
         ...
 
     def write(self, report: bytes, /) -> int:
@@ -50,7 +50,7 @@ class HidDevice(Protocol):
         ...
 
     def get_report_descriptor(self) -> list[int]:
-        """Layout of the device's reports."""
+        """HID report descriptor: the layout of the device's reports."""
         ...
 
     def close(self) -> object:
@@ -59,7 +59,7 @@ class HidDevice(Protocol):
 
 
 class Hidapi(Protocol):
-    """The module of hidapi."""
+    """Functions of the hidapi module that are used here."""
 
     def enumerate(self, vendor_id: int = 0, product_id: int = 0, /) -> list[Entry]:
         """HID interfaces of a vendor and a product; 0 for any."""
@@ -71,7 +71,7 @@ class Hidapi(Protocol):
 
 
 def hidapi(name: str) -> Hidapi:
-    """The module of hidapi.
+    """Import the module of hidapi.
 
     On Linux the wheel of hidapi has two modules: `hidraw` shares the device with the kernel's
     drivers and sees Bluetooth; `hid` does neither. Other systems have `hid` only. A different
@@ -106,7 +106,7 @@ def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
 
 
 def unknown_hid(known: Iterable[str]) -> list[str]:
-    """HID devices that might be haptic or move something, and that no driver has found.
+    """HID devices that may be haptic or control motion, and that no driver has found.
 
     Args:
         known: Places of the devices that drivers have found; each text ends with the path.
@@ -143,7 +143,7 @@ def udev_rule(vendor: int) -> str:
 
 
 def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevice, Entry]:
-    """The first device that can be opened, in non-blocking mode, and its interface.
+    """Open the first device that can be opened, in non-blocking mode; also return its interface.
 
     Args:
         name: Name of the device, for errors.
@@ -151,7 +151,7 @@ def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevic
         entries: Interfaces to try; at least one.
 
     Raises:
-        DeviceError: None of them can be opened.
+        DeviceError: None of the interfaces can be opened.
     """
     vendor = 0
     for entry in entries:

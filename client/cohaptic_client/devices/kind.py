@@ -31,12 +31,12 @@ class Found:
 
 
 def nothing_found() -> list[Found]:
-    """No devices, for drivers that have nothing to look for."""
+    """Return no devices; the `find` of drivers that have nothing to look for."""
     return []
 
 
 def upward(choice: DeviceChoice) -> Vec3:
-    """Direction of a knock, up, for drivers whose devices push in every direction."""
+    """Upward unit vector, the direction of a knock for devices that push in every direction."""
     return (0.0, 0.0, 1.0)
 
 
@@ -68,7 +68,7 @@ class DeviceKind:
     calibrate: Callable[[DeviceChoice, Clock, Callable[[str], None]], list[str]] | None = None
 
     def choice(self, options: list[tuple[str, str]]) -> DeviceChoice:
-        """A choice of this kind with the options that `split_choice` found.
+        """Make a choice of this driver's device, with the options that `split_choice` found.
 
         Raises:
             SettingError: A key is unknown or given twice, or a value is outside its limits.

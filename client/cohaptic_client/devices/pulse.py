@@ -1,4 +1,4 @@
-"""Knocks that show which device is which, and whether it pushes in the right direction."""
+"""Knocks that show which device is which, and whether each pushes in the right direction."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ LENGTH = 0.12  # s of a knock; half a sine, so that the force rises by at most a
 _REST = 0.2  # s between two knocks
 _PERIOD = 0.001  # s
 _UP: Vec3 = (0.0, 0.0, 1.0)
-# m; a hand of 400 N/m yields by 1 mm, and a resting hand wanders by less than this
+# m; least way that counts: a hand of 400 N/m yields by 1 mm, and a resting hand wanders by less
 CLEAR = 0.0003
 
 
 def pulse_force(t: float, direction: Vec3 = _UP, strength: float = STRENGTH) -> Vec3:
-    """Force of a few gentle pushes, each of them half a sine, at `t` [s] after the start [N].
+    """Force at `t` in a series of gentle pushes, each of them half a sine [N].
 
     Args:
         t: Time since the start [s].
@@ -77,7 +77,7 @@ def pulse(device: Device, clock: Clock, direction: Vec3 = _UP) -> list[float]:
 
 
 def verdict(name: str, ways: list[float]) -> str:
-    """A sentence on a device's direction of force, from the ways of the tip in its knocks [m].
+    """Sentence on whether a device pushes in the right direction, from the tip's ways [m].
 
     Raises:
         DeviceError: The tip moved against every knock: an object would pull it in.

@@ -31,9 +31,9 @@ class Port(Protocol):
 
 
 class NeverWaiting:
-    """A port that writes without waiting, where pyserial's `write` tries for ever if it is full.
+    """A serial port whose `write` never waits; pyserial's tries for ever if the port is full.
 
-    The port needs a file descriptor, which it lacks on Windows.
+    The port needs a file descriptor, which ports on Windows lack.
 
     Args:
         port: Open port of pyserial with time-out 0; this object closes it.
@@ -67,7 +67,7 @@ class NeverWaiting:
 
 
 def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes = b"\n") -> Port:
-    """The port at a path, opened exclusively and with time-out 0.
+    """Open the port at a path exclusively and with time-out 0.
 
     Args:
         name: Name of the device, for errors.
@@ -92,7 +92,7 @@ def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes
 
 
 def attempt(name: str, action: Any) -> Any:
-    """Result of an action on a port; raises DeviceError when the port is gone."""
+    """Return the result of an action on a port; raises DeviceError when the port is gone."""
     try:
         return action()
     except (OSError, TypeError) as error:  # pyserial raises OSError; a closed port raises TypeError
@@ -100,13 +100,13 @@ def attempt(name: str, action: Any) -> Any:
 
 
 def list_ports(name: str) -> list[Any]:
-    """Serial ports of this machine, as pyserial describes them; DeviceError without pyserial."""
+    """List the serial ports as pyserial describes them; raises DeviceError without pyserial."""
     _serial(name)
     return list(import_module("serial.tools.list_ports").comports())
 
 
 def unknown_ports(known: Iterable[str]) -> list[str]:
-    """Serial ports of USB at which no driver has found a board; DeviceError without pyserial.
+    """List USB serial ports without a known board; raises DeviceError without pyserial.
 
     Args:
         known: Paths at which drivers have found boards.
@@ -121,7 +121,7 @@ def unknown_ports(known: Iterable[str]) -> list[str]:
 
 
 def _why_not(path: str, vendor: str, error: OSError) -> tuple[str, str]:
-    """Problem and advice for a port that cannot be opened."""
+    """Put an error on opening a port into words: the problem, and advice to the user."""
     text = str(error).lower()
     if "no such file" in text or "could not configure" in text:
         what = "there is no port" if "no such file" in text else "no serial port is at"

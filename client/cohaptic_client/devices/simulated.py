@@ -1,4 +1,4 @@
-"""A device with a simulated hand on it: the same loop and safety layer as for a real one."""
+"""A device with a simulated hand, for the same loop and safety layer as a real device."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.
 class SimulatedDevice:
     """A hand that follows an intention and feels the force that the loop writes.
 
-    The damping of `INFO` is only declared; the hand's own damping takes its place. The mechanics
-    include a preset's damping, mass, friction, resolution, latency and largest force.
+    The damping of `INFO` is only declared; the hand's own damping acts in its place. With a preset,
+    the mechanics include its damping, mass, friction, resolution, latency and largest force.
 
     Args:
         hand: Mechanics of the hand.
-        intention: Intention of the hand. Its time starts with the first `read`, or with `waits`
-            when the hand is engaged.
+        intention: Intention of the hand. Its time starts at the first `read`; if `waits` is True,
+            it starts when the hand is engaged.
         waits: Whether the hand stays where it is until it is engaged.
     """
 
@@ -107,7 +107,7 @@ class SimulatedDevice:
         self._state = HandState(place, velocity)
 
     def _sense(self, now: float, passed: float) -> None:
-        """Update the sensed position and velocity: in steps of the sensors, and late by latency."""
+        """Update the sensed position and velocity: quantised by the sensors, late by `latency`."""
         x, step = self._state.position, self._info.resolution
         if step > 0.0:
             x = (step * round(x[0] / step), step * round(x[1] / step), step * round(x[2] / step))

@@ -36,16 +36,16 @@ def _preset(
     step: float,
     latency: float,
 ) -> DeviceInfo:
-    """A preset.
+    """Make the abilities of a simulated device with the limits and mechanics of a real one.
 
     Args:
-        name: Name for people.
+        name: Name shown to users.
         force: Largest force [N].
         stiffness: Largest stiffness that is rendered stably [N/m].
         damping: Largest damping that may be rendered [N s/m].
         mass: Apparent mass of the tip [kg].
         friction: Friction of the mechanics [N].
-        step: Step of the sensors [m].
+        step: Least step of position that the sensors tell apart [m].
         latency: Time from a motion to its report [s].
     """
     return DeviceInfo(
@@ -104,7 +104,7 @@ def simulated_info(choice: DeviceChoice) -> DeviceInfo:
 
 
 def open_simulated(config: DeviceConfig) -> SimulatedDevice:
-    """A simulated device of the chosen preset, with a hand that follows the intention."""
+    """Make a device of the chosen preset, with a hand that follows the intention."""
     assert config.intention is not None
     info = simulated_info(config.choice)
     return SimulatedDevice(config.hand, config.intention, info, waits=True)

@@ -1,7 +1,7 @@
 """A 3Dconnexion SpaceMouse as a device that only senses: it moves the tip and gives no force.
 
 Rate control: the deflection of the cap sets the velocity of the tip, because the cap travels one or
-two millimetres and a hand on a soft object centimetres. Rotation and buttons are not used.
+two millimetres, but a hand on a soft object travels centimetres. Rotation and buttons are not used.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Transport(Protocol):
     """An open HID device in non-blocking mode, as hidapi offers it."""
 
     def read(self, max_length: int, /) -> list[int]:
-        """The next report, empty when there is none; raises OSError when the device is gone."""
+        """Return the next report, or an empty list; raises OSError when the device is gone."""
         ...
 
     def close(self) -> object:
@@ -47,10 +47,10 @@ class Transport(Protocol):
 
 
 class SpaceMouse:
-    """The tip of a SpaceMouse in a cube of the world.
+    """A tip that the cap of a SpaceMouse moves within a cube of the world.
 
-    The cap starts at rest, and the tip in the middle of the cube's face that is nearest to the
-    user: the body to be touched is round `center`, and a tip that starts in it would be pressed.
+    The cap starts at rest, and the tip starts in the middle of the cube's face that is nearest to
+    the user. The body lies round `center`: a tip that started inside the body would press on it.
 
     Args:
         transport: The open device; this object closes it.
@@ -77,14 +77,14 @@ class SpaceMouse:
 
     @property
     def skipped(self) -> int:
-        """Number of deflections that were not used, because a newer one had come."""
+        """Number of deflections that were not used, because a newer deflection had come."""
         return self._skipped
 
     def read(self, now: float) -> DeviceSample:
         """State of the tip after it has moved up to `now` with the newest deflection.
 
-        Without a new report the last deflection stays in use, but only as long as a deflected cap
-        can be silent: a cap that is out of reach or asleep would move the tip for ever.
+        Without a new report the last deflection stays in use for `_SILENCE`, and then the tip
+        stands still: otherwise a cap that is out of reach or asleep would move it for ever.
 
         Raises:
             DeviceError: The device was unplugged or is closed.
@@ -124,7 +124,7 @@ class SpaceMouse:
         return position, velocity
 
     def _drain(self) -> None:
-        """Take the newest deflection from the queue of reports, which may hold older ones."""
+        """Read the queue of reports up to the newest deflection, and skip older deflections."""
         newest: Vec3 | None = None
         for _ in range(_MOST_REPORTS):
             report = self._next_report()
@@ -174,7 +174,7 @@ def _info(choice: DeviceChoice) -> DeviceInfo:
 
 
 def _open(config: DeviceConfig) -> Placed:
-    """The first SpaceMouse, in a cube of twice the body's size; `scale` changes only its speed."""
+    """Open the first SpaceMouse in a cube of twice the body's size; `scale` sets only its speed."""
     scale = scale_of(config.choice)
     mouse = open_spacemouse(center=ZERO, reach=2.0 * config.radius / scale)
     return Placed(mouse, Workspace(ZERO, config.center, scale, turn_of(config.choice)))

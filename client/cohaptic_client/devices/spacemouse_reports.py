@@ -25,8 +25,10 @@ class Motion:
     """Deflection of the cap in one report.
 
     Args:
-        translation: Along x, y, z of the world, each -1 to 1 of full scale; None if not reported.
-        rotation: About x, y, z of the world, each -1 to 1 of full scale; None if not reported.
+        translation: Deflection along x, y, z of the world, each -1 to 1 of full scale; None if not
+            reported.
+        rotation: Deflection about x, y, z of the world, each -1 to 1 of full scale; None if not
+            reported.
     """
 
     translation: Vec3 | None
@@ -45,10 +47,10 @@ class Buttons:
 
 
 def decode(report: Iterable[int]) -> Motion | Buttons | None:
-    """Contents of a report; None for a report that is unknown, truncated or not made of bytes.
+    """Decode a report; returns None for a report that is unknown, truncated or not made of bytes.
 
     Older devices send translation and rotation as two reports, newer devices send both in one long
-    report. The length tells them apart, because no list has all product ids, future ones included.
+    report. The length tells them apart; a list of product ids would lack those of future devices.
     """
     try:
         data = bytes(report)

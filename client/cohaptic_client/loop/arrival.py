@@ -1,4 +1,4 @@
-"""The arrival of a patch: the changes at once, and how the loop then moves to the new patch."""
+"""Takes in a patch that arrives, and moves the surface that the loop shows to the new patch."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def receive(
     settings: LoopSettings,
     surface: Surface | None = None,
 ) -> LoopState:
-    """Take a patch in; ignore an invalid patch, or one that is older than the newest.
+    """Take a patch into the state; ignore a patch that is invalid or older than the newest.
 
-    The network process has checked the patch before; the check here makes a broken network process
-    no worse than a silent one. A NaN would stay in the loop's memory for ever.
+    The network process has already checked the patch. With the check here, invalid patches from a
+    broken network process count as silence. A NaN would stay in the loop's memory for ever.
 
     Surface and gain move to the new patch over one simulation period, from the surface shown now.
     (Half a period would make forces 4 ms younger at 60 Hz, but coupled hands would settle several
@@ -40,7 +40,7 @@ def receive(
         state: State after the last period.
         patch: Patch that has come.
         now: Time of this period [s].
-        surface: Surface of the patch if it is made already; None to make it now.
+        surface: Surface of the patch if it has been made already; None to make it now.
     """
     if not _is_news(state, patch, now, settings):
         return state
@@ -90,22 +90,22 @@ def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings)
 
 
 def progress(state: LoopState, now: float, settings: LoopSettings) -> float:
-    """Share of the way to the newest patch that is done at `now`, 0 to 1."""
+    """Share of the move to the newest patch that is done at `now`, 0 to 1."""
     way = settings.smoothing * settings.simulation_period
     return min(1.0, (now - state.arrived) / way) if way > 0.0 else 1.0
 
 
 def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
-    """The surface sample at a probe, during the move from the previous patch to the newest.
+    """Surface sample at a probe, during the move from the previous patch to the newest.
 
-    The surface is taken at the tip, with friction too. At the tip less its way over the material, a
-    curved patch would turn with that way, and a sliding finger would be carried off by its own
-    force (science 3.10).
+    With friction, too, the surface is evaluated at the tip, and not at the tip less its
+    displacement over the material: there a curved patch would turn with that displacement, and the
+    finger's own force would carry a sliding finger away (science 3.10).
 
     Args:
         state: State after the arrival of the newest patch.
         probe: Position [m].
-        share: Share of the way that is done, from `progress`.
+        share: Share of the move that is done, from `progress`.
 
     Returns:
         The surface sample; None before the first patch.
@@ -121,15 +121,15 @@ def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
 def is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
     """Whether the newest patch is so old that the server counts as silent.
 
-    The limit grows with the gaps of the link. On a link with jitter a fixed limit would fade the
-    force again and again, and every fade is a pulse for the other users. A longer wait is harmless,
-    because the local surface is passive by itself.
+    The limit grows with the gaps between patches. On a link with jitter a fixed limit would fade
+    the force again and again, and every fade is a pulse for the other users. A longer wait is
+    harmless, because the local surface is passive by itself.
     """
     return now - state.arrived > max(settings.limits.silent_after, state.patience)
 
 
 def next_patience(patience: float, gap: float) -> float:
-    """How long the server may be silent, updated after one more patch [s].
+    """Time for which the server may be silent, updated after one more patch [s].
 
     Args:
         patience: Value before the patch [s].

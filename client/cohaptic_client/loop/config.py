@@ -21,12 +21,12 @@ class LoopConfig:
         memory: Path of the shared memory.
         clock_origin: Origin of the network process's clock, so that both processes read the same
             time [s].
-        haptic_period: T, from 1/4000 to 1/500 [s].
-        simulation_period: N T [s].
+        haptic_period: Haptic period T, from 1/4000 to 1/500 [s].
+        simulation_period: Simulation period, N haptic periods [s].
         law: Settings of a law's integral.
         smoothing: Share of a simulation period over which the loop moves to a new patch.
         max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
-        friction: mu of the contact; 0 for none.
+        friction: Friction coefficient mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe.
         device: Device that the process opens.
         limits: Limits of the safety layer.
@@ -74,7 +74,7 @@ class LoopConfig:
 
 
 def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
-    """Limits for the opened device, whose options may not have told all of its abilities.
+    """Adapt limits to the opened device, whose options may not have shown all its abilities.
 
     Args:
         limits: Limits that the user's settings ask for.
@@ -88,7 +88,7 @@ def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
 
 
 def silent_after(simulation_period: float) -> float:
-    """Time [s] without a patch from which the server counts as silent: 3 ticks, at least 0.1 s.
+    """Time [s] without a patch after which the server counts as silent: 3 ticks, at least 0.1 s.
 
     Shorter jitter does not disturb the hand. The fade of the force takes at least `fade_time`.
     """
@@ -111,7 +111,7 @@ def law_settings(
 
 
 def haptic_period(loop_hz: float) -> float:
-    """T of a loop rate [s]; raises SettingError for a rate outside 500 to 4000 Hz."""
+    """Haptic period of a loop rate [s]; raises SettingError for a rate outside 500 to 4000 Hz."""
     if not 500.0 <= loop_hz <= 4000.0:
         raise SettingError("loop rate", f"{loop_hz} Hz", "from 500 to 4000 Hz")
     return 1.0 / loop_hz

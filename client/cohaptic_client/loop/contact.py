@@ -1,6 +1,7 @@
 """The contact in one period: gain, direction, depth, law, damping and friction, in that order.
 
-Apart from the hand's own motion, each changes no faster than its share of `EXTERNAL_RATE` allows.
+Except by the hand's own motion, each step changes the force no faster than its share of
+`EXTERNAL_RATE` allows.
 """
 
 from __future__ import annotations
@@ -36,16 +37,16 @@ class Contact:
     Fields:
         fade: Law in use; None before the first patch.
         normal: Direction of the normal force.
-        depth: Depth of the probe below the surface, as in `LoopState` [m].
+        depth: Depth of the probe below the surface, slewed as `LoopState.depth` is [m].
         moved: Way of the hand in this period [m].
         moved_in: Part of that way into the surface [m].
-        local: Answer of the law.
+        local: Force of the law, with its parts.
         damping: Damping of the passivity layer [N s/m].
         damped_force: Normal force with that damping [N].
         friction: Memory of the sticking contact.
         compliance: Compliance that the friction uses; None without friction.
         law_force: Force of law and friction, which the body gets [N].
-        requested_force: Force of law, friction and damping for the hand, before its limits [N].
+        requested_force: Force of law, friction and damping, before the safety layer [N].
     """
 
     fade: Final[LawFade | None]
@@ -117,12 +118,12 @@ def press(
     silent: bool,
     settings: LoopSettings,
 ) -> Contact:
-    """Contact of law, friction and damping at a surface, before the limits of the safety layer.
+    """Compute the contact at a surface: law, damping and friction, without the safety layer.
 
     Args:
         state: State after the last period, with a patch.
         sight: Surface sample of the surface that is shown.
-        share: Share of the way to the newest patch that is done, 0 to 1.
+        share: Share of the move to the newest patch that is done, 0 to 1.
         dt: Time since the last period [s].
         silent: Whether the server counts as silent.
     """
@@ -184,10 +185,10 @@ def press(
 def _pace_of_surface(
     state: LoopState, fade: LawFade, gain_change: float, silent: bool, counted: float
 ) -> float:
-    """Largest change of the force by the movement of the surface in this period [N].
+    """Largest change of the force that movement of the surface may cause in this period [N].
 
-    `EXTERNAL_RATE` limits everything that the hand's own motion does not cause: a change of the
-    gain, a fade of the safety layer and a change of the law take their parts of it first.
+    `EXTERNAL_RATE` limits all changes that the hand's own motion does not cause. A change of the
+    gain, a fade of the safety layer and a change of the law take their parts of that rate first.
     """
     pace = EXTERNAL_RATE * counted
     pace -= gain_change * max(0.0, state.depth)
@@ -201,7 +202,7 @@ def _pace_of_surface(
 def _compliance(
     state: LoopState, newest: Compliance3 | None, pace: float, share: float
 ) -> Compliance3 | None:
-    """Compliance that the friction uses in this period [m/N]; its change may use half the pace."""
+    """Compliance for the friction in this period [m/N]; its change may use half the pace."""
     return slew_compliance(
         state.compliance, newest, state.friction, state.normal_force, share, 0.5 * pace
     )
@@ -210,7 +211,7 @@ def _compliance(
 def _direction(
     state: LoopState, sight: Sight, moved: Vec3, k_h: float, pace: float, settings: LoopSettings
 ) -> tuple[Vec3, float]:
-    """Direction of the force at a surface that has turned, and the pace that remains [N]."""
+    """Direction of the force at a surface that has turned, and the rest of the pace [N]."""
     if sight.depth <= 0.0:
         return state.normal, pace  # the contact ends: a vanishing force need not turn any more
     force = min(state.normal_force, settings.limits.max_force)
@@ -227,7 +228,7 @@ def _law_force(
     counted: float,
     settings: LoopSettings,
 ) -> tuple[LawFade, LocalForce]:
-    """Law and its answer at the depth in use, less the shift of the contact by the friction."""
+    """Run the law at the depth in use, less the shift of the contact that friction causes."""
     if C is not None:
         depth -= believed_shift(normal, C, stiffest(fade)) * normal_shift(state.friction, normal, C)
     if depth != sight.depth:

@@ -1,4 +1,4 @@
-"""The energy balance of a contact: its spring, the body and the hand, for the passivity layer."""
+"""Energy balance of a contact's spring with the body and the hand, for the passivity layer."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def balance(
     given_ratio: float,
     dt: float,
 ) -> Passivity:
-    """Memory of the passivity layer after one period.
+    """Return the memory of the passivity layer after one period.
 
     Args:
         state: State after the last period.
@@ -30,7 +30,7 @@ def balance(
         before: Surface under the probe in the last period.
         now: Surface under the probe in this period.
         safety: State of the safety layer after this period.
-        given_ratio: Given force over requested force.
+        given_ratio: Force given to the hand over the requested force.
         dt: Time since the last period [s].
     """
     assert contact.fade is not None
@@ -46,7 +46,7 @@ def balance(
 
 
 def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> float:
-    """Energy of the contact's 3x3 spring in excess of that of its normal force alone [J].
+    """Energy that the contact's 3x3 spring stores beyond that of its normal force alone [J].
 
     Args:
         friction: Memory of the contact after the period.
@@ -62,7 +62,7 @@ def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> 
 def work_of_body(
     before: Sight, now: Sight, fade: LawFade, moved_in: float, *, friction: bool
 ) -> float:
-    """Work of the body in one period: the force that it carries times the surface's way [J].
+    """Work of the body in one period: the force it carries times the way of its surface [J].
 
     Args:
         before: Surface under the probe in the last period.

@@ -11,8 +11,10 @@ from cohaptic_client.loop.law_fade import LawFade, with_gains
 from cohaptic_client.loop.slew import slew_gain
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
-MOST_CHANGE: Final = 2.0  # largest factor of a compliance within one patch; more is an error of it
-_AS_STIFF: Final = 1.0 - 1e-5  # K_h C_ii from which on K_h is the object's stiffness, in 32 bits
+# Largest factor by which a compliance changes within one patch; a larger one is the patch's error.
+MOST_CHANGE: Final = 2.0
+# Least K_h C_ii for which K_h counts as the object's stiffness 1 / C_ii, in 32 bits.
+_AS_STIFF: Final = 1.0 - 1e-5
 
 
 def gains_as_sent(patch: Patch, settings: LoopSettings) -> Gains:
@@ -23,8 +25,9 @@ def gains_as_sent(patch: Patch, settings: LoopSettings) -> Gains:
 def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
     """The gains of a patch at the present position of the probe.
 
-    Gains are shares of 1 / C_ii, which changes along a body: from the balloon's equator to its pole
-    by half. A mesh patch has C_ii under the probe; other patches have it at their own contact only.
+    Gains are shares of 1 / C_ii. The compliance C_ii of a contact varies over a body: on the
+    balloon by half from the equator to the pole. A mesh patch has C_ii under the probe; other
+    patches have C_ii at their own contact only.
     """
     if not settings.follow:
         return gains_as_sent(patch, settings)
@@ -55,10 +58,10 @@ def follow_gains(
 
     Args:
         state: State after the last period.
-        patch: Newest patch, for the law in use.
+        patch: Newest patch, which is for the law in use.
         fade: Law in use.
         sight: Surface sample of the surface now.
-        share: Share of the way to the newest patch that is done, 0 to 1.
+        share: Share of the move to the newest patch that is done, 0 to 1.
         counted: Time since the last period, capped at two periods [s].
     """
     newest = gains_under(patch, sight, settings)

@@ -37,7 +37,7 @@ class TipSample(NamedTuple):
 
 
 class HapticProcess:
-    """The loop's process.
+    """The process of the haptic loop, as the network process controls it.
 
     Attributes:
         status: Newest report of the loop; empty before the first.
@@ -103,7 +103,7 @@ class HapticProcess:
         self._command(stop=True)
 
     def wait(self) -> None:
-        """Block until the loop has ended; call `request_stop` first."""
+        """Wait until the loop has ended, or time out and kill it; call `request_stop` first."""
         try:
             self._process.wait(self._grace)
         except subprocess.TimeoutExpired:

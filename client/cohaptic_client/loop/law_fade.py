@@ -26,12 +26,12 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE
 LAW_FADE_TIME: Final = 0.3  # s
 LAW_FADE_SHARE_RATE: Final = 10.0  # 1/s; 1 % of the force per millisecond
 LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE  # N/s; the other half is left for the surface
-_LEAST_FORCE: Final = 0.05  # N; relative to a smaller force a change would never end
+_LEAST_FORCE: Final = 0.05  # N; with a share of a smaller force a change would never end
 
 
 @dataclass(init=False)
 class Running:
-    """One law with its memory.
+    """A running law, with its gains and its memory.
 
     Fields:
         law: Local model.
@@ -100,7 +100,7 @@ def switch(
 
 
 def stiffest(fade: LawFade) -> float:
-    """Largest K_h in use: of both laws while one replaces the other [N/m]."""
+    """Gain K_h in use; while one law replaces another, the larger gain of the two [N/m]."""
     k_h = fade.now.gains.k_h
     if fade.before is not None and fade.before.gains.k_h > k_h:
         return fade.before.gains.k_h
@@ -118,7 +118,7 @@ def with_gains(fade: LawFade, gains: Gains) -> LawFade:
 def run(
     fade: LawFade, sight: Sight, dt: float, settings: LawSettings
 ) -> tuple[LawFade, LocalForce]:
-    """One period of the law in use and of the law that it replaces: their new state and force."""
+    """Run the law in use and the law that it replaces for one period; returns state and force."""
     memory, force = local_force(fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings)
     if fade.before is None and memory is fade.now.memory:
         return fade, force
@@ -141,7 +141,7 @@ def run(
 
 
 def _mixed(a: LocalForce, b: LocalForce, share: float) -> LocalForce:
-    """The force between those of two laws, from a (share 0) to b (share 1)."""
+    """Interpolate between the forces of two laws, from `a` (share 0) to `b` (share 1)."""
     return LocalForce(
         a.normal_force + share * (b.normal_force - a.normal_force),
         a.felt_from_others + share * (b.felt_from_others - a.felt_from_others),

@@ -87,7 +87,7 @@ class RowRing:
         self._memory[at : at + RING_ROWS * ROW.size] = bytes(RING_ROWS * ROW.size)
 
     def append(self, row: tuple[float, ...]) -> None:
-        """Write one row: the values of a `Row` in its order."""
+        """Write one row: the values of a `Row`, in the order of its fields."""
         ROW.pack_into(self._memory, self._at(self._count), *row)
         self._count += 1
         _COUNT.pack_into(self._memory, self._offset, self._count)
@@ -115,10 +115,10 @@ class LoopMemory:
     """The memory that the network process and the haptic loop share.
 
     Attributes:
-        patch: Newest patch frame; network to loop.
-        sample: Newest tip and force; loop to network.
-        command: Heartbeat, stop flag and acknowledgements; network to loop.
-        status: State, statistics and error of the loop as JSON; loop to network.
+        patch: Newest patch frame, for the loop.
+        sample: Newest tip and force, for the network process.
+        command: Heartbeat, stop flag and acknowledgements, for the loop.
+        status: State, statistics and error of the loop as JSON, for the network process.
         rows: Rows of the loop: one per period, or 20 a second if nobody keeps every row.
     """
 
@@ -150,7 +150,7 @@ class LoopMemory:
         return cls(_reserved(None))
 
     def close(self, *, remove: bool) -> None:
-        """Unmap; `remove` deletes the file."""
+        """Unmap the file; with `remove`, delete it, too."""
         self._memory.close()
         if remove:
             # The file may be gone already; Windows keeps it while the other process has it mapped.
@@ -159,7 +159,7 @@ class LoopMemory:
 
 
 def remove_killed(now: float) -> None:
-    """Remove the files of clients that were killed; `now` is the time of day [s]."""
+    """Remove the files that killed clients have left behind; `now` is Unix time [s]."""
     remove_leftovers(Path(_IN_MEMORY), _PREFIX, _SUFFIX, now, beside=MESH_SUFFIX)
 
 
@@ -171,7 +171,7 @@ _SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status":
 
 
 def _reserved(folder: str | None) -> str:
-    """Path of a new file with allocated bytes: a write to a missing one would end the process.
+    """Path of a new file, all bytes allocated: a write to a missing byte would end the process.
 
     Raises:
         OSError: There is no room for the file in the folder.
@@ -189,7 +189,7 @@ def _reserved(folder: str | None) -> str:
 
 
 def _offsets(capacities: Iterable[int]) -> list[int]:
-    """Offset of each slot, and last that of the ring."""
+    """Offset of each slot, with the offset of the ring as the last entry."""
     offsets = [0]
     for capacity in capacities:
         # Each slot starts on its own cache line, so that the two writers do not slow each other.

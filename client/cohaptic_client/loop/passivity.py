@@ -1,16 +1,17 @@
-"""Takes out the energy that the server's side makes; does nothing before that (science 3.4, 3.9).
+"""Damps out energy that the server's side generates, and only such energy (science 3.4, 3.9).
 
 A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu
 et al. 2010), for a predictive port. In each period, whatever the loop does,
 
     made = work on the hand + gain of the energy in the local spring - work of the body,
 
-where the work of the body is own_force times the way of its surface: the surface moved against the
-force of this client that the body carried then. While the surface rests, the first two terms
-cancel; the remainder is made or taken by delay, fades, changes of gain and law, and friction. The
-remainder is zero at rest, without delay, and for a single user of the predictive law, because only
-other users move its surface. Damping in contact takes the energy out: never more than is owed,
-never more than the device renders stably, |B| < b - K T / 2 (Colgate), and never more than the
+where the work of the body is `own_force`, the force of this client that the body carried, times the
+way by which the body's surface moved against that force. While the surface rests, the first two
+terms cancel; the remainder is energy that delay, fades, changes of gain and law, and friction
+generate or take. The remainder is zero at rest, without delay, and for a single user of the
+predictive law, because only other users move its surface. Damping in contact takes the energy out.
+The damping takes out no more energy than is owed; it is no larger than the device renders stably,
+|B| < b - K T / 2 (Colgate, see `device_damping_limit`); and its force is no larger than the
 contact's own force (as in Hunt and Crossley 1975), so that it comes and goes with the contact.
 
 The work uses the mean of the forces at both ends of a period. Holding the force over a period makes
@@ -32,10 +33,10 @@ MAX_DAMPING: Final = 8.0
 
 @dataclass(init=False)
 class Passivity:
-    """Memory of the layer.
+    """Memory of the passivity layer.
 
     Fields:
-        owed: Energy that was made and not taken out yet [J].
+        owed: Energy that was generated and has not been taken out yet [J].
         damping: Damping in use [N s/m].
         stored: Energy in the local spring, counted for the force that the hand is given [J].
     """
@@ -68,14 +69,15 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
 
 
 def given_share(stored: float, ratio: float, scale: float) -> float:
-    """Energy of a spring of which the hand is given only a part of the force [J].
+    """Energy in the law's spring, counted for the part of its force that the hand is given [J].
 
-    A spring that is faded to `scale` stores that share. A force that is cut to a limit still stores
-    energy while it is held: the area under it, f d - f^2 / (2 K).
+    A spring that is faded to `scale` stores that share of its energy. If a spring of stiffness K is
+    pressed to the depth d and its force is cut to f, the stored energy is the area under the cut
+    force, f d - f^2 / (2 K).
 
     Args:
         stored: Energy in the law's spring [J].
-        ratio: Given force over the law's force.
+        ratio: Force given to the hand over the law's force.
         scale: Share to which the safety layer has faded the law.
     """
     if scale <= 0.0:
@@ -87,7 +89,7 @@ def given_share(stored: float, ratio: float, scale: float) -> float:
 def dissipate(
     owed: float, damping: float, force: float, speed_in: float, dt: float, max_damping: float
 ) -> tuple[float, float]:
-    """Damping and normal force of one period in contact.
+    """Compute the damping and the damped normal force of one period in contact.
 
     The damping rises and falls no faster than `RAMP` and `STEP_RATE` allow, so the force has no
     steps.
@@ -114,11 +116,13 @@ def dissipate(
 
 
 def device_damping_limit(damping: float, stiffness: float, haptic_period: float) -> float:
-    """Largest |B| that leaves a device passive, b > K T / 2 + |B| [N s/m].
+    """Largest damping |B| up to `MAX_DAMPING` that a device renders passively [N s/m].
+
+    Colgate's bound is b > K T / 2 + |B|.
 
     Args:
         damping: Physical damping of the device, b [N s/m].
         stiffness: Rendered stiffness, K [N/m].
-        haptic_period: T [s].
+        haptic_period: Haptic period, T [s].
     """
     return min(MAX_DAMPING, max(0.0, damping - 0.5 * stiffness * haptic_period))

@@ -1,15 +1,15 @@
 """The safety layer, the last step before the device: limits for any law, network or device.
 
-One function applies them once per period. A force that is not finite, a stalled loop or a hand that
-moves too fast is a fault: the force falls to zero within `FAULT_RELEASE_TIME`, without a jerk, and
-returns only after the hand has been out of the object. On a device with motors the user must also
-acknowledge the fault, because a force that failed unseen must not return by itself. When the switch
-is not held, the hand is let go as after a fault, but no acknowledgement is needed. The force fades
-while the server is silent, and rises again when patches return. The force is clamped, and its rate
-is limited in both directions: a force that vanishes jolts the hand as much as one that appears.
-Changes that the hand's own motion does not explain are limited to `EXTERNAL_RATE`, whatever the
-laws make of a patch. Motion explains only the force of its own period: it is not saved up for a
-later patch.
+The function `guard` applies the limits once per period. A force that is not finite, a stalled loop
+or a hand that moves too fast is a fault: the force falls to zero within `FAULT_RELEASE_TIME`,
+without a jerk, and returns only after the hand has been out of the object. On a device with motors
+the user must also acknowledge the fault, because a force that failed unseen must not return by
+itself. While the user does not hold the device's switch, the hand is released as after a fault, but
+no acknowledgement is needed. The force fades while the server is silent, and rises again when
+patches return. The force is clamped, and its rate is limited in both directions: a force that
+vanishes jolts the hand as much as one that appears. Changes that the hand's own motion does not
+explain are limited to `EXTERNAL_RATE`, whatever force a law computes from a patch. A motion
+explains a change of the force in its own period only: it cannot be saved up for a later patch.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of thi
 # Multiple of `EXTERNAL_RATE` that this layer allows for all changes that the hand's own motion does
 # not explain, whatever made them: a turn of the force adds a second-order term to the change.
 BACKSTOP: Final = 1.02
-FORGET_OWN: Final = 0.03  # s; by then the hand has received the change that `max_rate` held back
+FORGET_OWN: Final = 0.03  # s; by then `max_rate` has let through the change it held back
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,22 +38,25 @@ class SafetyLimits:
     """Limits of the force on a hand.
 
     Args:
-        max_force: Largest magnitude [N].
-        max_rate: Largest change per second, up or down [N/s].
+        max_force: Largest magnitude of the force [N].
+        max_rate: Largest change of the force per second, up or down [N/s].
         max_speed: Largest speed of the hand [m/s].
-        stall: A period longer than this is a fault [s].
-        silent_after: Without a patch for this long the server counts as silent [s].
+        stall: Longest period; a longer one is a fault [s].
+        silent_after: Time without a patch after which the server counts as silent [s].
         fade_time: Least time from full force to none when the server is silent; `SAFETY_FADE_RATE`
             may make it longer [s].
-        engage_time: The same from none to full, at the start and after a fault or silence [s].
-        engage_below: The hand is engaged only while the law asks for less than this [N].
-        engage_periods: Number of periods in a row for which that must hold.
-        period: T; a late period moves the force by no more than two punctual ones would [s].
-        stale: Largest age of a device's position: a jump of the tip may include the motion of this
-            time in addition to that of the period [s].
+        engage_time: Least time from no force to full force, at the start and after a fault or
+            silence [s].
+        engage_below: Requested force below which the hand may be engaged [N].
+        engage_periods: Number of periods in a row in which the force must be below `engage_below`.
+        period: Haptic period T; a late period moves the force by no more than two punctual periods
+            would [s].
+        stale: Largest age of a position that the device reports; this time is added to the period
+            when the step of the tip is compared with `max_speed` [s].
         latch: Whether a fault stays until the user acknowledges it.
         dead_man: Whether there is force only while the user holds the device's switch.
-        external_rate: Limit of all change that the hand's own motion does not explain [N/s].
+        external_rate: Largest change of the force per second that the hand's own motion does not
+            explain [N/s].
     """
 
     max_force: float = 10.0
@@ -73,7 +76,7 @@ class SafetyLimits:
 
 
 class Mode(Enum):
-    """Whether the hand is engaged."""
+    """State of the hand: it waits, it is engaged, or a fault is to be acknowledged."""
 
     WAITING = "waiting"
     ENGAGED = "engaged"
@@ -96,12 +99,12 @@ class SafetyState:
             acknowledged.
         scale: Share of the requested force that is given, 0 to 1.
         force: Force given in the last period [N].
-        quiet: Periods in a row in which the requested force was small.
+        quiet: Number of periods in a row in which the requested force was below `engage_below`.
         now: Time of the last period [s]; None before the first.
-        fault: Why the hand was let go last; empty once it is engaged again.
-        released: Force at the fault, during its release [N].
-        left: Share of the release that is still to come, 1 to 0.
-        own: Change of force that the hand's own motion explains and `max_rate` held back [N].
+        fault: Reason for the last release; empty once the hand is engaged again.
+        released: Force at the time of the fault, from which the release starts [N].
+        left: Share of the release time that is still to come, 1 to 0.
+        own: Change of force that the hand's own motion explains and `max_rate` has held back [N].
         velocity: Velocity of the hand in the last period [m/s].
     """
 
@@ -144,7 +147,8 @@ class SafetyState:
 NEVER_ENGAGED: Final = SafetyState()
 
 
-# Above 60 lines: half of them tell its arguments, and each call less is time in every period.
+# Above 60 lines: half of them describe the arguments, and a call of a further function would cost
+# time in every period.
 def guard(
     state: SafetyState,
     requested: Vec3,
@@ -158,7 +162,7 @@ def guard(
     own: float = math.inf,
     damping: float = 0.0,
 ) -> SafetyState:
-    """Next state of the safety layer; its `force` is the force that the device gets.
+    """Return the next state of the safety layer; its `force` is the force that the device gets.
 
     Args:
         state: State after the last period.
@@ -167,10 +171,10 @@ def guard(
         velocity: Velocity of the hand [m/s].
         silent: Whether the server has been silent for too long.
         limits: Limits of this hand.
-        trouble: Fault that was found before the force was asked for; empty for none.
+        trouble: Fault of the device or the law that the caller has found; empty for none.
         held: Whether the user holds the device's switch.
         own: Largest change of the force that the hand's way and speed in this period explain; inf
-            for no such limit, for a law whose integral goes on while the hand rests [N].
+            for a law with an integral, which changes the force while the hand rests [N].
         damping: Damping through which a change of the hand's velocity explains a change of the
             force [N s/m].
     """
@@ -205,12 +209,16 @@ def guard(
 
 
 def smooth(left: float) -> float:
-    """Share of the force that is left when the share `left` of its release is to come, 1 to 0."""
+    """Share of the force that is still given during a release, on a smooth curve from 1 to 0.
+
+    Args:
+        left: Share of the release time that is still to come, 1 to 0.
+    """
     return left * left * (3.0 - 2.0 * left)
 
 
 def rate_of(max_stiffness: float) -> float:
-    """`max_rate` for a device: high enough for the force that a hand at `OWN_SPEED` causes [N/s].
+    """`max_rate` for a device [N/s]: enough for the force that a hand at `OWN_SPEED` causes.
 
     A lower rate would delay that force.
 
@@ -248,7 +256,7 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
         before: Force given in the last period [N].
         requested: Force of law, friction and damping [N].
         share: Share of the clamped force, 0 to 1.
-        max_force: Largest magnitude [N].
+        max_force: Largest magnitude of the force [N].
         most: Largest change in this period [N].
     """
     size = norm(requested)
@@ -259,7 +267,7 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
 
 
 def _release(state: SafetyState, fault: str, step: float, now: float, latched: bool) -> SafetyState:
-    """State of the release after a fault: a smooth ramp from the last force to zero."""
+    """Next state of a release, in which the force falls on a smooth ramp to zero."""
     released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
     left = max(0.0, left - step / FAULT_RELEASE_TIME)
     return SafetyState(
@@ -273,7 +281,7 @@ def _release(state: SafetyState, fault: str, step: float, now: float, latched: b
 
 
 def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
-    """Why the hand must be let go; empty without a fault."""
+    """Reason why the hand must be released; empty without a fault."""
     if not is_finite(requested):
         return f"the law asked for {requested} N"
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:

@@ -1,7 +1,7 @@
 """Slew limits of the changes of force that the hand's own motion does not cause.
 
-`EXTERNAL_RATE` limits the sum of these changes; depth, direction, gain and compliance of a contact
-each change no faster than their share of it allows.
+`EXTERNAL_RATE` limits the sum of these changes. The depth, the direction, the gain and the
+compliance of a contact each change the force by at most their share of that rate.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SOFT: Final = 1.0
 
 
 def hold_back(depth: float, target: float, most: float) -> float:
-    """Depth that the law uses: other users change it by at most `most` [m].
+    """Limit the change of the depth by other users to `most`; returns the depth for the law [m].
 
     Args:
         depth: Depth of the last period plus the hand's own way into the surface since then [m].
@@ -34,7 +34,7 @@ def hold_back(depth: float, target: float, most: float) -> float:
 
 
 def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
-    """Direction of the force: other users turn it by at most `most`.
+    """Turn the force direction from the last normal to the surface's normal, by at most `most`.
 
     Args:
         normal: Normal of the last period.
@@ -60,10 +60,10 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
 def slew_normal(
     normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float, pace: float
 ) -> tuple[Vec3, float]:
-    """Direction of the force in this period, and the pace that remains for its size [N].
+    """Turn the force direction within `pace`; returns it and the pace left for the size [N].
 
-    The hand's own way along the surface may turn the force by as much force as that way makes. At
-    least half of the pace is left for the size.
+    The hand's own way along the surface may also turn the force, by as much as that way changes the
+    force, without using up the pace. At least half of the pace is left for the size of the force.
 
     Args:
         normal: Normal of the last period.
@@ -79,13 +79,14 @@ def slew_normal(
 
 
 def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:
-    """Gain after a move towards its target by at most `GAIN_RATE` of itself per second [N/m].
+    """Move a gain towards its target, by at most the share `GAIN_RATE` per second [N/m].
 
     Args:
         k_h: Gain in the last period [N/m].
-        target: Target of the gain [N/m].
+        target: Gain to be reached [N/m].
         dt: Time since the last period [s].
-        force: Force that the gain makes now; it changes by at most half of `EXTERNAL_RATE` [N].
+        force: Force that the gain makes now; the move changes this force by at most half of
+            `EXTERNAL_RATE` [N].
     """
     if target == k_h:
         return k_h
@@ -102,7 +103,7 @@ def slew_compliance(
     share: float,
     most: float,
 ) -> Compliance3 | None:
-    """Compliance that the friction uses, on its way to that of the newest patch [m/N].
+    """Move the friction's compliance towards that of the newest patch; returns it [m/N].
 
     A patch without a compliance leaves the previous one in use, so that a sticking contact holds.
 
@@ -112,7 +113,7 @@ def slew_compliance(
         friction: Memory of the contact.
         normal_force: Normal force in the last period [N].
         share: Share of the way to the newest compliance that time alone would allow in this period.
-        most: Largest change of the force that this change may cause in this period [N].
+        most: Largest change of the force that the move may cause in this period [N].
     """
     if newest is None or previous is None or previous == newest or not friction.touching:
         return newest or previous

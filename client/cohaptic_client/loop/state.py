@@ -29,14 +29,14 @@ class LoopSettings:
     """Constants of one client's loop.
 
     Args:
-        simulation_period: Time between patches, N T [s].
+        simulation_period: Time between patches, N haptic periods [s].
         limits: Limits of the safety layer.
         law: Settings of the law's integral.
         smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
             each patch as the paper does, with a step of the surface at every patch.
         max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
-        surface: Makes the local surface of a patch.
-        friction: mu of the contact; 0 for none.
+        surface: Function that makes the local surface of a patch.
+        friction: Friction coefficient mu of the contact; 0 for none.
         follow: Whether gains follow the compliance under a sliding probe; False for gains that the
             user has fixed.
         max_stiffness: Largest gain that the device renders stably [N/m].
@@ -55,22 +55,22 @@ class LoopSettings:
 
 @dataclass(init=False)
 class LoopState:
-    """Memory of the loop.
+    """Memory of the loop from period to period.
 
     Fields:
         patch: Newest patch; None before the first.
         arrived: Time at which the newest patch came [s].
-        before: Surface of the patch before; None without one.
-        offset: Difference between the surface that was shown when the newest patch came and
-            `before`, at the probe.
+        before: Surface of the previous patch; None without one.
+        offset: Difference, at the probe, between the surface that was shown when the newest patch
+            came and `before`; None without `before`.
         surface: Surface of the newest patch; None before the first.
         k_h_before: Gain in use when the newest patch came [N/m].
         fade: Law in use; None before the first patch.
         normal_force: Normal force of the law in the last period [N].
         sight: Surface sample of the surface shown in the last period; None before the first.
-        depth: Depth of the probe below that surface, slewed by `hold_back` [m]. The surface is
-            without this client's own force: the friction's normal shift, and for the laws of the
-            paper the dent of that force, are still to be subtracted. -inf without a surface.
+        depth: Depth of the probe below that surface, slewed by `hold_back` [m]. The surface
+            leaves out this client's own force: the friction's normal shift, and for the laws of the
+            paper the dent of that force, are subtracted later. -inf without a surface.
         probe: Position in the last period [m].
         normal: Direction of the normal force in the last period, slewed by `turn_back`.
         passivity: Memory of the passivity layer.
@@ -78,7 +78,7 @@ class LoopState:
         compliance: Compliance that the friction uses, slewed towards that of the newest patch;
             None without one.
         safety: Memory of the safety layer.
-        patience: How long the server may be silent on this link [s].
+        patience: Time for which the server may be silent on this link [s].
     """
 
     patch: Final[Patch | None]
@@ -138,15 +138,15 @@ class LoopState:
         self.patience = patience
 
     def silenced(self) -> LoopState:
-        """The same state with an infinitely old newest patch, so that the force fades."""
+        """Return this state with an infinitely old newest patch, so that the force fades."""
         return replace(self, arrived=-math.inf)
 
     def acknowledged(self) -> LoopState:
-        """The state after the user has acknowledged a fault: the hand may be engaged again.
+        """Return the state after the user has acknowledged a fault: the hand may be engaged again.
 
-        The state stays unchanged until the force is zero: a fault cannot be acknowledged before it
-        is over. A release that holds no force counts as over, because a new release begins in every
-        period in which the switch is not held.
+        The state stays unchanged until the force is zero: a fault cannot be acknowledged before the
+        force has been released. Zero force is enough, even if a release is under way, because a new
+        release begins in every period in which the switch is not held.
         """
         safety = self.safety
         if safety.mode is not Mode.FAULT or safety.force != ZERO:
@@ -154,10 +154,10 @@ class LoopState:
         return replace(self, safety=SafetyState(now=safety.now, fault=safety.fault))
 
     def taken_away(self, fault: str, limits: SafetyLimits) -> LoopState:
-        """The state after another part has taken the force off the device: it begins at zero.
+        """Return the state after a fault outside this loop has taken the force away: zero force.
 
         Args:
-            fault: Why the force was taken away.
+            fault: Reason why the force was taken away.
         """
         latched = limits.latch or self.safety.mode is Mode.FAULT
         mode = Mode.FAULT if latched else Mode.WAITING
@@ -183,9 +183,9 @@ class Output:
         on_body: Force that the body gets: the force on the hand without the damping of the
             passivity layer, which concerns only the hand [N].
         anchor: Point of the resting surface that the contact holds by friction [m]; None for none.
-        local: Answer of the law.
+        local: Force of the law, with its parts.
         damping_force: Damping force of the passivity layer, along the normal [N].
-        u_others: Displacement of the contact point by the others, along the normal [m].
+        u_others: Displacement of the contact point by the other users, along the normal [m].
         silent: Whether the server counts as silent.
     """
 

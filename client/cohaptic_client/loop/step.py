@@ -2,8 +2,8 @@
 
 The steps of a period: the surface that is shown (`arrival`), the contact with it (`contact`), the
 limits of the safety layer (`safety`), the balance of energy (`energy`), and the results. A law that
-fails and a tip out of reach or without a position are faults: the hand is let go, and the loop runs
-on.
+fails, a tip out of reach and a position that is not a number are faults: the hand is released, and
+the loop runs on.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _NO_FORCE: Final = (MAX_STIFFNESS * MAX_POSITION) ** 2
 def step(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings
 ) -> tuple[LoopState, Output]:
-    """One haptic period: from a device's sample to the force that the device gets.
+    """Compute one haptic period, from a device's sample to the force that the device gets.
 
     Args:
         state: State after the last period.
@@ -50,10 +50,10 @@ def step(
 
 
 def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: SafetyLimits) -> str:
-    """What is wrong with a device's sample; empty for nothing.
+    """Describe the fault in a device's sample; empty if there is none.
 
-    The sample's velocity is only what the driver states. A tip that jumps has moved faster than
-    `max_speed`, whatever that velocity is.
+    The check compares positions, because the driver may state any velocity: a tip that jumps has
+    moved faster than `max_speed`, whatever the sample's velocity is.
 
     Args:
         state: State after the last period.
@@ -76,12 +76,12 @@ def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: Safet
 def without_surface(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, fault: str
 ) -> tuple[LoopState, Output]:
-    """A period after which the loop has no surface until the next patch.
+    """Compute a period that removes the surface: the loop has none until the next patch.
 
     Args:
         state: State after the last period.
         now: Time of this period [s].
-        fault: Why the hand is let go.
+        fault: Reason why the hand is released.
     """
     safety = guard(
         state.safety, ZERO, now=now, velocity=sample.velocity, silent=True, limits=settings.limits,
@@ -100,7 +100,11 @@ def without_surface(
 def _step(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, trouble: str
 ) -> tuple[LoopState, Output]:
-    """The period of `step` for a tip within reach; raises an error when the law fails."""
+    """Compute the period of `step` for a tip within reach.
+
+    Raises:
+        ArithmeticError, ValueError: The law fails.
+    """
     limits = settings.limits
     dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     silent = is_silent(state, now, settings)
@@ -156,8 +160,8 @@ def _step(
 def check_memory(contact: Contact) -> None:
     """Raise ValueError for a contact that must not stay in the loop's memory.
 
-    A value that is not finite would stay there for ever, and a force larger than any spring's until
-    it has faded.
+    A value that is not finite would stay there for ever, and a force larger than that of any
+    spring would stay until it has faded.
     """
     (fx, fy, fz), (nx, ny, nz) = contact.requested_force, contact.normal
     whole = nx + ny + nz + contact.depth
@@ -170,12 +174,13 @@ def own_force(
 ) -> float:
     """Largest change of the force in a period that the hand's own way and speed explain [N].
 
-    This is the change that the contact's spring makes of the way in its stiffest direction, into or
-    along the surface; friction adds mu times as much, at a right angle to the normal force. For a
-    hand faster than `SLOW`, the change may double while the damping is cut to the law's force, and
-    the damping may rise or fall. A slower hand has little energy to be taken out, and a server's
-    changes would be all that such a hand feels. The result is inf for a law with an integral, which
-    goes on while the hand rests.
+    The contact's spring changes the force by the hand's way times the stiffness in the stiffest
+    direction, into or along the surface. Friction adds mu times as much, at a right angle to the
+    normal force. For a hand faster than `SLOW` the damping counts, too: the change may double while
+    the damping force is cut to the law's force, and the damping may rise or fall. For a slower hand
+    the damping does not count: such a hand has little energy to be taken out, and would feel little
+    but the changes that a server causes. The result is inf for a law with an integral, which
+    changes the force while the hand rests.
     """
     fade = contact.fade
     if fade is not None and (
@@ -208,14 +213,15 @@ def told(anchor: Vec3 | None) -> Vec3 | None:
 
 
 def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
-    """Force on the body: the share of law and friction that the hand is given, never more [N].
+    """Force that the body gets: law and friction, reduced as the hand's force is reduced [N].
 
     Damping is left out, because it concerns only the hand: it may cancel nearly all of the law's
-    force, or double it. While a larger force still falls to the law's, the body gets the law's.
+    force, or double it. While the hand's force is still larger than the law's and falls towards it,
+    the body gets the law's force.
 
     Args:
         force: Force of the law and the friction [N].
-        ratio: Given force over requested force.
+        ratio: Force given to the hand over the requested force.
         max_force: Largest force of the hand [N].
     """
     size = norm(force)

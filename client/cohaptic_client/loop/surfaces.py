@@ -1,4 +1,4 @@
-"""From a patch to the surface that the loop presses on."""
+"""Makes, from a patch, the surface that the loop presses on."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """One connection to a server, from greeting to end: receiving, sending, timing, pacing.
 
-The module also keeps the list of the other users, and the words for news of them.
+The module also keeps the list of the other users, and puts news of them into words.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ from cohaptic_client.settings import ClientSettings
 
 
 class People:
-    """The other users of a room, as the server's messages tell of them.
+    """The other users of a room, as the server's messages report them.
 
     The same message reports a user who joins and a user's new name. User numbers rise with each
-    user who joins. A welcome has only the names of the users who were there before.
+    user who joins. The welcome message lists the earlier users by name, without their numbers.
 
     Args:
         welcome: Welcome message that this client got.
@@ -54,7 +54,7 @@ class People:
         self._known: dict[int, str] = {}
 
     def news(self, event: UserJoined | UserLeft) -> str:
-        """News for this user from a message."""
+        """Sentence for this user on a user who has joined, left or taken a new name."""
         return self._joined(event) if isinstance(event, UserJoined) else self._left(event)
 
     def _joined(self, event: UserJoined) -> str:
@@ -103,22 +103,23 @@ class Refused(CohapticError):
 
 
 class Conversation:
-    """Messages of one connection, between the network and the haptic loop.
+    """Exchanges the messages of one connection between the network and the haptic loop.
 
     Args:
         link: Open connection to the server.
-        haptics: Haptic side, started at the welcome, or at the rest mesh if patches need one.
-        tell: Called with each piece of news for people.
+        haptics: Haptic side, which this class starts at the welcome message, or at the rest mesh if
+            patches need one.
+        tell: Called with each piece of news for the user.
         beat: Called whenever a sample is due, so that the loop's process knows that this process
             lives; a separate timer would wake up the processor for that alone.
-        key: The client's secret, with which it comes back to its name.
+        key: Secret with which this client can take its own name again after a lost connection.
         token: Token of the invitation, or of the session to resume; empty for none.
 
     Attributes:
         active: Whether messages can be sent.
         timing: Round trip and clock offset of this connection.
         session: Token of the session that the server has begun; empty for none.
-        place: Place in the queue before a full room, and the queue's length; None outside a queue.
+        place: Place in the queue for a full room, and the queue's length; None outside a queue.
         server_to_wall: Unix time less the server's clock [s]; 0 before the welcome.
     """
 
@@ -226,7 +227,10 @@ class Conversation:
             raise Refused(event.code, event.message)
 
     def _tell_restraints(self, new: Restraints) -> None:
-        """Tell this user what has changed for them; the muting of others is not told."""
+        """Tell the user when the object is frozen or this user muted, and when that ends.
+
+        The muting of other users is not reported.
+        """
         was, self._restrained = (
             self._restrained,
             (new.frozen, self._welcome is not None and self._welcome.user in new.muted),
@@ -251,7 +255,7 @@ class Conversation:
         self._send_when_due()
 
     def _learn(self, patch: Patch) -> None:
-        """Learn from a patch how long the round trip is, and when to send."""
+        """Update the timing estimates and the sending schedule from a patch."""
         if patch.seq == 0 or self._pacer is None:
             return
         self._pacer = self._pacer.reported(patch.t_client, patch.sample_wait)

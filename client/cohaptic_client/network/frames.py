@@ -1,4 +1,4 @@
-"""Cuts the stream of a server into frames, so that a patch can be taken when it comes.
+"""Cuts the stream of a server into frames, so that a patch can be used as soon as it comes.
 
 All other frames are passed on to `websockets`, which checks them. A hostile stream cannot fill the
 memory: only the beginning of one frame with at most `LONGEST` bytes of payload is kept.
@@ -37,7 +37,7 @@ class ServerStream:
         self._passing = 0  # bytes of a long frame that are still to come
 
     def cut(self, data: bytes) -> list[Piece]:
-        """The pieces that `data` completes, in order; all pieces joined are the stream."""
+        """Return the pieces that `data` completes, in order; all pieces joined give the stream."""
         found: list[Piece] = []
         if self._passing:
             passed = data[: self._passing]

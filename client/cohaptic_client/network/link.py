@@ -1,4 +1,4 @@
-"""One connection: a websocket, with the injected delay that the settings ask for.
+"""One connection to a server: a websocket, with the delay that the settings inject.
 
 Both directions pass through a `DelayLine`, so that injected latency behaves as in a stream: one
 delay per direction, and messages stay in order. Without a delay, frames pass at once.
@@ -26,7 +26,7 @@ from cohaptic_client.address import trust, why_not_trusted, with_slash
 from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
-MAX_INBOUND_BYTES = MAX_BYTES  # the largest is a rest mesh, then a welcome to a full room
+MAX_INBOUND_BYTES = MAX_BYTES  # the largest message is a rest mesh, then a full room's welcome
 
 
 class Delayed:
@@ -42,7 +42,7 @@ class Delayed:
         self._timer: asyncio.TimerHandle | None = None
 
     def push(self, data: Data) -> None:
-        """Send a message into the line."""
+        """Put a message into the delay line."""
         if self._at_once:
             self._deliver(data)
             return
@@ -178,7 +178,7 @@ class Link:
         self._ws.write(data)
 
     async def close(self) -> None:
-        """Close politely; may be called twice."""
+        """Close the connection with a closing handshake; may be called twice."""
         if self._outbound is not None:
             self._outbound.cancel()
         if self._ws is not None:

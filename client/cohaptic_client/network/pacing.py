@@ -2,9 +2,9 @@
 
 The server reports how long each sample waited for its tick. Together with the time at which the
 sample was sent, this gives the right phase on the client's own clock. A schedule that moves towards
-that phase locks to the server's ticks at any delay, and its force is younger by half a tick in the
-mean than one sent at an unlucky phase. (Moving by a share of the wait alone would be an integrator
-in a loop with the network's delay, which oscillates when that delay is long.)
+that phase locks to the server's ticks at any delay, and a force that it sends is on average half a
+tick younger than a force sent at an unlucky phase. (Moving by a share of the wait alone would be an
+integrator in a loop with the network's delay, which oscillates when that delay is long.)
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Pacer(NamedTuple):
     """Schedule of a client's samples.
 
     Args:
-        period: Time between samples, N T [s].
+        period: Time between samples, the simulation period [s].
         due: Time at which the next sample is to be sent [s].
     """
 
@@ -27,7 +27,7 @@ class Pacer(NamedTuple):
     due: float
 
     def sent(self, now: float) -> Pacer:
-        """Schedule after a sample was sent at `now`; it skips missed samples, keeps the phase."""
+        """Schedule after a sample was sent at `now`; skips missed samples and keeps the phase."""
         missed = max(0, int((now - self.due) / self.period))
         return Pacer(self.period, self.due + (missed + 1) * self.period)
 

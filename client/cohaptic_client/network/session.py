@@ -47,7 +47,7 @@ class ClientSession:
 
     Args:
         laws: Laws that this client asks for. A patch for another law is refused, because a server
-            could move a resting force by switching between laws.
+            could change the force on a resting hand by switching between laws.
 
     Attributes:
         state: State of the session.
@@ -56,7 +56,7 @@ class ClientSession:
     def __init__(self, laws: tuple[Law, ...] = tuple(Law)) -> None:
         self.state = State.AWAIT_WELCOME
         self._laws = laws
-        self._vertices: int | None = None  # number in the resting mesh, once it has come
+        self._vertices: int | None = None  # of the resting mesh; None before it has come
 
     @staticmethod
     def greeting(hello: Hello) -> str:
@@ -74,7 +74,7 @@ class ClientSession:
         return encode_control(Come())
 
     def receive(self, data: str | bytes) -> Event:
-        """Take one message from the server.
+        """Decode and check one message from the server; returns it as an event.
 
         Raises:
             RemoteProtocolError: The server broke the protocol; the session is over.
@@ -121,7 +121,7 @@ class ClientSession:
 
 
 def _decode(frame: bytes) -> RestMesh | Patch:
-    """A binary frame decoded by its kind; an unknown kind raises the error of an invalid patch."""
+    """Decode a binary frame by its kind; an unknown kind raises the error of an invalid patch."""
     if len(frame) >= HEADER.size and frame[1] == FrameKind.REST_MESH:
         return RestMesh.decode(frame)
     return Patch.decode(frame)

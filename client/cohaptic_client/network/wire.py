@@ -1,9 +1,9 @@
-"""A websocket of the library whose samples and patches bypass the parser, queue and tasks.
+"""A websocket of `websockets` whose samples and patches bypass the parser, queue and tasks.
 
 At 60 samples and patches per second, the library took a third of the time of the network process.
-Here a patch is handed on where it is read, and an outgoing message is written as a finished frame.
-Other incoming messages go through the library. While one of them waits for `recv`, patches go
-through it, too, so that messages stay in order.
+Here a patch is handed on as soon as it is read, and an outgoing message is written as a finished
+frame. Other incoming messages go through the library. While one of them waits for `recv`, patches
+go through the library, too, so that messages stay in order.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Wire(ClientConnection):
         self._unsent: Callable[[], int] | None = None
 
     def taken(self) -> None:
-        """Note that a message from `recv` has been handed on."""
+        """Note that the caller has handed on a message from `recv`; call it for each message."""
         self._waiting -= 1
 
     def write(self, message: str | bytes) -> None:
@@ -50,7 +50,7 @@ class Wire(ClientConnection):
 
     @property
     def unsent(self) -> int:
-        """Bytes that the system has not taken yet."""
+        """Number of written bytes that the operating system has not taken yet."""
         if self._unsent is None:
             self._unsent = unsent_of(self.transport)
         return self._unsent()

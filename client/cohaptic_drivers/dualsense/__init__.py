@@ -1,1 +1,1 @@
-"""The Sony DualSense gamepad: its trigger as a probe of one axis, its sticks as a cursor."""
+"""The Sony DualSense gamepad: its trigger is a probe along one axis, its sticks move the probe."""

@@ -1,8 +1,9 @@
-"""Where the tip is: the trigger moves it inward, the sticks move where it starts from. Pure.
+"""Pure functions for the position of the tip, which the trigger and the sticks move.
 
-The left stick moves the tip sideways, the right one moves the whole way of the trigger toward the
-object and back; both by rate control, as their own travel is a centimetre. With the trigger
-released the tip is off the object: one that the right stick pushes into it is moved back.
+The trigger moves the tip inward. The left stick moves it sideways, up and down; the right stick
+moves its starting point toward the object and back. The sticks use rate control, because their own
+travel is a centimetre. With the trigger released the tip stays off the object: a tip that the right
+stick pushes into the object is moved back.
 """
 
 from __future__ import annotations
@@ -14,21 +15,21 @@ from cohaptic.vec import ZERO, Vec3
 from cohaptic_drivers.dualsense.reports import MOST, Held
 
 RELEASED = 5  # of 255; a trigger that nobody touches may rest a little off zero
-FASTEST = 0.5  # m/s of the tip by the trigger: slammed shut it would be a hand that breaks limits
-_SMOOTH = 0.004  # s; the pad tells of its trigger as often, and the tip goes on in between
+FASTEST = 0.5  # m/s of the tip by the trigger: a trigger slammed shut would exceed a hand's limits
+_SMOOTH = 0.004  # s; interval of the pad's reports, between which the tip moves on
 _DEAD_BAND = 0.1  # of full scale; a stick that nobody touches rests a few counts off its centre
-_AT_REST = 1e-4  # m; of the press; less than the tip goes for one step of the trigger
+_AT_REST = 1e-4  # m; a smaller press counts as none; one step of the trigger moves the tip by more
 SPEED = 0.15  # m/s of the tip by a stick, along each axis, at full deflection
 
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """How trigger and sticks lie in the device's frame: unit vectors at right angles.
+    """Directions of trigger and sticks in the device's frame: unit vectors at right angles.
 
     Args:
-        side: Direction of a stick to the right.
-        up: Direction of a stick upward.
-        inward: Direction of the trigger.
+        side: Direction in which a stick to the right moves the tip.
+        up: Direction in which a stick upward moves the tip.
+        inward: Direction in which the trigger moves the tip.
     """
 
     side: Vec3
@@ -42,12 +43,12 @@ TOP = Axes(side=(1.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), inward=(0.0, 0.0, -1.0))
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """In which the tip moves, round the object's centre.
+    """Space in which the tip moves, around the object's centre.
 
     Args:
-        axes: Axes of trigger and sticks.
-        depth: Way of the tip over the whole way of the trigger [m].
-        reach: How far the sticks move it, from the centre [m].
+        axes: Directions of trigger and sticks.
+        depth: Motion of the tip over the whole stroke of the trigger [m].
+        reach: Largest distance from the centre, along each axis, to which sticks move the tip [m].
     """
 
     axes: Axes
@@ -57,15 +58,15 @@ class Room:
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """The tip in the axes of the pad.
+    """Position and velocity of the tip, along the axes of the pad.
 
     Args:
-        side: To the right of the centre [m].
-        up: Above it [m].
-        base: Along `inward` from the centre, with the trigger released; negative in front [m].
-        press: By the trigger, from there [m].
+        side: Distance to the right of the centre [m].
+        up: Distance above the centre [m].
+        base: Distance along `inward` from the centre, trigger released; negative in front [m].
+        press: Distance along `inward` from `base`, by the trigger [m].
         blocked: Whether the right stick has to be let go before it moves the tip inward again.
-        velocity: Velocity of side, up, and both others together [m/s].
+        velocity: Rates of `side`, of `up`, and of `base` and `press` together [m/s].
     """
 
     side: float = 0.0
@@ -77,19 +78,19 @@ class Cursor:
 
 
 def moved(cursor: Cursor, held: Held, dt: float, room: Room, *, contact: bool) -> Cursor:
-    """The cursor after `dt`.
+    """The cursor after a step of `dt`.
 
     Args:
-        cursor: Before.
-        held: By the hands.
+        cursor: Cursor before the step.
+        held: State of sticks and trigger.
         dt: Time passed [s].
-        room: In which it moves.
+        room: Space in which the tip moves.
         contact: Whether the tip feels a force.
     """
     side, side_speed = _bounded(cursor.side, _rate(held.left[0]), dt, -room.reach, room.reach)
     up, up_speed = _bounded(cursor.up, _rate(held.left[1]), dt, -room.reach, room.reach)
     rate = _rate(held.right[1])
-    # While it follows a trigger that was let go of quickly, the tip leaves the object by itself.
+    # After a quick release of the trigger the tip still follows it, and so leaves the object.
     released = held.pull <= RELEASED and cursor.press <= _AT_REST
     blocked = rate > 0.0 and (cursor.blocked or (contact and released))
     if released and contact:
@@ -106,7 +107,7 @@ def moved(cursor: Cursor, held: Held, dt: float, room: Room, *, contact: bool) -
 
 
 def position(cursor: Cursor, axes: Axes) -> Vec3:
-    """The tip in the device's frame [m]."""
+    """Position of the tip, in the device's frame [m]."""
     return _along(axes, (cursor.side, cursor.up, cursor.base + cursor.press))
 
 
@@ -116,7 +117,7 @@ def velocity(cursor: Cursor, axes: Axes) -> Vec3:
 
 
 def pull_of(cursor: Cursor, room: Room) -> int:
-    """Pull at which the trigger would hold the tip where it is, 0 to 255."""
+    """Pull of the trigger that corresponds to the present press of the tip, 0 to 255."""
     return round(RELEASED + (MOST - RELEASED) * cursor.press / room.depth)
 
 
@@ -135,7 +136,7 @@ def _rate(stick: float) -> float:
 
 
 def _bounded(place: float, rate: float, dt: float, low: float, high: float) -> tuple[float, float]:
-    """Place [m] and speed [m/s] after `dt`; a wall stops it."""
+    """Coordinate [m] and speed [m/s] after `dt` [s]; the motion stops at `low` and `high`."""
     after = place + rate * dt
     if after <= low:
         return low, max(0.0, rate)

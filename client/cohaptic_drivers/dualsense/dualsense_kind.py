@@ -1,4 +1,4 @@
-"""The DualSense as the catalogue knows it, and how one is opened."""
+"""Catalogue entry of the DualSense, and the functions that find and open a pad."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from cohaptic_drivers.dualsense.reports import NAME, OFF, SIDES, Held, wireless
 
 VENDOR = 0x054C
 PRODUCTS = (0x0CE6, 0x0DF2)  # DualSense, DualSense Edge
-_BLUETOOTH = 2  # of hidapi's `bus_type`
+_BLUETOOTH = 2  # value of hidapi's `bus_type`
 _PLACES = {"front": FRONT, "top": TOP}
-_OUTSIDE = 1.1  # of the body's radius, where the tip starts: just off the body
-_REACH = 2.0  # of the body's radius, as far as the sticks move the tip
+_OUTSIDE = 1.1  # times the body's radius: distance at which the tip starts, just off the body
+_REACH = 2.0  # times the body's radius: distance to which the sticks move the tip
 _MOST_PADS = 16
 FIRST_REPORT = 1.0  # s
 
 
 def open_dualsense(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the pad of a configuration; raises DeviceError when it cannot be had."""
+    """Find and open the pad of a configuration; raises DeviceError when that fails."""
     clock, choice, radius = clock or SystemClock(), config.choice, config.radius
     side = SIDES[_side_of(choice)]
     entry = _chosen(pads(), choice)
@@ -52,7 +52,7 @@ def pads() -> list[Entry]:
 
 
 def find_pads() -> list[Found]:
-    """Pads of this machine, each tried; raises DeviceError without hidapi."""
+    """Pads of this machine, each with its problem, if any; raises DeviceError without hidapi."""
     found, entries = list[Found](), pads()
     serials = [entry["serial_number"] for entry in entries]
     for number, entry in enumerate(entries, start=1):
@@ -69,7 +69,7 @@ def find_pads() -> list[Found]:
 
 
 def _chosen(entries: list[Entry], choice: DeviceChoice) -> Entry:
-    """The one that was asked for; raises DeviceError."""
+    """Entry of the pad that the user asked for; raises DeviceError if there is none."""
     if not entries:
         raise DeviceError(NAME, "no DualSense was found", "connect one by cable")
     if serial := choice.text("serial"):
@@ -111,12 +111,12 @@ def _place_of(choice: DeviceChoice) -> str:
 
 
 def _depth_of(choice: DeviceChoice) -> float:
-    """Depth along the trigger's way, in the world [m]; raises SettingError."""
+    """Motion of the tip over the trigger's stroke, in the world [m]; raises SettingError."""
     return 1e-3 * choice.number("depth", 30.0, 2.0, 200.0, "mm")
 
 
 def _full_of(choice: DeviceChoice) -> float:
-    """Force that full resistance stands for [N]; raises SettingError."""
+    """Force that full resistance represents [N]; raises SettingError."""
     return choice.number("full", 3.0, 0.5, 10.0, "N")
 
 

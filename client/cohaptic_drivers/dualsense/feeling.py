@@ -1,7 +1,8 @@
-"""What a finger at the trigger feels of a force: resistance, and rumble of changes. Pure.
+"""Pure conversion of a force to what the hand feels: resistance of the trigger, and rumble.
 
-A trigger resists; it cannot push. It stands for the part of the force that is against the pull, and
-nothing stands for the opposite, nor for a force sideways that does not change.
+A trigger can resist but cannot push. Its resistance represents the part of the force against the
+pull, and the rumble represents changes of the force. A force along the pull and a sideways force
+that does not change are not felt.
 """
 
 from __future__ import annotations
@@ -12,26 +13,26 @@ from dataclasses import dataclass
 from cohaptic.vec import ZERO, Vec3, dot, lerp, norm, sub
 from cohaptic_drivers.dualsense.reports import MOST, OFF, Effects
 
-# s; what changes faster than this is rumble, what changes slower is not.
+# s; changes of the force that are faster than this become rumble, slower ones do not.
 _MEMORY = 0.02
 # A change by this share of the full force runs the motors fully. ASSUMPTION: nobody has felt it.
 _LOUD = 0.25
-_QUIET = 0.08  # share of full rumble below which there is none: motors that weak do not turn
+_QUIET = 0.08  # share of full rumble; a weaker rumble is set to zero, as the motors would not turn
 # N; forces below it are no contact. The law's own rounding is far smaller, a fingertip's
 # threshold somewhat larger.
 CONTACT = 0.02
-_MOST_FORCE = 1e3  # N; above all that the safety layer lets pass
+_MOST_FORCE = 1e3  # N; larger than any force that the safety layer lets pass
 
 
 @dataclass(frozen=True, slots=True)
 class Feeling:
-    """Memory of what is felt.
+    """Effects for the last force, and the memory that the next conversion needs.
 
     Args:
         slow: The force, averaged over `_MEMORY` [N].
-        start: Pull of the trigger at which the contact began, 0 to 255; None without one.
+        start: Least pull of the trigger since the contact began, 0 to 255; None without contact.
         now: Time of the last force [s]; None before the first.
-        effects: For the pad.
+        effects: Effects for the pad.
     """
 
     slow: Vec3 = ZERO
@@ -46,15 +47,15 @@ NOTHING_FELT = Feeling()
 def felt(
     before: Feeling, force: Vec3, *, pull: int, inward: Vec3, full: float, now: float
 ) -> Feeling:
-    """What is felt of a force.
+    """Convert a force to effects of the pad; returns them with the new memory.
 
     Args:
-        before: After the last one.
-        force: On the hand [N]; one that cannot be counts as none.
-        pull: Pull of the trigger at which the tip is where it is, 0 to 255.
+        before: Result for the last force.
+        force: Force on the hand [N]; one that is impossibly large or NaN counts as zero.
+        pull: Pull of the trigger that corresponds to the tip's press, 0 to 255.
         inward: Direction in which a pull moves the tip; a unit vector.
-        full: Force that full resistance stands for [N].
-        now: Time [s].
+        full: Force that full resistance represents [N].
+        now: Time of this force [s].
     """
     if not norm(force) < _MOST_FORCE:  # NaN too, which would stay in the memory for ever
         force = ZERO

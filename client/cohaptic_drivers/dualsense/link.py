@@ -1,7 +1,7 @@
-"""The way to the pad: a thread of its own reads reports, and writes one when something changes.
+"""Connection to the pad: a thread of its own reads reports, and writes one when effects change.
 
-To write is to wait for the USB frame: nothing for the loop's thread. The thread is a watchdog as
-well: a loop that gives nothing, and a pad that tells nothing, get no resistance and no rumble.
+A write waits for the USB frame, too long for the loop's thread. The thread is also a watchdog: it
+switches resistance and rumble off when the loop gives no effects or the pad sends no reports.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from cohaptic_drivers.dualsense.reports import (
     encode,
 )
 
-SILENCE = 0.02  # s; of the pad, or of the loop: five of its periods
+SILENCE = 0.02  # s; five periods of the pad; a longer silence of pad or loop switches effects off
 LEAST_GAP = 0.004  # s between two reports to the pad
-_WAIT = 4  # ms for a report
-_MOST_STALE = 128  # reports in one turn; twice the queue of Linux
-_MOST_BAD = 20  # reports in a row that are none
+_WAIT = 4  # ms to wait for a report
+_MOST_STALE = 128  # reports to read in one turn; twice the queue of Linux
+_MOST_BAD = 20  # invalid reports in a row
 _JOIN = 0.25  # s for the thread to end
 
 
 class PadLink:
-    """The way to a pad.
+    """Connection to a pad.
 
     Args:
-        device: Open; this object closes it.
+        device: Open device; this object closes it.
         side: Trigger that is used.
-        clock: By which silence is timed.
+        clock: Clock that times the silence of pad and loop.
     """
 
     def __init__(self, device: HidDevice, side: Side, clock: Clock) -> None:
@@ -47,7 +47,7 @@ class PadLink:
         self._trouble: DeviceError | None = None
         # One value, so that the thread never sees the effects of one call with the time of another.
         self._given: tuple[Effects, float] = (OFF, clock.now())
-        self._sent: Effects | None = None  # None until the pad was told anything
+        self._sent: Effects | None = None  # None until a report has gone to the pad
         self._bad = 0
         self._ends = False
         self._thread = threading.Thread(target=self._run, name=NAME, daemon=True)
@@ -61,23 +61,23 @@ class PadLink:
         return told
 
     def give(self, effects: Effects) -> None:
-        """Have the pad do this; raises as `poll`."""
+        """Send these effects to the pad; raises as `poll`."""
         if self._trouble is not None:
             raise self._trouble
         self._given = (effects, self._clock.now())
 
     def release(self) -> None:
-        """Nothing to be felt any more; for another thread."""
+        """Switch all effects off; may be called from another thread."""
         self._given = (OFF, self._clock.now())
 
     def close(self) -> None:
-        """Nothing to be felt, then release the pad; may be called twice."""
+        """Switch all effects off, then release the pad; may be called twice."""
         self._ends = True
         if threading.current_thread() is not self._thread:
             self._thread.join(_JOIN)
 
     def _run(self) -> None:
-        prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
+        prefer_this_process(LOOP_PRIORITY)  # the thread that started this one may have a lower one
         try:
             heard = written = self._clock.now()
             while not self._ends:
@@ -96,14 +96,14 @@ class PadLink:
             self._trouble = error
         except Exception as error:
             self._trouble = DeviceError(NAME, f"its driver failed: {error!r}")
-        for _ in range(2):  # each for itself: one that fails may be followed by one that does not
+        for _ in range(2):  # the second is tried even if the first fails: it may succeed
             with contextlib.suppress(Exception):
                 self._write(OFF)
         with contextlib.suppress(Exception):
             self._device.close()
 
     def _take(self) -> bool:
-        """Take the newest report; whether there was one."""
+        """Take the newest report; returns whether the pad sent a valid one."""
         report, spoke = self._device.read(SIZE, _WAIT), False
         for _ in range(_MOST_STALE):
             if not report:

@@ -19,39 +19,39 @@ from cohaptic_drivers.dualsense.feeling import CONTACT, NOTHING_FELT, felt
 from cohaptic_drivers.dualsense.link import LEAST_GAP, SILENCE
 from cohaptic_drivers.dualsense.reports import MOST, NAME, Effects, Held
 
-GIVE_UP = 0.25  # s; of silence, after which it is gone
-_RATE = 250.0  # Hz; of its reports, by users' measurements (the Edge: 1 kHz)
+GIVE_UP = 0.25  # s; after a longer silence the pad counts as gone
+_RATE = 250.0  # Hz; rate of the pad's reports, by users' measurements (the Edge: 1 kHz)
 
 
 class Link(Protocol):
-    """The way to a pad; no call waits for it."""
+    """Connection to a pad; no call waits for the pad."""
 
     def poll(self) -> Held | None:
-        """The newest that the pad told since the last call; raises DeviceError when gone."""
+        """Newest report since the last call, or None; raises DeviceError when the pad is gone."""
         ...
 
     def give(self, effects: Effects) -> None:
-        """Have the pad do this; raises as `poll`."""
+        """Send these effects to the pad; raises as `poll`."""
         ...
 
     def release(self) -> None:
-        """Nothing to be felt any more; for another thread."""
+        """Switch all effects off; may be called from another thread."""
         ...
 
     def close(self) -> None:
-        """Nothing to be felt, then release the pad."""
+        """Switch all effects off, then release the pad."""
         ...
 
 
 class Pad:
-    """The tip of a DualSense near an object round the origin of the device's frame.
+    """A DualSense whose tip moves near an object at the origin of the device's frame.
 
     Args:
-        link: To the pad; this object closes it.
-        first: What it told at first.
-        room: In which the tip moves.
-        start: Where the tip is along the trigger's direction at first [m].
-        full: Force that full resistance of the trigger stands for [N].
+        link: Connection to the pad; this object closes it.
+        first: First report of the pad.
+        room: Space in which the tip moves.
+        start: First coordinate of the tip along the trigger's direction [m].
+        full: Force that full resistance of the trigger represents [N].
     """
 
     def __init__(self, link: Link, first: Held, room: Room, *, start: float, full: float) -> None:
@@ -61,12 +61,13 @@ class Pad:
         self._feeling = NOTHING_FELT
         self._force = ZERO
         self._now: float | None = None
-        # s; of the pad, while this object was read: a process that stood still heard nothing.
+        # s; silence of the pad, counted between reads and capped at `SILENCE` for each, because a
+        # process that stood still could not hear the pad.
         self._silent = 0.0
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
-        """Move the tip up to `now`; while the pad is silent it stands.
+        """Move the tip on to time `now` [s]; the tip stands still while the pad is silent.
 
         Raises:
             DeviceError: The pad was unplugged, is silent for too long, or is closed.
@@ -96,7 +97,7 @@ class Pad:
         )
 
     def write(self, force: Vec3) -> None:
-        """Have `force` [N] felt, as far as a trigger can; raises as `read`."""
+        """Make `force` [N] felt as far as a trigger can; raises as `read`."""
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
         self._force = force
@@ -111,27 +112,27 @@ class Pad:
         self._link.give(self._feeling.effects)
 
     def release(self) -> None:
-        """Nothing to be felt any more; for another thread."""
+        """Switch all effects off; may be called from another thread."""
         self._link.release()
 
     def close(self) -> None:
-        """Nothing to be felt, then release the pad; may be called twice."""
+        """Switch all effects off, then release the pad; may be called twice."""
         if not self._closed:
             self._closed = True
             self._link.close()
 
 
 def pad_info(depth: float, full: float) -> DeviceInfo:
-    """Abilities of a pad; `full` is what its resistance stands for, not what was measured.
+    """Abilities of a pad.
 
     Args:
-        depth: Way of the tip over the whole way of the trigger [m].
-        full: Force that full resistance stands for [N].
+        depth: Motion of the tip over the whole stroke of the trigger [m].
+        full: Force that full resistance represents, which nobody has measured [N].
     """
     return DeviceInfo(
         "dualsense, not calibrated in newtons",
         max_force=full,
-        # A brake stores no energy, so that none of its stiffness is unstable; as the SpaceMouse.
+        # A brake stores no energy, so no stiffness is unstable; the value is the SpaceMouse's.
         max_stiffness=1000.0,
         resolution=depth / MOST,
         latency=1.0 / _RATE + LEAST_GAP,

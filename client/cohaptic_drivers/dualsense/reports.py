@@ -1,4 +1,4 @@
-"""Reports of a DualSense over USB: bytes in, what is held; what is to be felt, bytes out. Pure."""
+"""Pure functions that decode and encode the reports of a DualSense over USB."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from dataclasses import dataclass
 from cohaptic.errors import DeviceError
 
 NAME = "dualsense"
-SIZE = 64  # bytes of a report of the pad
-OUTPUT_SIZE = 48  # bytes of one to it; the kernel sends 63, and the pad takes both
-MOST = 255  # of every byte with a share in it
+SIZE = 64  # bytes of a report from the pad
+OUTPUT_SIZE = 48  # bytes of a report to the pad; the kernel sends 63, and the pad takes both
+MOST = 255  # full scale of every byte for a pull, a stick, a resistance or a rumble
 
-_USB, _BLUETOOTH = 0x01, 0x31  # ids of reports of the pad
-_OUTPUT = 0x02
-_RUMBLE = 0x01 | 0x02  # flags: rumble, and that the motors do it
-_RIGHT_MOTOR, _LEFT_MOTOR = 3, 4  # bytes: the small one, the big one
+_USB, _BLUETOOTH = 0x01, 0x31  # ids of reports from the pad
+_OUTPUT = 0x02  # id of a report to the pad
+_RUMBLE = 0x01 | 0x02  # flags: the report sets the rumble, and the motors do it
+_RIGHT_MOTOR, _LEFT_MOTOR = 3, 4  # bytes of the small motor and of the big one
 _OFF, _RESISTANCE = 0x05, 0x01  # modes of a trigger
-_CENTRE = 128  # of a stick, about
+_CENTRE = 128  # approximate centre of a stick
 
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """A trigger in the reports.
+    """Places of one trigger in the reports.
 
     Args:
-        name: For people.
-        analog: Byte of the pad's report that tells how far it is pulled.
-        flag: By which a report to the pad says that it changes this trigger.
-        block: First byte of its effect in a report to the pad.
+        name: Name for people.
+        analog: Index of the byte with the trigger's pull, in a report from the pad.
+        flag: Flag by which a report to the pad says that it changes this trigger.
+        block: Index of the first byte of the trigger's effect, in a report to the pad.
     """
 
     name: str
@@ -45,14 +45,14 @@ SIDES = {
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What the hands do with the pad.
+    """State of sticks, trigger and buttons.
 
     Args:
-        left: Stick, to the right and up, each -1 to 1.
-        right: Stick, to the right and up, each -1 to 1.
+        left: Left stick, to the right and up, each -1 to 1.
+        right: Right stick, to the right and up, each -1 to 1.
         pull: Pull of the trigger, 0 to 255.
-        buttons: A bit for each that is held: square, cross, circle, triangle, then those of the
-            two bytes after them.
+        buttons: A bit for each button that is held: square, cross, circle, triangle, then the
+            buttons of the next two bytes.
     """
 
     left: tuple[float, float]
@@ -63,7 +63,7 @@ class Held:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """What the pad does to the hands.
+    """Effects of the pad that the hands feel.
 
     Args:
         start: Pull at which the trigger begins to resist, 0 to 255.
@@ -81,7 +81,7 @@ OFF = Effects()
 
 
 def decode(report: Iterable[int], side: Side) -> Held | None:
-    """Contents of a report; None for one that is unknown, truncated or not made of bytes.
+    """Decode a report; None for one that is unknown, truncated or not made of bytes.
 
     Raises:
         DeviceError: The report is one that the pad sends over Bluetooth.
@@ -100,7 +100,7 @@ def decode(report: Iterable[int], side: Side) -> Held | None:
 
 
 def encode(effects: Effects, side: Side) -> bytes:
-    """The report that has the pad do this; the other trigger and the lights stay as they are."""
+    """Encode a report with these effects; the other trigger and the lights stay as they are."""
     data = bytearray(OUTPUT_SIZE)
     data[0], data[1] = _OUTPUT, _RUMBLE | side.flag
     data[_RIGHT_MOTOR] = data[_LEFT_MOTOR] = _byte(effects.rumble)
@@ -112,7 +112,7 @@ def encode(effects: Effects, side: Side) -> bytes:
 
 
 def wireless() -> DeviceError:
-    """What is said of a pad on Bluetooth, whose reports are others and carry a checksum."""
+    """Error for a pad on Bluetooth, whose reports have another layout and a checksum."""
     return DeviceError(NAME, "it is connected by Bluetooth", "connect it by cable")
 
 

@@ -1,7 +1,7 @@
-"""The thread that talks with the Haply service: one message for each force, and the newest state.
+"""The thread that sends forces to the Haply service and keeps the newest state of the device.
 
-The service holds a force until the next one, so this thread is a watchdog, too: it says zero when
-the loop has given it nothing for `SILENCE`, and zero when it ends, whatever made it end.
+The service holds a force until the next one comes, so this thread is also a watchdog: it sends zero
+force when the loop has given no force for `SILENCE`, and when the thread ends for any reason.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from cohaptic.vec import ZERO, Vec3
 from cohaptic_drivers.haply.messages import Arm, GarbledReport, Report, decode, force_message
 from cohaptic_drivers.haply.service import Service, ServiceGone, ServiceSilent
 
-SILENCE = 0.02  # s; a service, or a loop, that is silent for longer holds no force
-GIVE_UP = 0.25  # s; a device that has been silent for longer is gone
+SILENCE = 0.02  # s; after a longer silence of the service or of the loop the hand feels no force
+GIVE_UP = 0.25  # s; a device that has been silent for longer counts as gone
 _FAREWELLS = 2  # messages with zero force at the end: the answer to the first may be missing
-# s; of an answer that does not come, the farewells after it, and a busy machine.
+# s; time for an answer that does not come, for the last messages after it, and for a busy machine.
 LONGEST_CLOSE = GIVE_UP + (_FAREWELLS + 2) * SILENCE
-# One garbled message may be a slip of the service; several in a row are no device.
+# One garbled message may be a slip of the service; several in a row do not come from a device.
 _MOST_GARBLED = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What was heard of the device last.
+    """The newest state of the device, and when it arrived.
 
     Args:
-        at: When, on the clock of the exchange [s].
-        arm: Its state.
-        button: Whether a button of its grip is held.
+        at: Time of arrival, on the clock of the exchange [s].
+        arm: State of the device.
+        button: Whether a button of the chosen grip is held.
     """
 
     at: float
@@ -42,19 +42,18 @@ class Heard:
 
 
 class Exchange:
-    """The conversation about one device.
+    """Exchanges messages about one device with the service, in a thread of its own.
 
     Args:
-        service: Open; this object closes it.
+        service: Open connection to the service; this object closes it.
         device: Id of the device.
-        first: Its state.
-        clock: Clock of this process.
-        grip: Id of the grip that is held with it; no other counts.
+        first: State of the device at the start.
+        grip: Id of the only grip whose button counts; empty for none.
 
     Attributes:
-        heard: The newest state.
-        trouble: What ended the conversation; None while it goes on.
-        answers: Messages that the service has answered.
+        heard: The newest state of the device.
+        trouble: Error that ended the exchange; None while it goes on.
+        answers: Number of messages that the service has answered.
     """
 
     def __init__(
@@ -66,8 +65,8 @@ class Exchange:
         self.answers = 0
         self._force = ZERO
         self._garbled = 0
-        # Held: nothing to send. A lock as a flag that wakes the thread; `Event` takes ten times
-        # as long in the loop's period.
+        # The lock is held while there is nothing to send; its release wakes the thread. An `Event`
+        # would take ten times as long in the loop's period.
         self._idle = threading.Lock()
         self._idle.acquire()
         self._ends = False
@@ -75,12 +74,12 @@ class Exchange:
         self._thread.start()
 
     def give(self, force: Vec3) -> None:
-        """Have `force` [N] sent with the next message; never waits."""
+        """Set the force [N] that the next message sends; returns at once."""
         self._force = force
         self._wake()
 
     def close(self) -> None:
-        """Zero force, then the end of the conversation; waits for `LONGEST_CLOSE` at most."""
+        """Send zero force, then end the exchange; waits for `LONGEST_CLOSE` at most."""
         self._force, self._ends = ZERO, True
         self._wake()
         if threading.current_thread() is not self._thread:
@@ -88,15 +87,15 @@ class Exchange:
         self._service.close()
 
     def _wake(self) -> None:
-        with contextlib.suppress(RuntimeError):  # it is awake
+        with contextlib.suppress(RuntimeError):  # the thread is awake already
             self._idle.release()
 
     def _run(self) -> None:
-        prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
+        prefer_this_process(LOOP_PRIORITY)  # the thread that started this one may have a lower one
         try:
             while not self._ends:
                 woken = self._idle.acquire(timeout=SILENCE)
-                # Of a loop that stands still there is none; what it gives now is for the next turn.
+                # A loop that stands still gets zero; a force that it gives now goes out next turn.
                 self._turn(self._force if woken else ZERO)
         except ServiceGone as error:
             why = f"the connection to the Haply service broke in use ({error})"
@@ -115,9 +114,9 @@ class Exchange:
                 self._service.exchange(force_message(self._device, ZERO), SILENCE)
 
     def _turn(self, force: Vec3) -> None:
-        """One message, and its answer however late it is: there is exactly one to each."""
+        """Send one message and wait even for a late answer: each message has exactly one."""
         text = self._service.exchange(force_message(self._device, force), GIVE_UP)
-        while self._service.waiting():  # a service that says more than it was asked for
+        while self._service.waiting():  # the service has sent more than one answer
             text = self._service.receive(SILENCE)
         self.answers += 1
         try:
@@ -145,7 +144,7 @@ class Exchange:
 
 
 def check_status(arm: Arm) -> None:
-    """Raise DeviceError for a device that cannot give force, with what to do about it."""
+    """Raise DeviceError, with advice, for a device that cannot give force."""
     status = arm.status
     if not status.get("power_supply", True):
         raise DeviceError(

@@ -1,4 +1,4 @@
-"""The Haply Inverse3 as a device of the loop, and how it is found."""
+"""The Haply Inverse3 as a device of the loop, and the search for it."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from cohaptic_drivers.haply.messages import (
 from cohaptic_drivers.haply.service import Service, ServiceGone, ServiceSilent
 
 _NAME = "haply"
-# Where the service listens: by its overview of 3.5, and by default of its settings and of 3.4.
+# Addresses of the service: the first by the overview of version 3.5, the second by default in the
+# settings of the service and in version 3.4.
 URLS = ("ws://127.0.0.1:10001", "ws://127.0.0.1:10000")
 _FIRST_ANSWER = 1.0  # s
 
-# Force, stiffness and workspace are those of a driver by others, no rating of the maker.
-# The state is as old as a period of the loop when a force answers it.
+# Force, stiffness and workspace come from another project's driver; they are no rating by the
+# maker. The latency is the age of a state when a force answers it: one period of the loop.
 INFO = DeviceInfo(
     _NAME, max_force=10.0, max_stiffness=1000.0, max_damping=6.0, latency=0.001, lets_go=SILENCE
 )
-# m; of its workspace, seen from the mounting plate, which the user has behind the device.
+# m; middle of the workspace, from the mounting plate at the back of the device.
 MIDDLE: Vec3 = (0.0, 0.15, 0.20)
 
 
 class Inverse3:
-    """An Inverse3 in its own frame: right, away from the user, up, from its mounting plate.
+    """An Inverse3 in its own frame: right, away from the user, up; origin at the mounting plate.
 
     Args:
-        exchange: The conversation about it; this object ends it.
+        exchange: Exchange of messages about the device; this object ends it.
         clock: The clock of the exchange.
-        info: Abilities.
     """
 
     def __init__(self, exchange: Exchange, clock: Clock, info: DeviceInfo = INFO) -> None:
@@ -57,7 +57,7 @@ class Inverse3:
         """The newest state; not fresh while the service is silent.
 
         Raises:
-            DeviceError: The device or its service is gone, or cannot give force any more.
+            DeviceError: The device or its service is gone, or the device cannot give force.
         """
         self._check()
         heard = self._exchange.heard
@@ -74,16 +74,16 @@ class Inverse3:
         )
 
     def write(self, force: Vec3) -> None:
-        """Have `force` [N] sent; raises as `read`."""
+        """Send `force` [N] with the next message; raises as `read`."""
         self._check()
         self._exchange.give(force)
 
     def release(self) -> None:
-        """Take the force off the hand; for another thread."""
+        """Set the force on the hand to zero; may be called from another thread."""
         self._exchange.give((0.0, 0.0, 0.0))
 
     def close(self) -> None:
-        """Zero force, then the end of the conversation; may be called twice."""
+        """Send zero force, then end the exchange; may be called twice."""
         if not self._closed:
             self._closed = True
             self._exchange.close()
@@ -96,10 +96,10 @@ class Inverse3:
 
 
 def connect(choice: DeviceChoice, clock: Clock) -> tuple[Service, Report]:
-    """The service, and what it says of its devices at first.
+    """Connect to the service; returns the connection and the first report of its devices.
 
     Raises:
-        DeviceError: There is none, or it is another program.
+        DeviceError: Nothing answers at the address, or another program does.
     """
     asked = choice.text("url")
     for url in (asked,) if asked else URLS:
@@ -119,10 +119,11 @@ def connect(choice: DeviceChoice, clock: Clock) -> tuple[Service, Report]:
 
 
 def choose(report: Report, wanted: str) -> Arm:
-    """The device that a user asked for, fit for use.
+    """State of the device that the user asked for, after a check that it can give force.
 
     Raises:
-        DeviceError: There is none, there are several, or it cannot give force.
+        DeviceError: There is no such device, several are there and none is named, or the device
+            cannot give force.
     """
     arms, known = report.arms, ", ".join(sorted(report.arms))
     if not arms:
@@ -143,12 +144,11 @@ def choose_grip(report: Report, wanted: str, *, clutch: bool) -> str:
     A grip on another table must not be the switch of this hand.
 
     Args:
-        report: Report of the service.
-        wanted: "no", "yes" for the only one, or its id.
-        clutch: Whether its button is needed without being the switch.
+        wanted: "no", "yes" for the only grip, or the id of a grip.
+        clutch: Whether the clutch needs the button, even if the button is not the switch.
 
     Raises:
-        DeviceError: There is none such, or there are several and none is named.
+        DeviceError: There is no such grip, or there are several and none is named.
     """
     grips, known = report.grips, ", ".join(sorted(report.grips))
     if wanted not in ("no", "yes"):
@@ -164,7 +164,7 @@ def choose_grip(report: Report, wanted: str, *, clutch: bool) -> str:
 
 
 def open_inverse3(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the device of a configuration; raises DeviceError when it cannot be had."""
+    """Find and open the device of a configuration; raises DeviceError when that fails."""
     clock = clock or SystemClock()
     service, report = connect(config.choice, clock)
     try:
@@ -187,7 +187,7 @@ def open_inverse3(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def find_arms(url: str = "") -> list[Found]:
-    """The devices of the service; raises DeviceError when it does not run."""
+    """Devices that the service sees; raises DeviceError when the service does not run."""
     choice = DeviceChoice(_NAME, (("url", url),) if url else ())
     service, report = connect(choice, SystemClock())
     service.close()
@@ -206,7 +206,7 @@ def find_arms(url: str = "") -> list[Found]:
 
 
 def _first_report(service: Service, url: str) -> Report:
-    """What the service says when it is asked for all it knows."""
+    """Full report of the service, on request; raises DeviceError if it is not the service."""
     try:
         pushed = service.receive(_FIRST_ANSWER)
         if not knows_service(pushed):
@@ -230,7 +230,7 @@ def _not_the_service(url: str, why: str) -> NoReturn:
 
 
 def _bare_info(choice: DeviceChoice) -> DeviceInfo:
-    # Not everybody has a grip, and one without would wait for its button.
+    # Without `grip` there is no switch: a user who has no grip would wait for its button for ever.
     return replace(INFO, switch=choice.text("grip", "no") != "no")
 
 

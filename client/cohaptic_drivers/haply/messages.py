@@ -1,8 +1,8 @@
-"""Messages of the Haply service, SDK 3.5: bytes in, values out. Pure.
+"""Pure functions that read and write the messages of the Haply service, SDK 3.5.
 
-Every key counts as optional, as the service leaves out what it likes; a state without a position
-and a velocity is no state. Frame of the service: right, away from the user, up, in metres and
-newtons, which is that of cohaptic.
+Every key is optional, because the service omits keys at will; only a state without a position or a
+velocity is rejected. The frame of the service is that of cohaptic: right, away from the user, up,
+in metres and newtons.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, cast
 
 from cohaptic.vec import Vec3, is_finite
 
-# m and m/s; an arm of 0.3 m cannot be there, so the numbers are no position and no velocity of it.
+# m and m/s; an arm of 0.3 m cannot reach them, so larger numbers are garbage.
 FARTHEST = 1.0
 FASTEST = 100.0
 
@@ -21,19 +21,19 @@ HELLO = '{"session":{"configure":{"profile":{"name":"cohaptic"}},"force_render_f
 
 
 class GarbledReport(Exception):
-    """A message that the service cannot have meant."""
+    """A message that is not a valid report of the service."""
 
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """What the service tells of a device.
+    """State of one device, as the service reports it.
 
     Args:
-        id: Identifier of the device.
         position: Position of its tip, right, away from the user, up [m].
-        velocity: [m/s].
-        status: Its flags, such as `calibrated` and `power_supply`.
-        frame: What is special about the axes in which the service speaks; empty if nothing is.
+        velocity: Velocity of its tip [m/s].
+        status: Flags of the device, such as `calibrated` and `power_supply`.
+        frame: How the axes of the report differ from the usual ones, in words; empty if they do
+            not.
     """
 
     id: str
@@ -48,8 +48,8 @@ class Report:
     """One message of the service.
 
     Args:
-        arms: By their id.
-        grips: By the id of each grip whether a button of it is held.
+        arms: States of the devices, by id.
+        grips: Whether a button of each grip is held, by the id of the grip.
     """
 
     arms: dict[str, Arm]
@@ -57,9 +57,9 @@ class Report:
 
 
 def force_message(device: str, force: Vec3) -> str:
-    """The command that gives `force` [N] to the hand."""
+    """Text of the command that gives `force` [N] to the hand."""
     x, y, z = force
-    # By hand, as json takes ten times as long; repr of a finite float is JSON.
+    # Formatted here, because `json` takes ten times as long; repr of a finite float is JSON.
     return (
         f'{{"inverse3":[{{"device_id":"{device}","commands":{{"set_cursor_force":'
         f'{{"values":{{"x":{x!r},"y":{y!r},"z":{z!r}}}}}}}}}]}}'
@@ -67,15 +67,15 @@ def force_message(device: str, force: Vec3) -> str:
 
 
 def decode(text: str, only: str = "") -> Report:
-    """Contents of a message of the service.
+    """Decode a message of the service.
 
     Args:
         text: The message.
-        only: Id of the device that matters, where one is in use already; what is wrong with the
-            state of another is no concern of it.
+        only: Id of the device in use, so that the states of other devices are not read and their
+            errors do not matter; empty to read all states.
 
     Raises:
-        GarbledReport: The message, or a state in it that matters, is not whole.
+        GarbledReport: The message, or a state that is read, is incomplete or invalid.
     """
     try:
         read = json.loads(text)
@@ -100,7 +100,7 @@ def decode(text: str, only: str = "") -> Report:
 
 
 def knows_service(text: str) -> bool:
-    """Whether a first message is one of the Haply service, not of another program."""
+    """Whether a first message comes from the Haply service and not from another program."""
     try:
         message = json.loads(text)
     except (ValueError, RecursionError):
@@ -114,7 +114,7 @@ def _arm(raw: dict[str, Any]) -> Arm:
     if max(map(abs, position)) > FARTHEST or max(map(abs, velocity)) > FASTEST:
         raise ValueError(f"tip at {position} m with {velocity} m/s")
     device = raw["device_id"]
-    # Goes into messages as it is.
+    # The id goes into messages unchanged, so it must not need JSON escapes.
     if not isinstance(device, str) or not device.isalnum() or len(device) > 32:
         raise ValueError("device_id")
     status = {str(k): bool(v) for k, v in raw.get("status", {}).items()}
@@ -148,6 +148,6 @@ def _frame(raw: dict[str, Any]) -> str:
 
 
 def _pressed(grip: dict[str, Any]) -> bool:
-    """Whether a button of a grip is held; each make has names of its own for them."""
+    """Whether a button of a grip is held; each make of grip names its buttons differently."""
     state = grip.get("state", {})
     return bool(state.get("button") or any(state.get("buttons", {}).values()))

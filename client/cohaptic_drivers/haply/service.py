@@ -1,7 +1,7 @@
-"""A connection to the Haply service: one message out, one message in, each within a time.
+"""A connection to the Haply service: sends a message and waits a limited time for the answer.
 
-The library's protocol without its threads and tasks, on a blocking socket: one thread has the
-whole conversation, and no other thread of this process is woken for a message.
+It uses the protocol of the `websockets` library without its threads and tasks, on a blocking
+socket: one thread does all the work, and a message wakes no other thread of this process.
 """
 
 from __future__ import annotations
@@ -13,38 +13,37 @@ from typing import Any
 from cohaptic.clock import Clock
 from cohaptic.errors import one_line
 
-LONGEST = 1 << 18  # bytes of a message; of five devices with their configuration it is 10 kB
+LONGEST = 1 << 18  # bytes of a message; one about five devices with their configuration has 10 kB
 _READ = 1 << 16
 _HANDSHAKE = 2.0  # s; the service is on this machine
 
 
 class ServiceGone(Exception):
-    """The connection broke, or what is at the other end speaks no websocket."""
+    """The connection broke, or the program at the other end does not speak websocket."""
 
 
 class ServiceSilent(Exception):
-    """No answer within its time."""
+    """No answer came in time."""
 
 
 class Service:
-    """An open connection.
+    """An open connection to the service.
 
     Args:
-        url: URL of the service.
-        clock: By which answers are timed.
+        clock: Clock for the time-outs.
 
     Raises:
-        ConnectionRefusedError: Nothing listens there.
-        ServiceGone: What listens there is no websocket.
+        ConnectionRefusedError: Nothing listens at the URL.
+        ServiceGone: The program that listens at the URL does not speak websocket.
     """
 
     def __init__(self, url: str, clock: Clock) -> None:
         self._clock = clock
-        # Of this package, whose parts need neither asyncio nor TLS, and only once a device is used.
+        # These modules of `websockets` need neither asyncio nor TLS, and are imported only on use.
         client = import_module("websockets.client")
         try:
             uri = import_module("websockets.uri").parse_uri(url)
-        except Exception as error:  # of the library
+        except Exception as error:  # any error of the library
             raise ServiceGone(one_line(str(error))) from error
         self._text: int = import_module("websockets.frames").Opcode.TEXT
         self._socket = socket.create_connection((uri.host, uri.port), _HANDSHAKE)
@@ -65,8 +64,8 @@ class Service:
         """Send a message and return the answer.
 
         Raises:
-            ServiceSilent: None came within `timeout` [s].
-            ServiceGone: The connection is over.
+            ServiceSilent: No answer came within `timeout` [s].
+            ServiceGone: The connection has ended.
         """
         self.send(text)
         return self.receive(timeout)
@@ -75,19 +74,19 @@ class Service:
         """Send a message; raises ServiceGone."""
         try:
             self._protocol.send_text(text.encode())
-        except Exception as error:  # of the library, whose exceptions are imported with it
+        except Exception as error:  # an error of the library, whose types are imported only on use
             raise ServiceGone(one_line(str(error))) from error
         self._flush()
 
     def receive(self, timeout: float) -> str:
-        """The next message; raises as `exchange`."""
+        """Wait for the next message for `timeout` [s] and return it; raises as `exchange`."""
         until = self._clock.now() + timeout
         while not self._whole:
             self._take(until)
         return self._whole.pop(0)
 
     def waiting(self) -> int:
-        """Messages that have come and were not received."""
+        """Number of messages that have come and that `receive` has not yet returned."""
         return len(self._whole)
 
     def close(self) -> None:
@@ -96,7 +95,7 @@ class Service:
             self._protocol.send_close()
             self._flush()
         except Exception:
-            pass  # it is gone, or was closed before
+            pass  # the connection is gone, or was closed before
         self._socket.close()
 
     def _open(self, until: float) -> None:
@@ -110,10 +109,10 @@ class Service:
                 raise ServiceGone(one_line(str(self._protocol.handshake_exc)))
 
     def _take(self, until: float) -> None:
-        """Read what comes before `until`, or once what has come by now, and sort it.
+        """Read and sort the data that come before `until` [s]; past it, only data already there.
 
-        A process that stood still past that time may have its answer: it was not the service that
-        was silent.
+        If this process stood still past `until`, the answer may have come meanwhile: the process
+        was late, not the service.
         """
         if self._over:
             raise ServiceGone(self._over)
@@ -135,7 +134,7 @@ class Service:
         if not data or self._protocol.close_expected():
             why = self._protocol.handshake_exc or "it closed the connection"
             self._over = one_line(str(why))
-            if not self._whole:  # its last words first
+            if not self._whole:  # messages from before the end are returned first
                 raise ServiceGone(self._over)
         if left <= 0.0 and not self._whole:
             raise ServiceSilent
@@ -143,7 +142,7 @@ class Service:
     def _sort(self, event: Any) -> None:
         if not hasattr(event, "opcode"):  # the answer to the handshake
             return
-        # A binary message is nothing of this service, and is decoded as one that is no JSON.
+        # The service sends no binary messages: one that comes is decoded as text that is no JSON.
         if event.opcode in (0, 1, 2):  # continuation, text, binary: RFC 6455, section 5.2
             self._parts.append(event.data)
             if event.fin:

@@ -1,9 +1,9 @@
-"""Finds out of a handle what its file has to say: counts of a metre, and two directions.
+"""Measures the values that a handle's file needs: counts per metre, and two directions.
 
 The user moves the handle by hand along a ruler with the motor off. Then the motor nudges it, gently
-and for a moment, one way and then the other. Which way is which decides between an object that
-pushes back and one that pulls the hand in, so a handle that moves by itself (its own weight, a hand
-on it) is no answer.
+and for a moment, one way and then the other. With a wrong direction an object would pull the hand
+in instead of pushing back, so a motion of the handle that the motor did not cause (by its own
+weight, or by a hand on it) must not count.
 """
 
 from __future__ import annotations
@@ -16,32 +16,31 @@ from cohaptic.runtime.signals_put_off import signals_put_off
 from cohaptic_drivers.oneaxis.frames import NAME, Description, Report
 from cohaptic_drivers.oneaxis.link import BoardLink
 
-WAY = 0.04  # m along the arc, that the user moves the handle
-_FEWEST = 40  # counts of that way; with fewer it would be felt as steps of a millimetre
-NUDGE = 0.25  # of the board's limit, in the end
+WAY = 0.04  # m along the arc by which the user moves the handle
+_FEWEST = 40  # counts over `WAY`; with fewer the hand would feel steps of a millimetre
+NUDGE = 0.25  # share of the board's current limit at the end of a nudge
 NUDGE_TIME = 0.6  # s at most; our firmware's own ramp takes half a second
-_ENOUGH = 0.003  # m; so far moved, the nudge ends
+_ENOUGH = 0.003  # m; the nudge ends after this motion
 _PERIOD = 0.001  # s
-_ANSWER = 0.5  # s for a report
-_REST = 0.2  # s without a motion, after which the handle rests
-_UNSEEN = 0.05  # s without a look, as on a busy machine, of which nobody knows that it rested
-_LONGEST_REST = 3.0  # s that it may take to come to rest
-_STILL = 0.1  # of `_ENOUGH`; so far a handle may creep that rests
+_ANSWER = 0.5  # s to wait for a report
+_REST = 0.2  # s without a motion, after which the handle is at rest
+_UNSEEN = 0.05  # s; a longer gap between two looks (busy machine) does not prove that it rested
+_LONGEST_REST = 3.0  # s that the handle may take to come to rest
+_STILL = 0.1  # share of `_ENOUGH` by which a handle at rest may creep
 
 
 def calibrate(
     link: BoardLink, board: Description, clock: Clock, ask: Callable[[str], None]
 ) -> list[str]:
-    """Lines of the file of the unit at hand.
+    """Measure a handle with the user's help; returns the lines of its file.
 
     Args:
-        link: To its board, without a current.
-        board: What it said of itself.
-        clock: For the nudge.
-        ask: Tells the user what to do, and returns once it is done.
+        link: Connection to the handle's board, without a current.
+        board: Description that the board gave of itself.
+        ask: Tells the user what to do, and returns when the user has done it.
 
     Raises:
-        DeviceError: The handle did not move as it was asked to, or the board is gone.
+        DeviceError: The handle did not move as expected, or the board is gone.
     """
     ask("Hold the handle in its middle, and keep it there")
     start = _counts(link, clock)
@@ -64,7 +63,7 @@ def calibrate(
 
 
 def _counts(link: BoardLink, clock: Clock) -> int:
-    """Where the handle is; the question is a command of no current."""
+    """Position of the handle, in counts; the request for it is a command of zero current."""
     end = clock.now() + _ANSWER
     link.poll()
     while True:
@@ -105,7 +104,7 @@ def _await_rest(link: BoardLink, clock: Clock, still: float) -> None:
 
 
 def _nudge(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
-    """Counts by which a current that grows moves the handle, until that is enough; 0 for less."""
+    """Counts by which a growing current moves the handle, up to `enough`; 0 if it moves less."""
     start, begin = _counts(link, clock), clock.now()
     moved = 0
     with signals_put_off() as ended:

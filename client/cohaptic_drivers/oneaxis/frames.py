@@ -1,7 +1,7 @@
-"""What a one-axis board and its host tell each other: frames with a checksum. Pure.
+"""Pure functions for the messages of a one-axis board and its host: frames with a checksum.
 
-The protocol is ours (`docs/reference/one-axis-board.md`); its other side is
-`examples/one_axis_board/axis_core.c`, against which the tests drive this one.
+The protocol is our own (`docs/reference/one-axis-board.md`). The board's side is
+`examples/one_axis_board/axis_core.c`, and the tests run this module against it.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ _DESCRIBED = struct.Struct(
 _REPORTED = struct.Struct("<BBIih")  # sequence, flags, time, counts, current
 _SIZES = {_DESCRIPTION: 3 + _DESCRIBED.size + 1, _REPORT: 3 + _REPORTED.size + 1}
 _FAULTY, _TRIPPED, _LIMITED, _PRESSED = 1, 2, 4, 8
-_MOST_CURRENT = 32767  # mA; of the number on the wire
+_MOST_CURRENT = 32767  # mA; largest number that fits into a frame
 
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What a board says of itself.
+    """Description that a board gives of itself.
 
     Args:
         version: Version of the protocol.
-        limit: Most that its motor ever gets [A].
-        full: What the motor gets at full voltage, standing still [A].
-        watchdog: Watchdog of silence, after which its motor is off [s].
-        ramp: From none to the limit after a start or a silence [s].
-        counts: Numbers of its sensor, per turn of what it measures.
+        limit: Largest current that the motor ever gets [A].
+        full: Current of the motor at full voltage, standing still [A].
+        watchdog: Silence of the host after which the motor is off [s].
+        ramp: Time in which the current limit rises from zero after a start or a silence [s].
+        counts: Counts of the sensor per turn of the part that it measures.
     """
 
     version: int
@@ -48,17 +48,17 @@ class Description:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a board answers to a force.
+    """Answer of a board to a force command.
 
     Args:
-        sequence: Sequence of the command, 0 to 255.
-        time: Time of the board's clock, which runs over after 71 minutes [s].
-        counts: Numbers of its sensor.
-        current: That its motor has [A].
-        button: Whether it is held.
-        faulty: Whether its sensor failed: there is no current until the board starts anew.
-        tripped: Whether its motor was off meanwhile, as no command had come.
-        limited: Whether the current is less than was asked for.
+        sequence: Sequence number of the command, 0 to 255.
+        time: Time on the board's clock, which wraps after 71 minutes [s].
+        counts: Counts of the sensor.
+        current: Current of the motor [A].
+        button: Whether the button is held.
+        faulty: Whether the sensor failed: there is no current until the board starts anew.
+        tripped: Whether the motor was off meanwhile, because no command had come.
+        limited: Whether the current is less than the command asked for.
     """
 
     sequence: int
@@ -72,22 +72,22 @@ class Report:
 
 
 def identify(sequence: int) -> bytes:
-    """The question who the board is; it gives no force and feeds no watchdog."""
+    """Request for the board's description; it gives no force and does not reset the watchdog."""
     return _sealed(bytes([_IDENTIFY, sequence & 0xFF]))
 
 
 def command(sequence: int, amperes: float) -> bytes:
-    """A current for the motor [A], positive toward growing counts; none for what is not finite."""
+    """Command for a motor current [A], positive toward growing counts; 0 if it is not finite."""
     wanted = 1e3 * amperes if math.isfinite(amperes) else 0.0
     milliamperes = round(max(-_MOST_CURRENT, min(_MOST_CURRENT, wanted)))
     return _sealed(struct.pack("<BBh", _FORCE, sequence & 0xFF, milliamperes))
 
 
 class Reader:
-    """Finds frames in what comes from a board.
+    """Finds frames in the bytes that come from a board.
 
     Attributes:
-        skipped: Bytes since the last whole frame that belong to none.
+        skipped: Number of bytes since the last whole frame that belong to no frame.
     """
 
     def __init__(self) -> None:
@@ -114,7 +114,7 @@ class Reader:
 
 
 def _read(frame: bytes) -> Description | Report | None:
-    """Contents of a frame of the right length; None where its checksum or its magic is wrong."""
+    """Decode a frame of the right length; None where its checksum or its magic is wrong."""
     if int.from_bytes(frame[-2:], "little") != crc16(frame[1:-2]):
         return None
     if frame[1] == _DESCRIPTION:
@@ -136,7 +136,7 @@ def _read(frame: bytes) -> Description | Report | None:
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16/CCITT-FALSE: polynomial 0x1021, begins with 0xFFFF, nothing reversed."""
+    """CRC-16/CCITT-FALSE: polynomial 0x1021, start value 0xFFFF, no bits reversed."""
     crc = 0xFFFF
     for byte in data:
         crc = (crc << 8 & 0xFFFF) ^ _TABLE[crc >> 8 ^ byte]

@@ -1,7 +1,7 @@
 """The handle of a one-axis board as a device in its own frame: right, away from the user, up.
 
-It moves and pushes along one axis only, which lies through the object's middle: what a force has
-beside that axis is not felt.
+The handle moves and pushes along one axis only, through the object's middle: the part of a force
+across that axis is not felt.
 """
 
 from __future__ import annotations
@@ -15,49 +15,50 @@ from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_drivers.oneaxis.frames import NAME, Description, Report
 from cohaptic_drivers.oneaxis.unit import Unit
 
-SILENCE = 0.02  # s; of a board, after which its last counts are old
-GIVE_UP = 0.25  # s; of silence, after which it is gone
-LETS_GO = 0.05  # s; of the host, after which our firmware switches its motor off
-LIMIT = 0.5  # A; that our firmware gives a Hapkit's motor
-COUNTS = 2048  # per turn of a Hapkit's motor, as its shell has it
-# s; a count is 0.01 to 0.1 mm, in a period of 1 ms up to 100 mm/s: of that a fifth is left
+SILENCE = 0.02  # s; after a longer silence of the board its last counts are out of date
+GIVE_UP = 0.25  # s; after a longer silence the board counts as gone
+LETS_GO = 0.05  # s; silence of the host after which our firmware switches its motor off
+LIMIT = 0.5  # A; largest current that our firmware gives a Hapkit's motor
+COUNTS = 2048  # per turn of a Hapkit's motor, as `one_axis_board.ino` sets it
+# s; one count is 0.01 to 0.1 mm, or up to 100 mm/s in a period of 1 ms; the filter leaves a fifth.
 _FILTER = 0.004
-_JUMP = 0.01  # m between two reports; 10 m/s at 1 kHz are no hand. A sensor that skips, or garbage.
-_FASTEST = 1.5  # m/s; what a hand may go meanwhile
-_WRAP = 2.0**32 * 1e-6  # s; after which the board's clock runs over
-_SHORTEST = 1e-4  # s between two reports that count for a velocity
+# m between two reports; at 1 kHz that is 10 m/s, faster than a hand: the sensor has skipped, or the
+# report is garbage.
+_JUMP = 0.01
+_FASTEST = 1.5  # m/s; speed of the hand that is allowed besides `_JUMP`
+_WRAP = 2.0**32 * 1e-6  # s; after this time the board's clock wraps
+_SHORTEST = 1e-4  # s; shortest time between two reports from which a velocity is computed
 
 
 class Link(Protocol):
-    """The way to a board; no call waits for it."""
+    """Connection to a board; no call waits for the board."""
 
     def poll(self) -> Report | None:
-        """The newest report since the last call; raises DeviceError when the board is gone."""
+        """Newest report since the last call, or None; DeviceError when the board is gone."""
         ...
 
     def give(self, amperes: float) -> None:
-        """Have this current sent; raises as `poll`."""
+        """Send this motor current; raises as `poll`."""
         ...
 
     def release(self) -> None:
-        """No current, at once; for another thread."""
+        """Set the current to zero at once; may be called from another thread."""
         ...
 
     def close(self) -> None:
-        """No current, then release the board."""
+        """Set the current to zero, then release the board."""
         ...
 
 
 class Handle:
-    """A handle on its axis; where it is at first is its middle.
+    """A handle on its axis; its position at the start counts as its middle.
 
     Args:
-        unit: As it was built.
-        link: To its board; this object closes it.
-        board: What the board said of itself.
-        first: Its first report.
-        axis: In which the hand presses; a unit vector of the device's frame.
-        force: Whether its motor is used.
+        link: Connection to its board; this object closes it.
+        board: Description that the board gave of itself.
+        first: First report of the board.
+        axis: Direction in which the hand presses; a unit vector of the device's frame.
+        force: Whether the motor is used.
     """
 
     def __init__(
@@ -72,15 +73,17 @@ class Handle:
     ) -> None:
         self._unit, self._link, self._axis = unit, link, axis
         self.info = handle_info(unit, force=force, board=board)
-        self._metres = unit.sensor_direction / unit.counts(board.counts)  # for a count
+        self._metres = unit.sensor_direction / unit.counts(board.counts)  # per count
         self._zero = first.counts
         self._told = first
         self._place = self._speed = 0.0
         self._now: float | None = None
-        # s; of the board, while this object was read: a process that stood still heard nothing.
+        # s; silence of the board, counted between reads and capped at `SILENCE` for each, because a
+        # process that stood still could not hear the board.
         self._silent = 0.0
-        # When the newest report was read, and the one before: the newest may have waited since then
-        # for a process that stood still, so that the next may be so much older by its own clock.
+        # Times at which the last report but one and the last one were read. While this process
+        # stood still, the last one may have waited in the port since the first of these times, so
+        # the next report may be later by all the time since then, on the board's clock.
         self._heard = (-math.inf, -math.inf)
         self._closed = False
 
@@ -88,7 +91,7 @@ class Handle:
         """The newest state.
 
         Raises:
-            DeviceError: The board is gone or silent, or tells what cannot be.
+            DeviceError: The board is gone or silent, started anew, or reports an impossible motion.
         """
         self._check_open()
         told = self._link.poll()
@@ -109,18 +112,18 @@ class Handle:
         )
 
     def write(self, force: Vec3) -> None:
-        """Give the part of `force` [N] along the axis; raises as `read`."""
+        """Apply the part of `force` [N] along the axis; raises as `read`."""
         self._check_open()
         if not is_finite(force) or self.info.max_force == 0.0:
             force = ZERO
         self._link.give(self._unit.current(dot(force, self._axis)))
 
     def release(self) -> None:
-        """Take the force off the hand; for another thread."""
+        """Set the force on the hand to zero; may be called from another thread."""
         self._link.release()
 
     def close(self) -> None:
-        """No current, then release the board; may be called twice."""
+        """Set the current to zero, then release the board; may be called twice."""
         if not self._closed:
             self._closed = True
             self._link.close()
@@ -134,7 +137,7 @@ class Handle:
             advice = "see to its magnet and its cable, then plug it in again"
             raise DeviceError(NAME, "its board says that its sensor failed", advice)
         place = self._metres * (told.counts - self._zero)
-        # By the board's own clock: what the cable or a process that stood still adds is no motion.
+        # On the board's own clock, because delays by the cable or by this process are no motion.
         passed = (told.time - self._told.time) % _WRAP
         if passed > now - self._heard[0] + SILENCE:
             advice = "see to its supply, then start again"
@@ -145,7 +148,7 @@ class Handle:
             raise DeviceError(NAME, "its sensor jumped", advice)
         if passed > SILENCE:
             self._speed = 0.0
-        elif passed < _SHORTEST:  # two at one time: the way of both counts for the next
+        elif passed < _SHORTEST:  # two reports at the same time: the next one covers both motions
             return
         else:
             measured = (place - self._place) / passed
@@ -155,7 +158,7 @@ class Handle:
 
 
 def handle_info(unit: Unit, *, force: bool, board: Description | None = None) -> DeviceInfo:
-    """Abilities of a unit; before its board has spoken, with what our firmware says."""
+    """Abilities of a handle; with the values of our firmware if there is no description yet."""
     limit, per_turn, lets_go = (
         (LIMIT, COUNTS, LETS_GO) if board is None else (board.limit, board.counts, board.watchdog)
     )

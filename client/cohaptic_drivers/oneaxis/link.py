@@ -1,6 +1,6 @@
-"""The way to a one-axis board: a force goes out, a report comes back, and nobody waits.
+"""Connection to a one-axis board: a force goes out and a report comes back; no call waits for it.
 
-The board answers a command and nothing else, and switches its motor off by itself when none comes.
+The board only answers commands, and switches its motor off by itself when no command comes.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from cohaptic_drivers.oneaxis.frames import (
 )
 
 BAUD = 500_000
-_LONGEST = 4096  # bytes that wait; a report has 16
-_PATIENCE = 0.005  # s for a report; then the next command goes out all the same
-_MOST_SKIPPED = 160  # bytes in a row that are no frame: ten reports of them
-_CALLS = 0.1  # s between the first calls, until the board answers
-FIRST_ANSWER = 4.0  # s; opening the port starts an Arduino anew, and its boot loader waits for 2
-_LONGEST_WATCHDOG = 0.1  # s; a board that holds a force for longer is none of ours
-_VENDOR = "1a86"  # in the rule that is offered: most boards have this bridge
+_LONGEST = 4096  # bytes that may wait to be read; a report has 16
+_PATIENCE = 0.005  # s to wait for a report; then the next command goes out without it
+_MOST_SKIPPED = 160  # bytes in a row that are no frame: the length of ten reports
+_CALLS = 0.1  # s between the first commands, until the board answers
+FIRST_ANSWER = 4.0  # s; opening the port starts an Arduino anew, and its boot loader waits for 2 s
+_LONGEST_WATCHDOG = 0.1  # s; a board that holds a force for longer is refused
+_VENDOR = "1a86"  # for the udev rule that an error advises: most boards have a bridge of this maker
 # Makers of boards and of bridges on boards: FTDI, WCH, Silicon Labs, Arduino twice, Adafruit.
 _VENDORS = frozenset({0x0403, 0x1A86, 0x10C4, 0x2341, 0x2A03, 0x239A})
 
 
 class BoardLink:
-    """The way to a one-axis board.
+    """Connection to a one-axis board.
 
     Args:
-        port: Open; this object closes it.
-        clock: By which its reports are waited for: one that goes on while the loop hangs.
+        port: Open port; this object closes it.
+        clock: Clock that times the board's reports; it must go on while the loop hangs.
     """
 
     def __init__(self, port: Port, clock: Clock) -> None:
@@ -46,34 +46,35 @@ class BoardLink:
         self._reader = Reader()
         self._told: Report | None = None
         self._described: Description | None = None
-        self._sent: float | None = None  # when the command went out that waits for its report
-        self._given = 0.0  # by the last command [A]
+        self._sent: float | None = None  # time of the command that still has no report
+        self._given = 0.0  # current of the last command [A]
         self._sequence = 0
         self._closed = False
 
     def poll(self) -> Report | None:
-        """The newest report since the last call.
+        """Newest report since the last call; None without one.
 
         Raises:
-            DeviceError: The port is gone, or what comes from it is not this protocol.
+            DeviceError: The port is gone, or the data from it are not of this protocol.
         """
         self._hear()
         told, self._told = self._told, None
         return told
 
     def description(self) -> Description | None:
-        """What the board said of itself, once it has; raises as `poll`."""
+        """Description that the board gave of itself; None before that. Raises as `poll`."""
         self._hear()
         return self._described
 
     def ask(self) -> None:
-        """Ask the board who it is, which gives no force; raises as `poll`."""
+        """Ask the board for its description, which gives no force; raises as `poll`."""
         self._write(identify(self._next()))
 
     def give(self, amperes: float) -> None:
-        """Send a current, if the board has answered the one before; none at once.
+        """Send this current if the last command has its report; a change to zero goes out at once.
 
-        Raises as `poll`: it looks for the report, as nobody polls while a hand is let go.
+        This call reads the report itself, because the loop does not poll while it lets a hand go;
+        it therefore raises as `poll`.
         """
         if amperes == 0.0 != self._given:
             self._send(0.0)
@@ -84,18 +85,18 @@ class BoardLink:
             self._send(amperes)
 
     def release(self) -> None:
-        """No current, whatever the board has answered; for another thread."""
+        """Send zero current without waiting for a report; may be called from another thread."""
         self._send(0.0)
 
     def close(self) -> None:
-        """No current, then release the port; may be called twice."""
+        """Send zero current, then release the port; may be called twice."""
         if not self._closed:
             self._closed = True
             try:
                 for _ in range(2):
                     self._port.write(command(self._next(), 0.0))
             except OSError:
-                pass  # it is gone, and its board switches off by itself
+                pass  # the port is gone, and the board switches its motor off by itself
             self._port.close()
 
     def _send(self, amperes: float) -> None:
@@ -123,10 +124,10 @@ class BoardLink:
 
 
 def open_board(path: str, clock: Clock) -> tuple[BoardLink, Description, Report]:
-    """The board at a port, once it has said who it is and where it is.
+    """Open the board at a port; returns the connection, the description and the first report.
 
     Raises:
-        DeviceError: There is none, it may not be opened, or something else answers.
+        DeviceError: There is no port, it may not be opened, or another device answers.
     """
     link = BoardLink(open_port(NAME, path, _VENDOR, baud=BAUD, cut=b""), clock)
     try:
@@ -147,12 +148,12 @@ def open_board(path: str, clock: Clock) -> tuple[BoardLink, Description, Report]
 
 
 def find_ports() -> list[Any]:
-    """Serial ports on which such a board may be, by the makers of their USB chips."""
+    """Serial ports that may have such a board, by the makers of their USB chips."""
     return [each for each in list_ports(NAME) if each.vid in _VENDORS]
 
 
 def _answer(call: Callable[[], None], answer: Callable[[], Any], clock: Clock) -> Any:
-    """Call until there is an answer, as a board that starts swallows the first calls."""
+    """Repeat a call until an answer comes, as a starting board swallows calls; None without one."""
     end = clock.now() + FIRST_ANSWER
     while (called := clock.now()) < end:
         call()

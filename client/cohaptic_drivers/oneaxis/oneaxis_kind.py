@@ -1,4 +1,4 @@
-"""Handles of one axis as the catalogue knows them, and how one is opened."""
+"""Catalogue entry of the one-axis handles, and functions that find, open and calibrate one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DOWN: Vec3 = (0.0, 0.0, -1.0)
 
 
 def open_oneaxis(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the handle of a configuration; raises DeviceError when it cannot be had."""
+    """Find and open the handle of a configuration; raises DeviceError when that fails."""
     clock, choice = clock or SystemClock(), config.choice
     unit, force = read_unit(choice.text("unit")), _with_force(choice)
     link, board, first = open_board(_path_of(choice), clock)
@@ -38,7 +38,7 @@ def open_oneaxis(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def find_boards() -> list[Found]:
-    """Boards of this machine, each asked who it is; raises DeviceError without a library."""
+    """Boards of this machine, each opened for its description; DeviceError without pyserial."""
     found: list[Found] = []
     for path in (port.device for port in find_ports()):
         text = f"{NAME}:port={path}"
@@ -54,7 +54,7 @@ def find_boards() -> list[Found]:
 
 
 def calibrate_oneaxis(choice: DeviceChoice, clock: Clock, ask: Callable[[str], None]) -> list[str]:
-    """Lines of the file of the unit at hand; raises DeviceError, as `calibrate` has it."""
+    """Measure a handle and return the lines of its file; raises DeviceError as `calibrate`."""
     link, board, _ = open_board(_path_of(choice), clock)
     try:
         return calibrate(link, board, clock, ask)
@@ -81,12 +81,12 @@ def _with_force(choice: DeviceChoice) -> bool:
 
 
 def _axis_of(choice: DeviceChoice) -> Vec3:
-    """In which the hand presses, in the device's frame."""
+    """Direction in which the hand presses, in the device's frame."""
     return _DOWN if choice.text("place") == "top" else _AWAY
 
 
 def _knock(choice: DeviceChoice) -> Vec3:
-    """Toward the hand, in the world: what is beside the axis is not felt."""
+    """Direction of a knock in the world: along the axis, which alone is felt, toward the hand."""
     if _axis_of(choice) == _DOWN:
         return (0.0, 0.0, 1.0)
     turn = turn_of(choice)

@@ -1,8 +1,8 @@
-"""One handle as it was built: its radius, gear, sensor and motor, from a file.
+"""Radius, gear, sensor and motor of one handle as it was built, from a file.
 
-The lengths are about those of a Hapkit, to be seen as a start: `counts_per_metre` of a calibration
-replaces them. A torque constant that is wrong scales every force, and a direction
-that is wrong makes of a spring one that pushes on and on, so without a file there is no force.
+The lengths are roughly those of a Hapkit and only a start: `counts_per_metre` of a calibration
+replaces them. A wrong torque constant scales every force, and with a wrong direction a spring
+pushes the hand on and on, so without a file there is no force.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ class Unit:
     """A handle on one motor.
 
     Args:
-        handle_radius: From the handle's axis to where the hand holds it [m].
+        handle_radius: Distance from the handle's axis to the point where the hand holds it [m].
         gear: Turns of the motor for one turn of the handle: drum over capstan.
-        counts_per_metre: Counts per metre of the sensor, along the handle's arc; 0 to take it from
-            radius, gear and what the board says of its sensor on the motor.
+        counts_per_metre: Counts of the sensor per metre of the handle's arc; 0 to compute them from
+            radius, gear and the counts per turn that the board reports.
         sensor_direction: 1 where counts grow as the handle goes away from the user, else -1.
         motor_direction: 1 where a positive current moves the handle away from the user, else -1.
-        torque_constant: Torque constant of the motor [N m/A]; 0 where it is not known, and there is
-            no force.
+        torque_constant: Torque constant of the motor [N m/A]; 0 where it is not known, and then
+            there is no force.
         friction: Friction of handle and motor, as the hand feels it [N].
-        damping: Damping of the same [N s/m].
-        max_current: Through the motor [A]; the board's own limit holds as well.
-        max_force: At the handle [N].
-        max_stiffness: That it renders stably [N/m].
-        max_damping: That it renders stably [N s/m].
-        travel: Farthest that the handle goes from its middle [m].
+        damping: Damping of handle and motor, as the hand feels it [N s/m].
+        max_current: Largest current through the motor [A]; the board's own limit holds as well.
+        max_force: Largest force at the handle [N].
+        max_stiffness: Largest stiffness that the handle renders stably [N/m].
+        max_damping: Largest damping that the handle renders stably [N s/m].
+        travel: Largest distance of the handle from its middle [m].
     """
 
     handle_radius: float = 0.0657
@@ -54,12 +54,12 @@ class Unit:
     travel: float = 0.08
 
     def counts(self, per_turn: int) -> float:
-        """Counts for a metre of the handle's arc, with `per_turn` for a turn of the motor."""
+        """Counts per metre of the handle's arc, with `per_turn` counts per turn of the motor."""
         told = self.counts_per_metre
         return told or per_turn * self.gear / (2.0 * math.pi * self.handle_radius)
 
     def current(self, force: float) -> float:
-        """Current [A] for a force away from the user [N]; none where the motor is not known."""
+        """Current [A] for a force away from the user [N]; 0 if the torque constant is unknown."""
         if self.torque_constant == 0.0:
             return 0.0
         torque = force * self.handle_radius / self.gear
@@ -67,12 +67,12 @@ class Unit:
         return max(-self.max_current, min(self.max_current, wanted))
 
     def most_force(self, board_limit: float) -> float:
-        """Largest force at the handle, with a board that gives so much current [A], in N."""
+        """Largest force at the handle [N], with a board that gives at most `board_limit` [A]."""
         ampere = min(self.max_current, board_limit)
         return min(self.max_force, ampere * self.torque_constant * self.gear / self.handle_radius)
 
 
-# Key of the file: lowest and highest value. A direction is one of the two.
+# Key of the file: lowest and highest value. A direction has one of these two values.
 _LIMITS = {
     "handle_radius": (0.01, 0.5),
     "gear": (0.1, 200.0),
@@ -89,16 +89,16 @@ _LIMITS = {
     "travel": (0.005, 0.5),
 }
 _DIRECTIONS = ("sensor_direction", "motor_direction")
-# Without these a spring may push on and on, or each force be another: they have no usual value.
+# These keys have no usual value: a wrong one makes a spring push on and on, or scales every force.
 _NEEDED = (*_DIRECTIONS, "torque_constant")
 assert set(_LIMITS) == {each.name for each in fields(Unit)}
 
 
 def read_unit(path: str) -> Unit:
-    """The unit of a file; without a path one that senses only.
+    """Unit of a file; without a path, a unit that only senses.
 
     Raises:
-        SettingError: The file cannot be read, lacks a key, or has a key or a value that is none.
+        SettingError: The file cannot be read, lacks a key, or has an unknown key or invalid value.
     """
     if not path:
         return Unit()

@@ -1,1 +1,1 @@
-"""Devices behind their makers' libraries, which are loaded when one of them is chosen."""
+"""Devices that need their maker's library, which is loaded only when such a device is chosen."""

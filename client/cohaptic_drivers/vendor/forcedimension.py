@@ -1,7 +1,8 @@
 """Devices of Force Dimension and the Novint Falcon, through the maker's DHD library.
 
-Frame of the library: toward the user, the user's right, up, in metres and newtons. It holds the
-last force for ever; the device's firmware has a watchdog, which is set where it can be.
+Frame of the library: toward the user, the user's right, up, in metres and newtons. The library
+holds the last force for ever, so the driver sets the watchdog of the device's firmware, where there
+is one.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from cohaptic_drivers.vendor.library import function, load
 _NAME = "forcedimension"
 _FILES = {"win32": "dhd64.dll", "darwin": "libdhd.dylib", "": "libdhd.so"}
 _WHERE = "the Force Dimension SDK, 3.16 or newer (forcedimension.com)"
-# m; three arms that are folded or stretched are within it, garbage is not
+# m; every pose of the three arms, folded or stretched, is within it; garbage is not.
 _FARTHEST = 1.0
-# Of 125 us each, 255 at most: 30 ms. The loop's own ramp begins after 20 ms, and goes first.
+# Units of 125 us, 255 at most: 30 ms. The loop's own ramp begins earlier, after 20 ms.
 _WATCHDOG = 240
 _WATCHDOG_UNIT = 125e-6  # s
 
@@ -45,10 +46,10 @@ class ForceDimension:
     """A device in its own frame: right, away from the user, up.
 
     Args:
-        library: The maker's.
-        number: Number of the device that it opened.
-        info: Abilities.
-        clock: By which a write is late.
+        library: The maker's library.
+        number: Number that the library gave the open device.
+        info: Abilities without `lets_go`, which the watchdog decides.
+        clock: Clock that tells whether a write is late; None for the clock of the system.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class ForceDimension:
         self.info = replace(info, lets_go=set_watchdog(library, number, _WATCHDOG))
         self._written = self._clock.now()
         self._closed = False
-        # Looked up and made once: the loop calls them in every period.
+        # Functions and numbers that the loop uses in every period are made once, here.
         self._call = {
             name: function(library, _NAME, name)
             for name in ("dhdGetPosition", "dhdGetLinearVelocity", "dhdSetForce", "dhdGetButton")
@@ -72,7 +73,7 @@ class ForceDimension:
         self._vector = (ctypes.c_double(), ctypes.c_double(), ctypes.c_double())
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state; raises DeviceError when the device is gone or tells what cannot be."""
+        """The newest state; DeviceError when the device is gone or its position is impossible."""
         position = self._vector_of("dhdGetPosition")
         velocity = self._vector_of("dhdGetLinearVelocity")
         whole = is_finite(position) and is_finite(velocity)
@@ -88,18 +89,18 @@ class ForceDimension:
         now = self._clock.now()
         late, self._written = now - self._written > 0.9 * self.info.lets_go, now
         if late:
-            # Its watchdog may have switched the forces off, which stays so. What comes now begins
-            # from none: `Placed` and the loop's own fault see to that.
+            # The watchdog may have switched the forces off, and they stay off until enabled again.
+            # The force now rises from zero: `Placed` and the fault in the loop see to that.
             self._set_force(ZERO)
             self._library.dhdEnableForce(1, self._number)
         self._check(self._set_force(force if is_finite(force) else ZERO))
 
     def release(self) -> None:
-        """Take the force off the hand; for another thread."""
+        """Set the force on the hand to zero; may be called from another thread."""
         self._set_force(ZERO)
 
     def close(self) -> None:
-        """Zero force twice, forces off, then release; may be called twice."""
+        """Send zero force twice, disable forces, release the device; may be called twice."""
         if not self._closed:
             self._closed = True
             for _ in range(2):
@@ -122,7 +123,7 @@ class ForceDimension:
         return (y.value, -x.value, z.value)
 
     def _check(self, result: int) -> None:
-        # 1: not new since the last call; 2: motors at their limit, direction kept. Both are well.
+        # 1: not new since the last call; 2: motors at their limit, direction kept. Both are fine.
         if result < 0:
             raise DeviceError(
                 _NAME, f"it is gone ({_last_error(self._library)})", "see to its cable and power"
@@ -130,8 +131,8 @@ class ForceDimension:
 
 
 def watchdog_of(library: ctypes.CDLL, number: int) -> int | None:
-    """Silence after which the device switches its forces off, in 125 us, 0 for never; None if it
-    does not say."""
+    """Silence after which the device switches its forces off [125 us]; 0 for never, None if the
+    device does not tell it."""
     value = ctypes.c_ubyte()
     try:
         told = library.dhdGetWatchdog(ctypes.byref(value), ctypes.c_byte(number))
@@ -141,7 +142,7 @@ def watchdog_of(library: ctypes.CDLL, number: int) -> int | None:
 
 
 def set_watchdog(library: ctypes.CDLL, number: int, value: int) -> float:
-    """Have the device switch its forces off after so long a silence, in 125 us; 0 for never.
+    """Set the silence after which the device switches its forces off [125 us]; 0 for never.
 
     Returns:
         The silence [s]; inf where the device or the library has no watchdog.
@@ -156,7 +157,7 @@ def set_watchdog(library: ctypes.CDLL, number: int, value: int) -> float:
 
 
 def find_forcedimension() -> list[Found]:
-    """Devices that the maker's library sees; raises DeviceError without it. None is opened."""
+    """Devices that the maker's library sees, not opened; DeviceError without the library."""
     count = int(_library("").dhdGetDeviceCount())
     return [Found(f"{_NAME}:number={k + 1}", "the maker's library") for k in range(count)]
 
@@ -169,7 +170,7 @@ def _library(path: str) -> Any:
 
 
 def open_forcedimension(config: DeviceConfig) -> Placed:
-    """Open the device of a configuration; raises DeviceError when it cannot be had."""
+    """Open the device of a configuration; raises DeviceError when that fails."""
     choice = config.choice
     library = _library(choice.text("library"))
     count = int(library.dhdGetDeviceCount())

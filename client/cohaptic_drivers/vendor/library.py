@@ -1,4 +1,4 @@
-"""Loads a maker's library, or says in one sentence why it cannot."""
+"""Loads a maker's library, or says in one sentence why that failed."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from cohaptic.written import at_home
 
 
 def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL:
-    """The library of a device.
+    """Load the library of a device.
 
     Args:
         name: Name of the device.
         files: Name of the library's file for each `sys.platform`; "" for all others.
-        path: Path of the file, where the user told it; empty to let the system look.
-        where: The user gets the library, for the error.
+        path: Path of the file that the user gave; empty to let the system look.
+        where: Place where the user gets the library, for the error.
 
     Raises:
-        DeviceError: It is missing, or there and cannot be loaded, in the loader's own words.
+        DeviceError: The library is missing, or it cannot be loaded, for the reason that the loader
+            gives.
     """
     file = str(at_home(Path(path))) if path else files.get(sys.platform, files[""])
     try:
         return ctypes.CDLL(file)
     except OSError as error:
-        # Linux names the file that it does not find: this one, or one that this one needs. It does
-        # not find one that is there and made for another processor, either.
+        # Linux names the file that it does not find: this one, or one that this one needs. It also
+        # says that it does not find a file that is there but made for another processor.
         missing = str(error).startswith(f"{file}: cannot open shared object file: No such file")
         words = "" if missing else f" ({error})"
         if missing and os.path.isfile(file):
@@ -42,7 +43,7 @@ def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL
 
 
 def function(library: ctypes.CDLL, device: str, name: str) -> Any:
-    """A function of a library; raises DeviceError when the library is one without it."""
+    """A function of a library; raises DeviceError when the library does not have it."""
     try:
         return getattr(library, name)
     except AttributeError as error:

@@ -1,8 +1,8 @@
 """3D Systems Touch and Phantoms, through the HD library of OpenHaptics.
 
 Frame of the library: right, up, toward the user, in millimetres. Its servo thread calls back once a
-millisecond; that call copies state out and force in, and is the watchdog: a loop that has written
-nothing for `SILENCE` gives no force.
+millisecond. That call copies the state out and the force in, and is the watchdog: the force is zero
+if the loop has written nothing for `SILENCE`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from cohaptic_drivers.vendor.library import function, load
 _NAME = "touch"
 _FILES = {"win32": "hd.dll", "": "libHD.so"}
 _WHERE = "OpenHaptics and the driver of the device (support.3dsystems.com)"
-SILENCE = 0.02  # s; of the servo thread, or of the loop
-GIVE_UP = 0.25  # s; of silence of the servo thread, after which the device is gone
-_FIRST = 2.0  # s for the first call of the servo thread
+SILENCE = 0.02  # s; after a longer silence of servo thread or loop the hand feels no force
+GIVE_UP = 0.25  # s; after a longer silence of the servo thread the device counts as gone
+_FIRST = 2.0  # s to wait for the first call of the servo thread
 _FARTHEST = 1.0  # m; an arm reaches half of it
 
 # Numbers of the library's interface, version 3.
@@ -59,10 +59,9 @@ class Touch:
     """A device in its own frame: right, away from the user, up.
 
     Args:
-        library: OpenHaptics.
-        handle: Handle of the device in it.
-        info: Abilities.
-        clock: By which silence is timed.
+        library: The library of OpenHaptics.
+        handle: Handle of the device in the library.
+        clock: Clock that times the silence of servo thread and loop.
     """
 
     def __init__(self, library: ctypes.CDLL, handle: int, info: DeviceInfo, clock: Clock) -> None:
@@ -74,7 +73,7 @@ class Touch:
         self._closed = False
         self._position, self._velocity = (ctypes.c_double * 3)(), (ctypes.c_double * 3)()
         self._force, self._buttons = (ctypes.c_double * 3)(), ctypes.c_int()
-        # Kept: the library calls it for as long as it is scheduled.
+        # A reference is kept, because the library calls it for as long as it is scheduled.
         self._callback = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_void_p)(self._servo)
         schedule = function(library, _NAME, "hdScheduleAsynchronous")
         schedule.restype = ctypes.c_ulong
@@ -82,11 +81,11 @@ class Touch:
 
     @property
     def started(self) -> bool:
-        """Whether the servo thread has called."""
+        """Whether the servo thread has delivered a first state."""
         return self._heard is not None
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state; raises DeviceError when the device is gone or tells what cannot be."""
+        """The newest state; DeviceError when the device is gone or its state is impossible."""
         heard = self._check()
         at, position, velocity, buttons = heard
         age = self._clock.now() - at
@@ -96,16 +95,16 @@ class Touch:
         return DeviceSample(position, velocity, buttons=buttons, fresh=age <= SILENCE)
 
     def write(self, force: Vec3) -> None:
-        """Give `force` [N] with the next call of the servo thread; raises as `read`."""
+        """Apply `force` [N] with the next call of the servo thread; raises as `read`."""
         self._check()
         self._given, self._at = force if is_finite(force) else ZERO, self._clock.now()
 
     def release(self) -> None:
-        """Take the force off the hand; for another thread."""
+        """Set the force on the hand to zero; may be called from another thread."""
         self._given = ZERO
 
     def close(self) -> None:
-        """Zero force, the servo thread ended, then release; may be called twice."""
+        """Set zero force, stop the servo thread, release the device; may be called twice."""
         if not self._closed:
             self._given, self._closed = ZERO, True
             self._library.hdStopScheduler()
@@ -120,7 +119,7 @@ class Touch:
         return self._heard
 
     def _servo(self, _data: object) -> int:
-        """One call of the servo thread."""
+        """Callback of the servo thread: copies the state out and the force in."""
         library, handle = self._library, self._handle
         library.hdBeginFrame(handle)
         library.hdGetDoublev(_POSITION, self._position)
@@ -149,7 +148,7 @@ class Touch:
 
 
 def open_touch(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Open the device of a configuration; raises DeviceError when it cannot be had."""
+    """Open the device of a configuration; raises DeviceError when that fails."""
     choice, clock = config.choice, clock or SystemClock()
     library = _library(choice.text("library"))
     name = choice.text("id")
@@ -174,10 +173,10 @@ def open_touch(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def find_touch() -> list[Found]:
-    """Nothing but whether OpenHaptics is here, which cannot be asked what is plugged in.
+    """Check that OpenHaptics is here; returns no devices, because it cannot list them.
 
     Raises:
-        DeviceError: It is missing.
+        DeviceError: OpenHaptics is missing.
     """
     _library("")
     return []

@@ -1,4 +1,4 @@
-"""An arm of this family as a device in its own frame, whatever board it hangs on."""
+"""An arm of this family as a device in its own frame, the same for all of its boards."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from cohaptic_drivers.woodenhaptics.reports import Told
 from cohaptic_drivers.woodenhaptics.unit import Unit
 
 NAME = "woodenhaptics"
-SILENCE = 0.02  # s; of a board, after which its last counts are old
-GIVE_UP = 0.25  # s; of silence, after which it is gone
-SERIAL_LETS_GO = 0.1  # s; of the host, after which the serial board switches its motors off
-# s; a count is 0.06 mm, in a period of 1 ms 60 mm/s: of that a fifth is left
+SILENCE = 0.02  # s; after a longer silence of the board its last counts are out of date
+GIVE_UP = 0.25  # s; after a longer silence the board counts as gone
+SERIAL_LETS_GO = 0.1  # s; silence of the host after which the serial board switches its motors off
+# s; one count is 0.06 mm, or 60 mm/s in a period of 1 ms; the filter leaves a fifth of that.
 _FILTER = 0.004
-# m between two reports; 30 m/s at 1 kHz are no hand. Counters that were zeroed, or garbage.
+# m between two reports; at 1 kHz that is 30 m/s, faster than a hand: counters were zeroed, or the
+# report is garbage.
 _JUMP = 0.03
-_FASTEST = 1.5  # m/s; what a hand may go meanwhile, where the board was silent for longer
+_FASTEST = 1.5  # m/s; speed of the hand that is allowed besides `_JUMP`, after a longer silence
 
 
 class Link(Protocol):
-    """The way to a board; no call waits for it."""
+    """Connection to a board; no call waits for the board."""
 
     def poll(self, now: float) -> Told | None:
-        """The newest that the board told since the last call; raises DeviceError when gone."""
+        """Newest report since the last call, or None; DeviceError when the board is gone."""
         ...
 
     def give(self, milliamps: Vec3) -> None:
-        """Have these currents sent; raises as `poll`."""
+        """Send these motor currents; raises as `poll`."""
         ...
 
     def release(self) -> None:
-        """No currents, at once; for another thread."""
+        """Set the currents to zero at once; may be called from another thread."""
         ...
 
     def close(self) -> None:
-        """No currents, then release the board."""
+        """Set the currents to zero, then release the board."""
         ...
 
 
@@ -52,13 +53,12 @@ class WoodenArm:
     """An arm in its own frame: right, away from the user, up.
 
     Args:
-        unit: As it was built.
-        link: To its board; this object closes it.
-        first: What it told at first.
-        force: Whether its motors are used.
-        home_here: Whether it is in its home pose now, whatever its counters say.
-        switch: Whether its board has a button.
-        lets_go: Without a command for so long there are no currents any more [s].
+        link: Connection to its board; this object closes it.
+        first: First report of the board.
+        force: Whether the motors are used.
+        home_here: Whether the arm is in its home pose now, whatever its counters say.
+        switch: Whether the board has a button.
+        lets_go: Time without a command after which the currents are switched off [s].
     """
 
     def __init__(
@@ -84,8 +84,9 @@ class WoodenArm:
             )
         self._pose, self._velocity, self._button = pose, ZERO, first.button
         self._heard: float | None = None  # when the newest report came
-        self._now: float | None = None  # of the last reading
-        # s; of the board, while this object was read: a process that stood still heard nothing.
+        self._now: float | None = None  # time of the last `read`
+        # s; silence of the board, counted between reads and capped at `SILENCE` for each, because a
+        # process that stood still could not hear the board.
         self._silent = 0.0
         self._closed = False
 
@@ -93,7 +94,7 @@ class WoodenArm:
         """The newest state.
 
         Raises:
-            DeviceError: The board is gone or silent, or tells what cannot be.
+            DeviceError: The board is gone or silent, or its encoders report an impossible pose.
         """
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
@@ -116,7 +117,7 @@ class WoodenArm:
         )
 
     def write(self, force: Vec3) -> None:
-        """Give `force` [N], as far as the motors' currents allow; raises as `read`."""
+        """Apply `force` [N] within the current limit of the motors; raises as `read`."""
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
         if not self._force or not is_finite(force):
@@ -125,11 +126,11 @@ class WoodenArm:
         self._link.give(scale(amperes, 1e3))
 
     def release(self) -> None:
-        """Take the force off the hand; for another thread."""
+        """Set the force on the hand to zero; may be called from another thread."""
         self._link.release()
 
     def close(self) -> None:
-        """No currents, then release the board; may be called twice."""
+        """Set the currents to zero, then release the board; may be called twice."""
         if not self._closed:
             self._closed = True
             self._link.close()
@@ -150,7 +151,7 @@ class WoodenArm:
         elif dt > 0.0:
             measured = scale(sub(pose.position, self._pose.position), 1.0 / dt)
             self._velocity = lerp(self._velocity, measured, dt / (_FILTER + dt))
-        else:  # two reports at one time: the way of both counts for the next
+        else:  # two reports at the same time: the next report covers the motion of both
             return
         self._pose, self._button, self._heard = pose, told.button, now
         self._silent = 0.0
@@ -161,7 +162,7 @@ class WoodenArm:
 
 
 def arm_info(unit: Unit, *, force: bool, switch: bool, lets_go: float) -> DeviceInfo:
-    """Abilities of a unit."""
+    """Abilities of an arm with its board."""
     return DeviceInfo(
         NAME,
         max_force=unit.max_force if force else 0.0,

@@ -1,7 +1,7 @@
-"""The HID boards: a thread of its own reads a report and writes one, in turn.
+"""Connection to the HID boards: a thread of its own reads a report and writes one, in turn.
 
-To write is to wait for the USB frame, a millisecond and now and then several: nothing for the
-loop's thread. The thread is a watchdog as well: a loop that gives nothing gets no currents.
+A write waits for the USB frame, a millisecond and now and then several: too long for the loop's
+thread. The thread is also a watchdog: it sends zero currents when the loop gives none.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from cohaptic_client.devices.hid_devices import Entry, HidDevice, hidapi, open_f
 from cohaptic_drivers.woodenhaptics.arm import NAME, SILENCE
 from cohaptic_drivers.woodenhaptics.reports import GENERATIONS, Reports, Told, input_size
 
-# Vendor and product: the default of the mbed library, and of a Teensy's raw HID.
+# Vendor and product: the defaults of the mbed library, and those of a Teensy's raw HID.
 PRODUCTS = ((0x1234, 0x0006), (0x16C0, 0x0486))
 
-_WAIT = 10  # ms for a report; then the board is kicked by a command
-# s; of a board, after which it gets no currents. The loop, which notices after `SILENCE`, lets the
-# hand go without a jerk by then; a report that comes late costs no force.
+_WAIT = 10  # ms to wait for a report; then a command prompts the board
+# s; silence of the board after which it gets zero currents. The loop notices after `SILENCE` and
+# has let the hand go without a jerk by then; a report that is late by less costs no force.
 _LOST = 0.03
-_MOST_STALE = 128  # reports in one turn; twice the queue of Linux
-_MOST_BAD = 20  # reports in a row that are none
+_MOST_STALE = 128  # reports to read in one turn; twice the queue of Linux
+_MOST_BAD = 20  # invalid reports in a row
 _JOIN = 0.25  # s for the thread to end
 
 
 class HidLink:
-    """The way to a HID board.
+    """Connection to a HID board.
 
     Args:
-        device: Open; this object closes it.
-        reports: Their layout.
-        clock: By which the loop's silence is timed.
+        device: Open device; this object closes it.
+        reports: Layout of the board's reports.
+        clock: Clock that times the silence of the loop and of the board.
     """
 
     def __init__(self, device: HidDevice, reports: Reports, clock: Clock) -> None:
@@ -56,23 +56,23 @@ class HidLink:
         return told
 
     def give(self, milliamps: Vec3) -> None:
-        """Have these currents sent with the next report."""
+        """Send these currents with the next report; raises as `poll`."""
         if self._trouble is not None:
             raise self._trouble
         self._given, self._at = milliamps, self._clock.now()
 
     def release(self) -> None:
-        """No currents with the next report; for another thread."""
+        """Send zero currents with the next report; may be called from another thread."""
         self._given = ZERO
 
     def close(self) -> None:
-        """No currents, then release the board; may be called twice."""
+        """Send zero currents, then release the board; may be called twice."""
         self._ends = True
         if threading.current_thread() is not self._thread:
             self._thread.join(_JOIN)
 
     def _run(self) -> None:
-        prefer_this_process(LOOP_PRIORITY)  # a thread has the priority of who started it, then
+        prefer_this_process(LOOP_PRIORITY)  # the thread that started this one may have a lower one
         try:
             heard = self._clock.now()
             while not self._ends:
@@ -94,8 +94,9 @@ class HidLink:
             self._device.close()
 
     def _take(self) -> bool:
-        """Take the newest report; whether there was one. A board that waits has to be written to
-        before it sends the first.
+        """Take the newest report; returns whether the board sent one.
+
+        A board that waits for the host must get a command before it sends its first report.
         """
         size = self._reports.size
         report, spoke = self._device.read(size, _WAIT), False
@@ -119,21 +120,20 @@ class HidLink:
 
 
 def hid_boards() -> list[Entry]:
-    """HID interfaces of this machine that have the ids of such boards."""
+    """HID interfaces of this machine that have the USB ids of such boards."""
     hid = hidapi(NAME)
     return [entry for vendor, product in PRODUCTS for entry in hid.enumerate(vendor, product)]
 
 
 def open_hid(generation: str, number: int, clock: Clock) -> tuple[HidLink, Reports]:
-    """The HID board of this machine.
+    """Open a HID board of this machine; returns its connection and the layout of its reports.
 
     Args:
-        generation: Its name, or "auto" to tell it by the length of its reports.
-        number: Which of several, from 1.
-        clock: Clock of this process.
+        generation: Name of its generation, or "auto" to recognise it by the length of its reports.
+        number: Number of the board where there are several, from 1.
 
     Raises:
-        DeviceError: There is none, or it may not be opened, or it is something else.
+        DeviceError: There is no such board, it may not be opened, or it is another device.
     """
     entries = hid_boards()
     if not entries:

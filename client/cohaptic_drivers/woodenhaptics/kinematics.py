@@ -1,8 +1,8 @@
-"""From counts of three encoders to the tip, and from a force on it to currents. Pure.
+"""Pure functions from the counts of three encoders to the tip, and from its force to currents.
 
-The chain's own frame is that of CHAI3D: toward the user, the user's right, up. Results are in that
-of cohaptic: right, away from the user, up.
-A Polhem v3 has a closed chain, whose position is found in the same frame, from its base.
+The chain is computed in the frame of CHAI3D: toward the user, the user's right, up. Results are in
+the frame of cohaptic: right, away from the user, up.
+A Polhem v3 has a closed chain; its tip is computed in the frame of CHAI3D, too, from its base.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from cohaptic.vec import Vec3, is_finite, scale, sub
 from cohaptic_drivers.woodenhaptics.unit import Unit
 
-# m; of the maintainers' host library of 2026
+# m; from the maintainers' host library of 2026
 _L0, _L1, _L2, _L3, _L4, _L5 = 0.034, 0.165, 0.025, 0.190, 0.034, 0.1308
-_STEP = 1e-5  # rad; of the differences, where rounding and curvature both cost 1e-10 of a length
+_STEP = 1e-5  # rad; step of the differences: rounding and curvature both cost 1e-10 of a length
 
 
 def polhem_position(angles: Vec3) -> Vec3 | None:
-    """Point of the tip [m]; None for angles at which the chain does not close."""
+    """Position of a Polhem's tip [m]; None for angles at which the chain does not close."""
     t1, t2, t3 = angles
     a, s = _L0 + _L1 * math.cos(t2), _L1 * math.sin(t2)
     u, w = a - _L2 * math.cos(t3), s - _L2 * math.sin(t3)
@@ -31,14 +31,14 @@ def polhem_position(angles: Vec3) -> Vec3 | None:
             - math.acos((_L4**2 - _L3**2 + d2**2) / (2.0 * _L4 * d2))
             - math.acos((d1**2 + d2**2 - _L2**2) / (2.0 * d1 * d2))
         )
-    except (ValueError, ZeroDivisionError):  # of acos, beyond -1 to 1
+    except (ValueError, ZeroDivisionError):  # the argument of acos is outside -1 to 1
         return None
     r = _L0 / 2.0 + _L1 * math.cos(t2) + _L5 * math.cos(lam)
     return (r * math.cos(t1), r * math.sin(t1), _L1 * math.sin(t2) + _L5 * math.sin(lam))
 
 
 def polhem_jacobian(angles: Vec3) -> tuple[Vec3, Vec3, Vec3] | None:
-    """Change of the tip with each angle [m/rad], by columns; None as `polhem_position`."""
+    """Jacobian of a Polhem's tip [m/rad], a column per angle; None as for `polhem_position`."""
     columns: list[Vec3] = []
     for i in range(3):
         low, high = list(angles), list(angles)
@@ -56,11 +56,11 @@ Columns = tuple[Vec3, Vec3, Vec3]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """An arm at some counts.
+    """Tip of an arm and its Jacobian, at some joint angles.
 
     Args:
         position: Position of the tip [m].
-        jacobian: Its change with each joint's angle [m/rad], by columns.
+        jacobian: Change of the position with each joint's angle [m/rad], a column per joint.
     """
 
     position: Vec3
@@ -68,7 +68,7 @@ class Pose:
 
 
 def joint_angles(unit: Unit, counts: Vec3) -> Vec3:
-    """Angles of the bodies [rad] for counts of the encoders."""
+    """Angles of the three joints [rad] for counts of the encoders."""
     a, b, c = (
         unit.directions[i]
         * (2.0 * math.pi)
@@ -81,7 +81,7 @@ def joint_angles(unit: Unit, counts: Vec3) -> Vec3:
 
 
 def pose_at(unit: Unit, angles: Vec3) -> Pose | None:
-    """Tip and Jacobian; None for angles that the arm cannot have."""
+    """Tip and Jacobian for joint angles [rad]; None for angles that the arm cannot have."""
     if unit.kind == "polhem":
         position, jacobian = polhem_position(angles), polhem_jacobian(angles)
         if position is None or jacobian is None:
@@ -94,8 +94,9 @@ def pose_at(unit: Unit, angles: Vec3) -> Pose | None:
 
 
 def motor_currents(unit: Unit, jacobian: Columns, force: Vec3) -> Vec3:
-    """Currents [A] that push with `force` [N], all scaled down together where one would be above
-    the unit's limit: less force, in the same direction.
+    """Motor currents [A] that apply `force` [N] at the tip.
+
+    If one would exceed the unit's limit, all are scaled down alike: less force, same direction.
     """
     wanted = [
         sum(column[k] * force[k] for k in range(3))  # torque of the joint, J^T F
@@ -111,7 +112,7 @@ def motor_currents(unit: Unit, jacobian: Columns, force: Vec3) -> Vec3:
 
 
 def resolution(unit: Unit) -> float:
-    """Largest way of the tip for one count in the home pose [m]; 0 where that is no pose."""
+    """Largest motion of the tip per count in the home pose [m]; 0 if that pose is impossible."""
     pose = pose_at(unit, joint_angles(unit, (0.0, 0.0, 0.0)))
     if pose is None:
         return 0.0
@@ -123,7 +124,10 @@ def resolution(unit: Unit) -> float:
 
 
 def _serial_chain(lengths: Vec3, angles: Vec3) -> tuple[Vec3, Columns]:
-    """Two links in a parallelogram on a turning base: both angles are measured in the base."""
+    """Tip [m] and Jacobian [m/rad] of two links in a parallelogram on a turning base.
+
+    The angles of both links are measured in the base.
+    """
     base, upper, fore = lengths
     a, b, c = angles
     ca, sa, cb, sb, cc, sc = (
@@ -139,5 +143,5 @@ def _serial_chain(lengths: Vec3, angles: Vec3) -> tuple[Vec3, Columns]:
 
 
 def _to_user(v: Vec3) -> Vec3:
-    """Right, away from the user, up, of toward the user, right, up."""
+    """Convert from (toward the user, right, up) to (right, away from the user, up)."""
     return (v[1], -v[0], v[2])

@@ -1,4 +1,4 @@
-"""What boards and host tell each other: lines of the serial one, reports of the HID ones. Pure."""
+"""Pure functions for the messages of the boards: lines of the serial, reports of the HID boards."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from dataclasses import dataclass
 
 from cohaptic.vec import Vec3
 
-LINE = 16  # bytes; to which a command is padded with NUL, as whole transfers are faster
-_FIELDS = 8  # of an answer: model, six counts, error
+LINE = 16  # bytes; commands are padded to it with NUL, because whole transfers are faster
+_FIELDS = 8  # fields of an answer: model, six counts, error
 _ANSWER = re.compile(rb"\[(-?\d{1,10}(?:,-?\d{1,10}){7})\]")
-_WRIST = 0b111  # error bits of sensors that a tip does not need
+_WRIST = 0b111  # error bits of the wrist's sensors, which the tip does not need
 
-# H2 and H3 tell the button by a count that no wrist reaches.
+# H2 and H3 report a held button as a count that no wrist reaches.
 _PRESSED = 5000
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What a board tells.
+    """A report of a board.
 
     Args:
-        counts: Numbers of the three encoders.
-        button: Whether it is held.
+        counts: Counts of the three encoders.
+        button: Whether the button is held.
         model: Number of the arm's kind; 0 where the board does not know it.
-        error: What it found wrong with the last command, as bits; 0 for nothing.
+        error: Bits of the errors that the board found in the last command; 0 for none.
     """
 
     counts: Vec3
@@ -35,13 +35,13 @@ class Told:
 
 
 def command_line(milliamps: Vec3) -> bytes:
-    """A command to the serial board."""
+    """Line that sends motor currents to the serial board."""
     a, b, c = (round(each) for each in milliamps)
     return f"[{a},{b},{c}]\n".encode().ljust(LINE, b"\0")
 
 
 def read_answer(line: bytes) -> Told | None:
-    """An answer of the serial board; None for what is none."""
+    """Read a line from the serial board; None if it is not an answer."""
     found = _ANSWER.fullmatch(line.strip(b"\0\r\n "))
     if found is None:
         return None
@@ -51,12 +51,12 @@ def read_answer(line: bytes) -> Told | None:
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """Layout of a generation of HID boards.
+    """Layout of the reports of a generation of HID boards.
 
     Args:
         name: Name of the generation.
-        size: Size of a report, both ways [bytes].
-        waits: Whether the board sends nothing before it has heard of the host.
+        size: Size of a report, in both directions [bytes].
+        waits: Whether the board sends nothing before the host has sent a command.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Reports:
     waits: bool
 
     def decode(self, report: bytes) -> Told | None:
-        """What a report tells; None for one of another length."""
+        """Decode a report; None for one of another length."""
         if len(report) != self.size:
             return None
         if not self.waits:
@@ -74,9 +74,9 @@ class Reports:
         return Told((a, b, c), button=d > _PRESSED)
 
     def encode(self, milliamps: Vec3) -> bytes:
-        """A command, with the zero of an unnumbered report before it."""
+        """Report that sends motor currents, after the 0 that marks an unnumbered report."""
         a, b, c = (round(each) for each in milliamps)
-        body = struct.pack("<3h", a, b, c)  # what follows is zero: command, attributes
+        body = struct.pack("<3h", a, b, c)  # the fields after it are zero: command, attributes
         return b"\0" + body.ljust(self.size, b"\0")
 
 
@@ -88,7 +88,7 @@ GENERATIONS = {
 
 
 def input_size(descriptor: bytes) -> int:
-    """Bytes of an unnumbered input report, by a report descriptor (HID 1.11, section 6.2.2).
+    """Length [bytes] of an unnumbered input report, from a descriptor (HID 1.11, section 6.2.2).
 
     Returns 0 for a descriptor that is cut off.
     """

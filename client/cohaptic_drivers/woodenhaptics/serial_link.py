@@ -1,6 +1,6 @@
-"""The serial board: one line for each line, on a port that is never waited for.
+"""Connection to the serial board: one answer line per command line; no call waits for the port.
 
-The board answers a command and nothing else, and switches its motors off 100 ms after the last.
+The board only answers commands, and switches its motors off 100 ms after the last command.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from cohaptic_client.devices.serial_ports import Port, attempt, list_ports, open
 from cohaptic_drivers.woodenhaptics.arm import NAME
 from cohaptic_drivers.woodenhaptics.reports import Told, command_line, read_answer
 
-_LONGEST = 4096  # bytes that wait; an answer has 60
-_PATIENCE = 0.005  # s for an answer; then the next command goes out all the same
-_MOST_BAD = 10  # lines in a row that are none, or tell that ours was none: 10 ms of them
+_LONGEST = 4096  # bytes that may wait to be read; an answer has 60
+_PATIENCE = 0.005  # s to wait for an answer; then the next command goes out without it
+_MOST_BAD = 10  # lines in a row that are no answers, or report an error in the command: 10 ms
 _VENDOR = "16c0"
 _TEENSY = (0x16C0, 0x0483)
 _CALLS = 0.1  # s between the first commands, until the board answers
@@ -24,11 +24,11 @@ _FIRST_ANSWER = 2.0  # s
 
 
 class SerialLink:
-    """The way to a serial board.
+    """Connection to a serial board.
 
     Args:
-        port: Open; this object closes it.
-        clock: By which its answers are waited for: one that goes on while the loop hangs.
+        port: Open port; this object closes it.
+        clock: Clock that times the board's answers; it must go on while the loop hangs.
     """
 
     def __init__(self, port: Port, clock: Clock) -> None:
@@ -36,24 +36,25 @@ class SerialLink:
         self._rest = b""
         self._bad = 0
         self._told: Told | None = None
-        self._sent: float | None = None  # when the command went out that waits for its answer
-        self._given = ZERO  # by the last command
+        self._sent: float | None = None  # time of the command that still has no answer
+        self._given = ZERO  # currents of the last command [mA]
         self._closed = False
 
     def poll(self, now: float) -> Told | None:
-        """The newest answer.
+        """Newest answer since the last call; None without one.
 
         Raises:
-            DeviceError: The port is gone, or what comes from it is not this board's.
+            DeviceError: The port is gone, or the data from it are not answers of this board.
         """
         self._hear()
         told, self._told = self._told, None
         return told
 
     def give(self, milliamps: Vec3) -> None:
-        """Send a command, if the board has answered the one before; no currents at once.
+        """Send currents if the last command has its answer; a change to zero goes out at once.
 
-        Raises as `poll`: it looks for the answer, as nobody polls while a hand is let go.
+        This call reads the answer itself, because the loop does not poll while it lets a hand go;
+        it therefore raises as `poll`.
         """
         if milliamps == ZERO != self._given:
             self._send(ZERO)
@@ -64,7 +65,7 @@ class SerialLink:
             self._send(milliamps)
 
     def release(self) -> None:
-        """No currents, whatever the board has answered; for another thread."""
+        """Send zero currents without waiting for an answer; may be called from another thread."""
         self._send(ZERO)
 
     def _send(self, milliamps: Vec3) -> None:
@@ -72,7 +73,7 @@ class SerialLink:
         attempt(NAME, lambda: self._port.write(command_line(milliamps)))
 
     def _hear(self) -> None:
-        """Keep the newest answer that has come."""
+        """Read the answers that have come, and keep the newest."""
         for line in self._lines():
             told = read_answer(line)
             if told is None or told.error:
@@ -83,18 +84,18 @@ class SerialLink:
             else:
                 self._bad = 0
             self._sent = None
-            # With an error the counts are those of before.
+            # The counts of an answer with an error are those of the answer before.
             self._told = told if told is not None and not told.error else self._told
 
     def close(self) -> None:
-        """No currents, then release the port; may be called twice."""
+        """Send zero currents, then release the port; may be called twice."""
         if not self._closed:
             self._closed = True
             try:
                 for _ in range(2):
                     self._port.write(command_line(ZERO))
             except OSError:
-                pass  # it is gone, and its board switches off by itself
+                pass  # the port is gone, and the board switches its motors off by itself
             self._port.close()
 
     def _lines(self) -> list[bytes]:
@@ -106,26 +107,26 @@ class SerialLink:
 
 
 def find_ports() -> list[Any]:
-    """Serial ports on which such a board may be, by their USB ids and names."""
+    """Serial ports that may have such a board, by their USB ids and names."""
     return [each for each in list_ports(NAME) if may_be_board(each)]
 
 
 def may_be_board(port: Any) -> bool:
-    """Whether a port is a Teensy's, and not that of a Haply Inverse3, which is one, too."""
+    """Whether a port is that of a Teensy and not of a Haply Inverse3, which has its USB id, too."""
     names = f"{port.product} {port.description} {port.manufacturer}".lower()
     return (port.vid, port.pid) == _TEENSY and "haply" not in names
 
 
 def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
-    """The board at a port, once it has answered.
+    """Open the board at a port and wait; returns its connection and its first answer.
 
     Raises:
-        DeviceError: There is none, it may not be opened, or something else answers.
+        DeviceError: There is no port, it may not be opened, or another device answers.
     """
     link = SerialLink(open_port(NAME, path, _VENDOR), clock)
     try:
         first = _first_answer(link, clock)
-    except DeviceError as error:  # bytes that are no answers
+    except DeviceError as error:  # the bytes from the port are no answers
         link.close()
         raise _another(path) from error
     if first is None:
@@ -135,7 +136,7 @@ def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
 
 
 def _first_answer(link: SerialLink, clock: Clock) -> Told | None:
-    """Call until the board answers, as the port may swallow the first call; None if it does not."""
+    """First answer to repeated commands, as the port may swallow the first; None without one."""
     end = clock.now() + _FIRST_ANSWER
     while (now := clock.now()) < end:
         link.give(ZERO)

@@ -1,7 +1,7 @@
-"""One arm as it was built: its lengths, gears, encoders and motors, from its kind and a file.
+"""Lengths, gears, encoders and motors of one arm as it was built, from its kind and a file.
 
 The constants of the three kinds are those of the maintainers' host library of 2026. A wrong torque
-constant scales every force, and a wrong direction turns a spring into its opposite, so a file of
+constant scales every force, and a wrong direction makes a spring push the wrong way, so a file of
 the unit at hand overrides them.
 """
 
@@ -23,21 +23,21 @@ class Unit:
     """An arm with three motors.
 
     Args:
-        kind: Its kinematics: woodenhaptics, vintage or polhem.
-        model: Number that its serial board tells.
-        capstans: Diameters on the motors [mm].
-        drums: Diameters on the bodies [mm].
+        kind: Kinematics of the arm: woodenhaptics, vintage or polhem.
+        model: Number of the kind that the serial board reports.
+        capstans: Diameters of the capstans, on the motors [mm].
+        drums: Diameters of the drums, on the driven bodies [mm].
         lengths: Lengths of its links [m]; those of a Polhem are in `kinematics.py`.
         origin: Origin of the workspace, from the base [m]; toward the user, user's right, up.
-        counts: Numbers of an encoder per turn of its motor.
-        home: Added to the counts, which are zero in the home pose.
+        counts: Counts of each encoder per turn of its motor.
+        home: Counts of the home pose, to be added because the counters are zero there.
         torque_constants: Torque constants of the motors [N m/A].
         directions: Directions of motor and encoder against the body, each 1 or -1.
-        max_current: Through a motor [A].
-        max_force: At the tip [N].
-        max_stiffness: That it renders stably [N/m].
-        max_damping: That it renders stably [N s/m].
-        confirmed: Whether a file says so of the very unit at hand.
+        max_current: Largest current through a motor [A].
+        max_force: Largest force at the tip [N].
+        max_stiffness: Largest stiffness that the arm renders stably [N/m].
+        max_damping: Largest damping that the arm renders stably [N s/m].
+        confirmed: Whether the values come from a file for the very unit at hand.
     """
 
     kind: str
@@ -57,7 +57,7 @@ class Unit:
     confirmed: bool = False
 
 
-# 3 A is the full scale of the older boards, and what the motors stand for a while; the serial board
+# 3 A is the full scale of the older boards, and the motors bear it for a while; the serial board
 # gives up to 6 A to a unit whose file allows it.
 UNITS = {
     "woodenhaptics": Unit(
@@ -88,7 +88,7 @@ _TRIPLES = {
     "torque_constants": (1e-3, 1.0),
     "directions": (-1.0, 1.0),
 }
-# The serial board zeroes what is above 6 A, so no more is ever asked of it.
+# The serial board turns a current above 6 A into zero, so a file may not allow more.
 _NUMBERS = {
     "max_current": (0.1, 6.0),
     "max_force": (0.1, 30.0),
@@ -98,10 +98,10 @@ _NUMBERS = {
 
 
 def read_unit(kind: str, path: str) -> Unit:
-    """The unit of a kind, with what its file says instead; without a path as the kind is built.
+    """Unit of a kind, with the values of its file in place of the usual ones; no path, no file.
 
     Raises:
-        SettingError: The file cannot be read, or has a key or a value that is none.
+        SettingError: The file cannot be read, or has an unknown key or an invalid value.
     """
     unit = UNITS[kind]
     if not path:

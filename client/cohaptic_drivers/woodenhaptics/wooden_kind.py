@@ -1,4 +1,4 @@
-"""The arms of this family as the catalogue knows them, and how one is opened."""
+"""Catalogue entry of the arms of this family, and the functions that find and open them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _FIRST_REPORT = 1.0  # s
 
 
 def open_wooden(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the arm of a configuration; raises DeviceError when it cannot be had."""
+    """Find and open the arm of a configuration; raises DeviceError when that fails."""
     clock, choice = clock or SystemClock(), config.choice
     unit, force = _unit_of(choice), _with_force(choice)
     switch, lets_go = False, SERIAL_LETS_GO
@@ -38,7 +38,7 @@ def open_wooden(config: DeviceConfig, clock: Clock | None = None) -> Placed:
         link, first = _serial_board(choice, unit, clock)
     else:
         if force and not unit.confirmed:
-            # A direction that is wrong makes of a spring one that pushes on and on.
+            # With a wrong direction a spring pushes the hand on and on.
             raise DeviceError(
                 NAME,
                 "the older boards differ in the directions of their motors",
@@ -109,7 +109,7 @@ def _info(choice: DeviceChoice) -> DeviceInfo:
 
 
 def find_arms() -> list[Found]:
-    """Boards of this machine, each asked what it is; raises DeviceError without a library."""
+    """Boards of this machine, each opened to test it; DeviceError without pyserial or hidapi."""
     return [*_find_serial([port.device for port in find_ports()]), *_find_hid()]
 
 

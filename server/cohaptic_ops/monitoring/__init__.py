@@ -1,1 +1,1 @@
-"""Monitoring of a running server for its operators: metrics, health, and a page of its state."""
+"""Monitoring of a running server for its operators: metrics, health, and an overview."""

@@ -1,4 +1,4 @@
-"""A server's end of its admin port: starts the process, restarts it, and sends it reports."""
+"""Runs the process of a server's admin port: starts and restarts it, and sends it reports."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cohaptic_ops.monitoring.lines import (
 
 log = logging.getLogger("cohaptic.server")
 
-_AGAIN = 2.0  # s from the end of a process to the next one; only the operator depends on it
+_AGAIN = 2.0  # s from the end of a process to the next start; only operators notice the gap
 _START = 60.0  # s for a process to open its port on a busy machine
 
 
@@ -45,10 +45,10 @@ class AdminAddress:
 
 
 def admin_address(said: str, allow_hosts: tuple[str, ...] = ()) -> AdminAddress:
-    """The address of an admin port from the command line: a port, or an address and a port.
+    """Read the address of an admin port: `said` is a port, or an address and a port.
 
     Raises:
-        SettingError: The text is neither.
+        SettingError: The text has neither form.
     """
     host, _, port = said.rpartition(":")
     if not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:
@@ -59,12 +59,11 @@ def admin_address(said: str, allow_hosts: tuple[str, ...] = ()) -> AdminAddress:
 
 @dataclass(eq=False)
 class AdminPort:
-    """Admin port of one server.
+    """Admin port of one server, which a separate process serves.
 
     Attributes:
-        address: Address to listen on.
-        url: URL of the port once it is open; empty before.
-        process: The running process; None without one.
+        url: URL of the port after it was opened; empty before.
+        process: Running process that serves the port; None if there is none.
     """
 
     address: AdminAddress
@@ -85,7 +84,7 @@ class AdminPort:
         return self.url
 
     def tell(self, line: Line) -> None:
-        """Send a line without waiting; drop it while too many earlier lines are unread."""
+        """Send a line to the process without waiting; drop it if too many bytes are unread."""
         writer = self._writer
         if writer is None or writer.is_closing():
             return

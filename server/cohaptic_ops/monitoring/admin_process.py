@@ -1,7 +1,7 @@
-"""The process of an admin port: reads lines of a server, and answers requests about the server.
+"""The process of an admin port: reads the reports of a server, and answers HTTP requests.
 
-A separate process is used so that no request costs the server a tick, and so that requests are
-answered even if the server hangs.
+A separate process serves the port, so that requests never delay a tick of the server, and get an
+answer even if the server hangs.
 
 `answer` makes the response to a request without I/O.
 """
@@ -110,10 +110,10 @@ INDEX = (
 
 
 def answer(request: Request, known: Known, now: float) -> Answer:
-    """The response to a request, from any client that reaches the port.
+    """Make the response to a request; the client may be anybody who reaches the port.
 
     Args:
-        known: State of the server, as far as it has reported.
+        known: State of the server by its reports so far.
         now: Time [s].
     """
     if request.method not in ("GET", "HEAD"):
@@ -137,7 +137,7 @@ def answer(request: Request, known: Known, now: float) -> Answer:
 
 
 def status(known: Known, now: float) -> dict[str, Any]:
-    """All known state of the server as a JSON object, for programs."""
+    """Return all known state of the server as a JSON object, for programs."""
     health, idle = known.health, known.why_not_ticking(now)
     rooms: list[dict[str, Any]] = []
     for room in () if health is None else health.rooms:

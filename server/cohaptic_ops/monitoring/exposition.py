@@ -1,7 +1,7 @@
-"""The known state of a server, in the text format of Prometheus.
+"""Writes the known state of a server in the text format of Prometheus.
 
-Labels are words of this program, names of rooms, which the owner chooses, and seat numbers. The
-number of series is thus bounded by rooms and seats, whatever names the users give.
+Labels are words of this program, names of rooms, which the owner chooses, and seat numbers. Rooms
+and seats thus bound the number of time series, whatever names the users give.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ _USER_GAUGES: tuple[tuple[str, str, Callable[[UserMetrics], float | None]], ...]
 
 
 class _Server(Collector):
-    """Collects the metrics that are known at one time.
+    """Collector for the Prometheus library: yields the metrics that are known at one time.
 
     Args:
         known: State of the server.
@@ -101,12 +101,12 @@ class _Server(Collector):
         self._known, self._now = known, now
 
     def collect(self) -> Iterator[Metric]:
-        """Yield each family of metrics once."""
+        """Yield one family of metrics after another, each with its values for all rooms."""
         yield from self._health()
         rooms = {
             name: known.metrics
             for name, known in self._known.rooms.items()
-            if known.fresh(self._now)  # old reports must not look like new ones
+            if known.fresh(self._now)  # an old report must not look like a new one
         }
         for name, text, value in _ROOM_GAUGES:
             yield _gauge(name, text, rooms, value)
@@ -162,7 +162,7 @@ class _Server(Collector):
 
 
 def exposition(known: Known, now: float) -> bytes:
-    """The metrics of a server as text for Prometheus.
+    """Return the metrics of a server as text for Prometheus.
 
     Args:
         known: State of the server.

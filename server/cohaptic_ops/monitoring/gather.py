@@ -1,4 +1,4 @@
-"""Reads a server's state between two ticks into a frozen value, once a second."""
+"""Collects the metrics of a server between two ticks, once a second."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from cohaptic_server.room.member import Member
 from cohaptic_server.shell.server import CohapticServer
 
 EVERY = 1.0  # s between two reports of a room
-# Weight of the samples since the last report in the smoothed share of lost samples: old values
-# lose half of their weight within two reports.
+# Weight of the newest report in the smoothed share of lost samples: older values lose half of their
+# weight within two reports.
 _NEW_SHARE = 0.3
 _STATM = Path("/proc/self/statm")
 
@@ -27,7 +27,7 @@ class _Seat:
         number: Number of the seat.
         seen, used: Sequence number of the newest sample, and number of used samples, at the last
             report with new samples.
-        loss: Share of lost samples at that report.
+        loss: Smoothed share of lost samples at that report.
     """
 
     number: int
@@ -37,14 +37,14 @@ class _Seat:
 
 
 class Gatherer:
-    """Gathers the metrics of one server."""
+    """Collects the metrics of one server."""
 
     def __init__(self, server: CohapticServer) -> None:
         self._server = server
         self._seats: dict[int, _Seat] = {}
 
     def gather(self) -> RoomMetrics:
-        """The metrics of the server now."""
+        """Return the metrics of the server now."""
         server = self._server
         room, meters, gate, traffic = (
             server.room, server.meters, server.gate, server.gate.traffic,
@@ -124,7 +124,7 @@ def _processor_time() -> float:
 
 
 def _resident_memory() -> int:
-    """Resident memory of this process [bytes]; 0 if the system does not tell."""
+    """Resident memory of this process [bytes]; 0 if the system does not report it."""
     try:
         return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, IndexError):

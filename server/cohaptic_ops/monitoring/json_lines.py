@@ -12,7 +12,7 @@ L = TypeVar("L", bound=BaseModel)
 
 
 class BadLine(ValueError):
-    """A line that is not a message of its channel."""
+    """Error: a line is not a message of its channel."""
 
 
 class JsonLines(Generic[L]):
@@ -26,11 +26,11 @@ class JsonLines(Generic[L]):
         self._kinds = kinds
 
     def encode(self, line: L) -> bytes:
-        """A message as a line, with the newline."""
+        """Return a message as a line, with the newline."""
         return line.model_dump_json().encode() + b"\n"
 
     def decode(self, data: bytes) -> L:
-        """The message in a line.
+        """Return the message in a line.
 
         Raises:
             BadLine: The line is not a message of this channel.

@@ -1,4 +1,4 @@
-"""State of a server that the process of its admin port knows, and its health. No I/O."""
+"""Keeps the reports of a server in its admin process, and judges the server's health. No I/O."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from cohaptic_ops.monitoring.lines import Line, RoomLine, ServerLine
 from cohaptic_ops.monitoring.metrics import RoomMetrics, ServerHealth
 
-# s after which a report is stale: reports come every second, and a machine under load may be two
-# late.
+# Age above which a report is stale [s]: reports come every second, and a machine under load may be
+# two reports late.
 STALE = 3.0
 NO_ROOM = "no such room"
 
@@ -20,7 +20,8 @@ class KnownRoom:
     Args:
         metrics: Metrics in the report.
         heard: Time at which the report came [s].
-        ticked: Time at which a report last had more ticks than the one before [s]; None before.
+        ticked: Time of the newest report that had more ticks than the report before it [s]; None
+            if there was no such report.
     """
 
     metrics: RoomMetrics
@@ -32,7 +33,7 @@ class KnownRoom:
         return now - self.heard <= STALE
 
     def ticks(self, now: float) -> bool:
-        """Whether the room ticks, by reports not older than `STALE`."""
+        """Whether the reports of the last `STALE` seconds show that the room ticks."""
         return self.fresh(now) and self.ticked is not None and now - self.ticked <= STALE
 
 
@@ -51,7 +52,7 @@ class Known:
     rooms: dict[str, KnownRoom] = field(default_factory=dict[str, KnownRoom])
 
     def take(self, line: Line, now: float) -> None:
-        """Update the state by a line from the server."""
+        """Update the state with a line from the server."""
         if isinstance(line, ServerLine):
             self.health, self.heard = line.health, now
             there = {room.name for room in line.health.rooms}
@@ -91,8 +92,8 @@ class Known:
     def why_not_ready(self, now: float, room: str | None = None) -> list[str]:
         """Reasons why the server, or one room, is not ready for people; empty if it is.
 
-        A server is ready if a room ticks or is idle, and no room is at its first start: one broken
-        room must not keep people from the others. A room is judged alone if `room` names it.
+        A server is ready if at least one room ticks or is idle, and no room is starting for the
+        first time. One broken room must not keep people from the others.
 
         Args:
             now: Time [s].

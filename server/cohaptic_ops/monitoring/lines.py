@@ -1,4 +1,4 @@
-"""Lines of JSON between a server and the process of its admin port."""
+"""Messages between a server and the process of its admin port, each as a line of JSON."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ServerLine(_Line):
 
 
 class RoomLine(_Line):
-    """Metrics of a room; replace those of the room's previous line."""
+    """Metrics of a room; they replace the metrics of the room's previous line."""
 
     kind: Literal["room"] = "room"
     room: str
@@ -32,7 +32,7 @@ class RoomLine(_Line):
 
 
 class OpenLine(_Line):
-    """The admin port is open; sent once, from the process to the server.
+    """Message from the process to the server, sent once: the admin port is open.
 
     Args:
         url: URL of the admin port.
@@ -45,7 +45,7 @@ class OpenLine(_Line):
 
 
 class RefusedLine(_Line):
-    """The admin port cannot be opened; sent once, from the process to the server.
+    """Message from the process to the server, sent once: the admin port cannot be opened.
 
     Args:
         name, value, limit: Fields of the `SettingError`.

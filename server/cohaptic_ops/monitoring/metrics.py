@@ -1,7 +1,7 @@
 """Metrics of a room and health of a server, as frozen values that pass between processes.
 
-The metrics of a user have a seat number beside the name: strangers choose the names, of which there
-may be any number over a day, while a room has a fixed number of seats.
+The metrics of a user carry a seat number beside the name: over a day there may be any number of
+names, which strangers choose, while a room has a fixed number of seats.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ class TimeCounts(_Frozen):
     """A histogram of times.
 
     Args:
-        counts: Count of each bucket of `TIME_EDGES`, then of larger times, not cumulative.
+        counts: Number of times in each bucket up to an edge of `TIME_EDGES`, then of longer times;
+            not cumulative.
         total: Sum of all times [s].
     """
 
@@ -36,14 +37,15 @@ class UserMetrics(_Frozen):
     """Metrics of a user who touches.
 
     Args:
-        seat: Lowest number that was free when the user came, from 1.
+        seat: Lowest seat number that was free when the user came, from 1.
         name: Name as the client gave it.
-        delay: Delay of the user's loop, for which gains are chosen; None before it is measured [s].
+        delay: Delay of the user's haptic loop, for which gains are chosen; None before it is
+            measured [s].
         loss: Share of the user's recent samples that no tick has used, because newer samples came
-            with them or there were too many, 0 to 1.
+            in the same tick or there were too many, 0 to 1.
         silence: Time since the user's newest message [s].
         force: Force of the user on the body now [N].
-        skipped: Patches so far that a newer one replaced before they could be sent.
+        skipped: Number of patches so far that a newer patch replaced before they were sent.
         capabilities: Capabilities of the device as its client states them; None if it states none.
     """
 
@@ -63,21 +65,22 @@ class RoomMetrics(_Frozen):
     Args:
         hz: Nominal ticks per second.
         ticks, missed, left_out, slept: Numbers of ticks, as `TickMeters` counts them.
-        cost, lateness: Histograms of the duration and of the delay of the ticks.
+        cost: Histogram of the durations of the ticks.
+        lateness: Histogram of the delays with which the ticks started.
         users: Users who touch.
         max_users: Number of users who may touch at once.
         waiting: Number of people who wait for a seat.
-        watchers, max_watchers: Number of watchers, and largest number at once.
-        lag: Lag of the room [s].
-        coupling: Spectral radius of the coupling of the hands.
-        margin: Stability margin of the hands; None if they do not couple.
+        watchers, max_watchers: Number of watchers, and their largest number at once.
+        lag: Lag of the room: delay with which the body gets forces [s].
+        coupling: Spectral radius of the coupling between the users' hands.
+        margin: Stability margin of the coupled hands; None if the hands do not couple.
         limited: Number of times that a user's force was limited in a tick, by reason.
-        refused: Sessions and requests that were refused, by cause.
-        spent: Connections and responses refused for a spent budget, by budget.
+        refused: Numbers of refused sessions and requests, by cause.
+        spent: Numbers of connections and responses refused for a spent budget, by budget.
         connections: Number of open connections.
         received, sent: Bytes received and sent.
         processor: Processor time of the process [s].
-        memory: Resident memory of the process [bytes]; 0 if the system does not tell.
+        memory: Resident memory of the process [bytes]; 0 if it is unknown.
     """
 
     hz: float = 60.0
@@ -106,7 +109,7 @@ class RoomMetrics(_Frozen):
 
 
 class RoomHealth(_Frozen):
-    """State of a room, as its keeper knows it.
+    """State of a room and its process.
 
     Args:
         state: State of the room: idle, starting, open, broken or stopped.
@@ -121,13 +124,13 @@ class RoomHealth(_Frozen):
 
 
 class ServerHealth(_Frozen):
-    """State of a server, reported once a second by one room, four times with many rooms.
+    """State of a server: reported once a second for a single room, four times a second for many.
 
     Args:
         version: Version of the program.
         draining: Whether the server admits no more clients because it is about to end.
         rooms: State of each room.
-        connections: Number of open connections, counted at the door.
+        connections: Number of open connections of the whole server.
         refused: Number of connections that were refused so far.
     """
 

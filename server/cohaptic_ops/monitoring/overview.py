@@ -1,4 +1,4 @@
-"""The state of a server as a table for a terminal. No I/O."""
+"""Draws the state of a server as tables for a terminal. No I/O."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from cohaptic.errors import one_line
 from cohaptic.status.histogram import TIME_EDGES
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts
 
-_LONGEST_NAME = 18  # columns; on 80 columns the rest of a row needs the others
+_LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the rest
 _WIDE = 100  # columns from which on there is space for less important values
 _GOOD, _ODD, _BAD = "green", "yellow", "red"
 NONE = "-"
-# Delay [s] above which a hand feels the object lag; share of unused samples above which the hand
-# loses touch with the object.
+# Delay [s] above which a user feels that the object lags; share of unused samples above which the
+# user loses contact with the object.
 _LONG_DELAY, _MUCH_LOSS = 0.3, 0.5
 
 
@@ -53,11 +53,11 @@ class Status(BaseModel):
 
 
 def overview(status: Status, before: Status | None, width: int) -> RenderableType:
-    """The tables of rooms and users.
+    """Draw a headline, and the tables of rooms and users.
 
     Args:
         status: Newest status.
-        before: Earlier status, from which on ticks are counted; None counts from the start.
+        before: Earlier status; ticks are counted from there on. None counts from the start.
         width: Width of the terminal [columns].
     """
     earlier = {} if before is None else {room.name: room.metrics for room in before.rooms}
@@ -74,7 +74,7 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
 
 
 def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetrics | None:
-    """Newest metrics, with the tick counters of `overview` counted from an earlier report on."""
+    """Return the newest metrics, with the tick counters counted from an earlier report on."""
     if now is None or before is None or before.ticks >= now.ticks:
         return now
     changes = {

@@ -1,4 +1,4 @@
-"""Reports a server with one room to its admin port: the route `admin`."""
+"""Route `admin`: reports the metrics of a server with one room to its admin port."""
 
 from __future__ import annotations
 
@@ -21,11 +21,7 @@ log = logging.getLogger("cohaptic.server")
 
 @contextlib.asynccontextmanager
 async def reported(server: CohapticServer, admin: AdminPort) -> AsyncGenerator[None]:
-    """Report a server until the block ends.
-
-    Args:
-        admin: Open admin port that gets the reports.
-    """
+    """Context in which a task reports the metrics of a server to an open admin port."""
     reporting = asyncio.ensure_future(Reporter(server, admin).keep())
     reporting.add_done_callback(_tell_end)
     try:
@@ -36,7 +32,7 @@ async def reported(server: CohapticServer, admin: AdminPort) -> AsyncGenerator[N
 
 
 def _tell_end(reporting: asyncio.Future[None]) -> None:
-    """Write to the log that the admin port hears nothing any more."""
+    """Log the error if the task that reports to the admin port has failed."""
     if not reporting.cancelled() and (error := reporting.exception()) is not None:
         log.error("nothing is reported to the admin port any more: %r", error, exc_info=error)
 
@@ -57,11 +53,7 @@ ROUTE = Route(_open, check=admin_address)
 
 
 class Reporter:
-    """Reports on one server with one room.
-
-    Args:
-        admin: Admin port that gets the reports.
-    """
+    """Reports the health and metrics of a server with one room to an admin port."""
 
     def __init__(self, server: CohapticServer, admin: AdminPort) -> None:
         self._server, self._admin = server, admin

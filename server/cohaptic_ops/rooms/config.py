@@ -1,4 +1,4 @@
-"""Configuration of a server with many rooms: a TOML file, overridden by environment variables."""
+"""Reads the configuration of a server with many rooms: a TOML file and environment variables."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ from cohaptic_server.touchable import DAMPING_RATIO, is_file
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
 DIVIDER = "__"
-# Names, after PREFIX, of variables that Kubernetes and Docker's links set for a service called
-# cohaptic-server; the variable PORT is theirs only if it contains an address.
+# Names, after PREFIX, of variables that Kubernetes and Docker set for a service that is called
+# cohaptic-server. They also set PORT, which then contains an address.
 _OF_A_SERVICE = re.compile(
     r"SERVICE_(HOST|PORT(_\w+)?)|PORT_\d+_(TCP|UDP|SCTP)(_(PROTO|PORT|ADDR))?"
 )
@@ -43,7 +43,7 @@ MAX_ROOMS = 200  # each is a process; with more, a machine reaches other limits 
 
 
 def _check_limits(limits: dict[str, str]) -> dict[str, str]:
-    """Raise KeyProblem for the first limit at fault."""
+    """Return the limits; raises KeyProblem for the first invalid one."""
     for name, value in limits.items():
         try:
             Limits().changed([f"{name}={value}"])
@@ -69,9 +69,9 @@ LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
 
 
 class ObjectTable(Table):
-    """Options of an object from a file, with the names and meanings of those of `cohaptic serve`.
+    """Options of an object from a file; the names and meanings are as in `cohaptic serve`.
 
-    A modulus is a number, or a list that includes those of parts: `["3e3", "tumour=60e3"]`.
+    A modulus is a number, or a list with the moduli of parts: `["3e3", "tumour=60e3"]`.
     """
 
     young: list[str] | float | None = None
@@ -94,27 +94,27 @@ class ObjectTable(Table):
 
 
 class RoomTable(Table):
-    """One room.
+    """Configuration of one room.
 
     Args:
-        body: Name in the catalogue, or a mesh file; a relative path is looked up in the folder of
-            the configuration.
-        title: Title for people who choose a room; the name is shown if it is empty.
+        body: Name in the catalogue, or path of a mesh file; a relative path starts at the folder of
+            the configuration file.
+        title: Title for people who choose a room; if it is empty they see the name.
         rate: Ticks per second.
-        laws: Control laws that its users may have.
+        laws: Control laws that the room's users may choose.
         max_users: Number of users who may touch at once.
         max_watchers: Number of watchers at once.
-        max_waiting: Number of people who may wait while the room is full; 0 lets nobody wait.
-        nonlinear: Whether the deformation of the body is finite.
-        relaxation: Relaxation time of a viscous body [s]; 0 is elastic.
-        users: Users that an object from a file is prepared for; None as without --users.
+        max_waiting: Places in the queue while the room is full; 0 for no queue.
+        nonlinear: Whether the body is nonlinear (finite deformation).
+        relaxation: Relaxation time of a viscous body [s]; 0 for an elastic body.
+        users: Number of users for whom the mesh of a file is chosen; None as without --users.
         allow_fixed_gains: Whether clients may choose their own gains.
         allow_latency: Whether pages may inject latency.
         watchers_point: Whether watchers may point at the surface, too.
         object: Options of an object from a file.
-        limits: Budgets of the room's connections, in addition to those of the server.
+        limits: Budgets of the room's connections, in addition to the budgets of the server.
         start: Whether the room starts at once, with the server, or on demand, when somebody comes.
-        end_after: Time without anybody until a room that starts on demand ends [s].
+        end_after: Time that a room with start on demand stays open without anybody in it [s].
     """
 
     body: str = Field(min_length=1)
@@ -133,18 +133,18 @@ class RoomTable(Table):
     object: ObjectTable = ObjectTable()
     limits: LimitTable = Field(default_factory=dict)
     start: Literal["at once", "on demand"] = "at once"
-    # A user who closes the page for a short break still finds the names, places and sessions, which
-    # only the process keeps.
+    # Long enough for a user who closes the page for a short break: names, places and sessions exist
+    # only in the process.
     end_after: float = Field(default=600.0, ge=10.0, le=604_800.0)
 
     @property
     def idle(self) -> float | None:
-        """Time that the room may be empty before it ends [s]; None for a room that never ends."""
+        """Time that the room may be empty before it ends [s]; None if it does not end so."""
         return self.end_after if self.start == "on demand" else None
 
 
 class RoomsConfig(BaseSettings):
-    """A server with its rooms.
+    """Configuration of a server with many rooms.
 
     Args:
         host: Address to listen on.
@@ -156,9 +156,9 @@ class RoomsConfig(BaseSettings):
         allow_hosts: Further names of the server.
         allow_origins: Further origins whose pages may connect.
         allow_frames: Origins whose pages may show the rooms' pages in a frame.
-        base_path: Path prefix of the server at a proxy.
-        limits: Budgets of all connections together.
-        access: Admission of clients.
+        base_path: Path below which a proxy offers the server.
+        limits: Budgets for the connections of all rooms together.
+        access: Access control of all rooms.
         admin: Address of the admin port, with metrics and health.
         rooms: Tables of the rooms, by name.
     """
@@ -173,8 +173,8 @@ class RoomsConfig(BaseSettings):
     max_users: int = Field(default=256, ge=1, le=10_000)
     max_watchers: int = Field(default=1000, ge=0, le=10_000)
     drain: float = Field(default=5.0, ge=0.5, le=300.0)
-    # A loaded machine may delay a process for a second or two, so that a lease must be longer; the
-    # clients of a hanging room release their hands after 0.1 s already.
+    # A loaded machine may delay a process for a second or two, so that a lease must be longer. The
+    # clients of a hanging room release their users' hands after 0.1 s already.
     lease: float = Field(default=10.0, ge=2.0, le=3600.0)
     allow_hosts: tuple[str, ...] = ()
     allow_origins: tuple[str, ...] = ()
@@ -188,7 +188,7 @@ class RoomsConfig(BaseSettings):
     )
 
     def settings_of(self, room: str) -> ServerSettings:
-        """Settings of the process of a room."""
+        """Settings of the server in the process of a room."""
         table = self.rooms[room]
         return ServerSettings(
             self.host, self.port, table.rate, table.body, table.max_users,
@@ -210,15 +210,15 @@ class RoomsConfig(BaseSettings):
 
 
 def limits_of(table: Mapping[str, str]) -> Limits:
-    """Default budgets, changed by those of a table."""
+    """Default budgets with the changes in a table."""
     return Limits().changed(f"{name}={value}" for name, value in table.items())
 
 
 def load_config(path: Path) -> RoomsConfig:
-    """Read a configuration, which environment variables of this process override.
+    """Read a configuration file; environment variables of this process override its values.
 
     Raises:
-        ConfigError: The configuration is invalid; the error names every key at fault.
+        ConfigError: The configuration is invalid; the error names every invalid key.
     """
     try:
         written = tomllib.loads(text_of(path.read_bytes()))
@@ -259,7 +259,7 @@ def load_config(path: Path) -> RoomsConfig:
 
 
 def _sourced(written: dict[str, Any]) -> type[RoomsConfig]:
-    """`RoomsConfig` with values from the environment first, then from the content of a file."""
+    """Make a `RoomsConfig` class that takes values from the environment first, then from a file."""
 
     class Sourced(RoomsConfig):
         @classmethod
@@ -297,7 +297,7 @@ def _check_environment(path: Path, environment: Mapping[str, str]) -> None:
 
 
 def _is_of_a_service(name: str, value: str) -> bool:
-    """Whether an environment variable was set by an orchestrator, and is not one of our keys."""
+    """Whether Kubernetes or Docker has set an environment variable; it is no key of ours then."""
     key = name.upper().removeprefix(PREFIX)
     if key == name.upper():
         return False
@@ -311,7 +311,7 @@ def is_plain_balloon(room: RoomTable) -> bool:
 
 
 def _placed(table: RoomTable, folder: Path) -> RoomTable:
-    """The table of a room with file names resolved against the folder of the configuration."""
+    """Resolve the file names in a room's table against the folder of the configuration."""
 
     def at(written: str | Path) -> Path:
         return folder / at_home(Path(written))

@@ -1,4 +1,4 @@
-"""Errors of a configuration, as sentences that name every key at fault."""
+"""Errors of a configuration, as sentences that name every invalid key."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cohaptic.errors import CohapticError, one_line
 
 
 class ConfigError(CohapticError):
-    """A configuration cannot be used.
+    """Error of a configuration file that cannot be used.
 
     Args:
         path: Path of the configuration file.
-        problems: Sentences on the problems, each with its key.
+        problems: One sentence for each problem, which names the key.
     """
 
     def __init__(self, path: Path, problems: Sequence[str]) -> None:
@@ -32,7 +32,7 @@ class ConfigError(CohapticError):
 
 
 class KeyProblem(ValueError):
-    """An invalid value of a table whose keys are not fields of a model.
+    """Error of a value in a table that accepts any key, such as `limits`.
 
     Args:
         key: Key in the table.
@@ -48,12 +48,12 @@ class KeyProblem(ValueError):
 def problems_of(
     error: ValidationError, prefix: str, divider: str, environment: Mapping[str, str]
 ) -> list[str]:
-    """One sentence for each key at fault.
+    """Make one sentence for each invalid key of a configuration.
 
     Args:
-        error: Error of pydantic.
-        prefix: Prefix of environment variables.
-        divider: Separator of the parts of their names.
+        error: Error of pydantic, which may concern several keys.
+        prefix: Prefix of the environment variables.
+        divider: Separator of the parts in the name of a variable.
         environment: Environment variables, from which a value may come instead of the file.
     """
     names = {name.upper() for name in environment}

@@ -1,8 +1,8 @@
-"""The owners of rooms: a lease with a fencing token for each room.
+"""Records which process owns each room, by a lease with a fencing token.
 
 A room has one owner at a time, and each later owner has a higher epoch. The owner renews its lease.
 An owner that does not renew its lease counts as alive until the lease has run out, unless there is
-proof of its end. A message from an owner with a lower epoch than the newest is outdated.
+proof that the owner has ended. A message from an owner with an older epoch is outdated.
 
 The directory of one machine is in memory. A directory of several machines, in a store with
 compare-and-set, would have the same interface: the epoch is the revision of the owner's record.
@@ -23,9 +23,8 @@ class Lease:
 
     Args:
         room: Name of the room.
-        holder: Unique name of the owner, which no other process has, not even a later one of the
-            same room.
-        epoch: Fencing token, higher than that of every earlier owner; from 1.
+        holder: Unique name of the owner; each process has another one, also of the same room.
+        epoch: Fencing token, higher than the token of every earlier owner; from 1.
         until: Time at which the lease ends unless it is renewed, on the clock of the caller [s].
         url: URL of the room for clients; empty for a process of this machine, which gets its
             connections handed over.
@@ -39,7 +38,7 @@ class Lease:
 
 
 class LeaseError(CohapticError):
-    """A room has another owner, or the lease of a room has run out.
+    """Error: a room has another owner, or the lease of a room has run out.
 
     Args:
         room: Name of the room.
@@ -55,35 +54,38 @@ class LeaseError(CohapticError):
 
 
 class Directory(Protocol):
-    """Owners of rooms; all methods but `owner` may wait for a store; times are the caller's [s]."""
+    """Interface of a record of owners; all methods but `owner` may wait for a store.
+
+    Times are on the clock of the caller [s].
+    """
 
     @property
     def duration(self) -> float:
-        """Term of a lease unless it is renewed [s]."""
+        """Time after which a lease ends unless it is renewed [s]."""
         ...
 
     def owner(self, room: str, now: float) -> Lease | None:
-        """The owner as known here, without waiting; None if there is none."""
+        """Lease of the owner that is known here, without waiting; None if there is no owner."""
         ...
 
     async def claim(self, room: str, holder: str, now: float, url: str = "") -> Lease:
-        """Become the owner of a room that has none; raises LeaseError."""
+        """Become the owner of a room that has no owner; raises LeaseError if it has one."""
         ...
 
     async def renew(self, lease: Lease, now: float) -> Lease:
-        """Stay the owner; raises LeaseError if there is another one or the lease has run out."""
+        """Renew a lease; raises LeaseError if it has run out or the room has another owner."""
         ...
 
     async def release(self, lease: Lease) -> None:
-        """Give up the room, at the end of the holder or with proof of it."""
+        """End a lease when its holder ends, or when there is proof that the holder has ended."""
         ...
 
 
 class LocalDirectory:
-    """The directory of the rooms of one process, in its memory.
+    """Directory in the memory of one process, for the rooms of that process.
 
     Args:
-        duration: Term of a lease [s].
+        duration: Time after which a lease ends unless it is renewed [s].
     """
 
     def __init__(self, duration: float) -> None:
@@ -97,12 +99,12 @@ class LocalDirectory:
         return self._epochs
 
     def owner(self, room: str, now: float) -> Lease | None:
-        """The lease of the owner; None if there is no owner or its lease has run out."""
+        """Return the lease of the owner; None if there is no owner or the lease has run out."""
         lease = self._leases.get(room)
         return lease if lease is not None and now < lease.until else None
 
     async def claim(self, room: str, holder: str, now: float, url: str = "") -> Lease:
-        """Become the owner of a room that has none.
+        """Become the owner of a room that has no owner.
 
         Raises:
             LeaseError: The room has an owner.
@@ -115,7 +117,7 @@ class LocalDirectory:
         return lease
 
     async def renew(self, lease: Lease, now: float) -> Lease:
-        """Stay the owner.
+        """Renew a lease.
 
         Raises:
             LeaseError: The lease has run out, or the room has another owner.
@@ -129,7 +131,7 @@ class LocalDirectory:
         return renewed
 
     async def release(self, lease: Lease) -> None:
-        """Give up the room; do nothing if it has another owner."""
+        """End a lease; do nothing if the room has another owner."""
         owner = self._leases.get(lease.room)
         if owner is not None and owner.epoch == lease.epoch:
             del self._leases[lease.room]

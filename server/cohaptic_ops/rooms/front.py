@@ -1,7 +1,8 @@
-"""Hands every connection with a request to its room, by the path in the request.
+"""Hands each connection to the room that the path of its request names.
 
-The front looks at the first bytes without taking them (MSG_PEEK): the room reads the whole request.
-Connections without a request are held by the door; nothing here waits for a peer or a room.
+The front peeks at the first bytes of a request (MSG_PEEK) and leaves them to the room, which reads
+the whole request. The door holds connections without a request. Nothing here waits for a peer or a
+room.
 
 The server itself answers with the list of rooms, and with the reason why a room cannot be entered.
 """
@@ -32,31 +33,31 @@ from cohaptic_server.shell.listener import Listener, serve_doors
 from cohaptic_server.shell.refusal import refuse
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
 
-# s until a request with an incomplete first line is looked at again: the pause doubles each time,
-# and the front gives up beyond `HEAD_TIMEOUT`. Incomplete lines come through on systems where doors
-# hold no connections, and from clients that send their bytes one by one.
+# Time until the front looks again at a request with an incomplete first line [s]. The pause doubles
+# each time, and the front gives up beyond `HEAD_TIMEOUT`. Incomplete lines come on systems where
+# doors hold no connections, and from clients that send their bytes one by one.
 _AGAIN = 2e-3
 _BUSY = Refusal("the room does not take anybody at present", 2.0)
 
 
 class Place(Protocol):
-    """A receiver of connections: a room, or the server's own site."""
+    """A receiver of connections: a room, or the server's own `Site`."""
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection over; returns whether that worked.
+        """Take over a connection; returns whether that worked.
 
-        If so, the place has to report the end of the connection with its source.
+        A place that has taken a connection has to report its source when the connection ends.
         """
         ...
 
 
 class Front:
-    """The doors of a server with many rooms.
+    """Accepts the connections of a server with many rooms, and hands them to rooms.
 
     Args:
         doors: Listening sockets.
         gate: Gate that counts the connections.
-        places: Gives the places that a request for a target may go to, the best first.
+        places: Returns the places that may take a request with this target, the best first.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class Front:
                 self._look(connection, self._gate.source_of_peer(peer))
 
     def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
-        """Look at the request, and again later if its first line is not complete."""
+        """Look at a request and hand it over, or look again if its first line is incomplete."""
         seen: bytes | None
         try:
             seen = connection.recv(MOST, socket.MSG_PEEK)
@@ -124,14 +125,14 @@ _BEGINS = re.compile(rb"[A-Z]{1,16}(?: [\x21-\x7e]*(?: [HTP/1.0]{0,8}\r?)?)?")
 
 
 def target_of(seen: bytes) -> str | None:
-    """Path and query of a request.
+    """Read the path and query of a request.
 
     Args:
         seen: First bytes of the connection.
 
     Returns:
-        Path and query; empty if the bytes cannot become a request with a path, whatever follows;
-        None while the first line is not complete.
+        Path and query; empty if no request can begin with these bytes; None while the first line is
+        incomplete.
     """
     line, end, _ = seen[:MOST].partition(b"\n")
     if end:
@@ -143,12 +144,12 @@ def target_of(seen: bytes) -> str | None:
 
 
 class Site:
-    """The place for connections that no room takes.
+    """Answers the connections that no room takes.
 
     Args:
         settings: Settings that all rooms share.
-        gate: Budgets of this place alone; the doors have their own.
-        rooms: Gives the states of all rooms.
+        gate: Gate of this site alone; the doors have another gate.
+        rooms: Returns the states of all rooms.
         left: Called with the source of each connection that has ended.
         listed: Whether anybody may know which rooms there are.
     """
@@ -185,7 +186,7 @@ class Site:
             self._door.close()
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection to this place; returns whether it was handed over."""
+        """Hand a connection to this site; returns whether it was handed over."""
         if self._door is None or not hand_over(self._door, connection, number):
             return False
         self._handed[number] = source

@@ -36,13 +36,14 @@ from cohaptic_server.shell.protection import Protection
 
 log = logging.getLogger("cohaptic.server")
 
-# s since the start of a room for which new connections may wait for it: clients wait that long for
-# an answer.
+# Time after the start of a room during which new connections may wait for it [s]; clients wait that
+# long for an answer.
 _WAIT_FOR_START = 3.0
 _LOOKS = 8  # checks of a lease during its term; the shortest term is 2 s
 _LONGEST_LOOK = 2.0  # s between checks; an empty room on demand ends at most this much late
 _NO_FILES = 1.0  # s until a process without free file descriptors tries again
-# s by which a check of a lease may be late; if it is later, this process was held up, not the room.
+# Time by which a check of a lease may be late [s]. A later check means that this process was held
+# up, and not the room.
 _HELD_UP = 1.0
 
 
@@ -51,12 +52,11 @@ class House:
     """Objects and functions that the keepers of all rooms share.
 
     Args:
-        directory: Directory of the owners of rooms.
-        clock: Clock of this process.
+        directory: Records which process owns each room.
         left: Called with the source of each connection that has ended.
         changed: Called with the keeper of a room that has begun, ended or reported.
         make_process: Class of room processes, from `room_processes`.
-        protect: Makes the protection of a room, in its process.
+        protect: Makes the access control of a room, in the room's process.
         measured: Called with the name and the metrics of a room; None without an admin port.
     """
 
@@ -75,8 +75,9 @@ class _Entrance:
     """Socket pair that hands connections to one process of a room, which may start later.
 
     Args:
-        ours, theirs: Ends of the pair.
-        handed: Sources of the connections that were handed over and have not ended, by number.
+        ours, theirs: Ends of the pair in this process and in the room's process.
+        handed: Sources of the connections that were handed over and have not ended, by the numbers
+            of the connections.
     """
 
     ours: socket.socket
@@ -85,13 +86,13 @@ class _Entrance:
 
 
 class Keeper:
-    """Keeps the process of one room.
+    """Keeps the process of one room running, and hands connections to it.
 
     Args:
-        build: Makes the body of the room, in its process.
+        build: Makes the body of the room, in the room's process.
         house: Objects and functions that all keepers share.
-        idle: Time without anybody until the process ends, which then starts on demand [s]; None for
-            a room that is always there.
+        idle: Time after which the process of an empty room ends, to start again on demand [s]; None
+            for a room that always runs.
 
     Attributes:
         name: Name of the room.
@@ -100,9 +101,9 @@ class Keeper:
         problem: Reason why the room is broken; empty if it is not.
         report: Newest report of the room's process; None before the first.
         lease: Lease of the room's process; None without a process.
-        restarts: Ends of the room's processes so far.
+        restarts: Counts the ends of the room's processes so far, with the back-off.
         process: Newest process; None before the first.
-        first: Event that is set once the room is open, broken or idle for the first time.
+        first: Event that is set when the room is open, broken or idle for the first time.
     """
 
     def __init__(
@@ -129,12 +130,12 @@ class Keeper:
 
     @property
     def told_state(self) -> str:
-        """State for the admin port; a start on demand counts as idle, so the server stays ready."""
+        """State for the admin port; a start on demand counts as idle, to keep the server ready."""
         starts = self.state == "starting" and self._idle is not None
         return "idle" if starts else self.state
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection to the room; returns whether it was handed over."""
+        """Hand a connection to the room, and start an idle room; returns whether this worked."""
         now = self._house.clock.now()
         self._emptied = None
         if self.state == "broken":
@@ -155,12 +156,12 @@ class Keeper:
             self._channel.tell(allow)
 
     def read_again(self) -> None:
-        """Let the room read its files again; a starting room reads them anyway."""
+        """Let the room read its key files again; a room that starts reads them anyway."""
         if self._channel is not None:
             self._channel.tell(ReadAgain())
 
     async def keep(self) -> None:
-        """Run the room until it is stopped."""
+        """Run the room, one process after another, until `stop` is called."""
         while not self._stopping.is_set():
             if self.state == "idle":
                 self.first.set()
@@ -187,7 +188,7 @@ class Keeper:
             )  # fmt: skip
             await self._pause(pause or 1e-3)
             if self._idle is not None and self.problem:
-                # Nobody waits in a broken room: the next connection has it tried again.
+                # Nobody waits in a broken room: the next connection triggers another try.
                 self._asked.clear()
                 if not self._stopping.is_set():
                     await self._asked.wait()
@@ -196,7 +197,7 @@ class Keeper:
         self.first.set()
 
     def stop(self) -> None:
-        """Let the room tell its clients and end; `keep` then returns."""
+        """Let the room close its clients' connections and end; `keep` then returns."""
         self._end_keeping()
         if self._channel is not None:
             self._channel.tell(Stop())
@@ -225,7 +226,7 @@ class Keeper:
     async def _live(self) -> None:
         """Run one process of the room, from its start to its end."""
         house = self._house
-        # A room that was broken stays so until it is open.
+        # A broken room stays broken until it is open again.
         self.state = "broken" if self.problem else "starting"
         self._started = self._heard = house.clock.now()
         holder = f"{self.name}.{secrets.token_hex(8)}"
@@ -308,7 +309,7 @@ class Keeper:
                 self._channel.tell(Stop())
 
     def _is_to_rest(self, now: float) -> bool:
-        """Whether the room has been empty for its idle time, and has to end."""
+        """Whether the room has been empty for its idle time, so that its process has to end."""
         report, entrance = self.report, self._entrance
         if (
             self._idle is None
@@ -322,7 +323,7 @@ class Keeper:
         return now - self._emptied >= self._idle
 
     async def _end(self, entrance: _Entrance | None) -> None:
-        """Remove the rest of a process, before another process may own the room."""
+        """Kill a process, and release its channel, entrance and lease for the next process."""
         house, hold = self._house, self._hold
         self._hold = None
         if hold is not None:

@@ -1,4 +1,4 @@
-"""The rooms of a server as JSON, and as a page to choose one. No I/O."""
+"""Lists the rooms of a server as JSON, and as a page on which people choose one. No I/O."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ UNLISTED = "rooms are not listed here; open the link that you were invited with\
 
 @dataclass(frozen=True, slots=True)
 class RoomState:
-    """State of a room that the list of rooms shows.
+    """State of a room, as the list of rooms shows it.
 
     Args:
-        title: Title for people; the name is shown if it is empty.
+        title: Title for people; if it is empty they see the name.
         state: State of the room: open, full, idle (starts when somebody comes), starting, broken
             or stopped.
-        users, max_users: Number of users who touch, and largest number at once.
-        watchers, max_watchers: Number of watchers, and largest number at once.
+        users, max_users: Number of users who touch, and their largest number at once.
+        watchers, max_watchers: Number of watchers, and their largest number at once.
     """
 
     name: str
@@ -39,7 +39,7 @@ class RoomState:
 
 
 def room_of(target: str, rooms: Sequence[str]) -> str | None:
-    """The room that a request is for; None for a request that the server itself answers.
+    """Name of the room that a request is for; None if the server itself answers the request.
 
     Args:
         target: Path and query.
@@ -58,12 +58,12 @@ def room_of(target: str, rooms: Sequence[str]) -> str | None:
 def answer(
     request: Request, rooms: Sequence[RoomState], *, listed: bool = True, base: str = ""
 ) -> Answer:
-    """The response to a request that is for no room, or for a room that accepts nobody now.
+    """Make the response to a request for no room, or for a room that accepts nobody now.
 
     Args:
         rooms: States of all rooms.
         listed: Whether anybody may know which rooms there are.
-        base: Path prefix of the rooms at a proxy.
+        base: Path below which a proxy offers the server.
     """
     if request.method not in ("GET", "HEAD"):
         message = f"{request.method[:16]} is not served here; GET and HEAD are\n"
@@ -85,7 +85,7 @@ def answer(
 def turned_away(
     target: str, rooms: Sequence[RoomState], *, listed: bool = True
 ) -> tuple[CloseCode, str]:
-    """The close code and the reason for a connection that no room accepts.
+    """Close code and reason for a websocket that no room accepts.
 
     Args:
         target: Path and query of the request.
@@ -95,7 +95,8 @@ def turned_away(
     name, room = split_path(target)[0], room_of(target, [room.name for room in rooms])
     if room is not None:
         why = why_not(room, rooms)
-        # If rooms are not listed, a client that names no room does not learn the name of its room.
+        # If rooms are not listed, a client that names no room must not learn the name of the room
+        # that its address leads to.
         return CloseCode.SERVER_STOPS, why if listed or name else "try again in a moment"
     asked = "this address has no room" if name is None else f"there is no room {one_line(name)}"
     others = f"; there are: {', '.join(room.name for room in rooms)}" if listed else ""
@@ -103,7 +104,7 @@ def turned_away(
 
 
 def why_not(name: str, rooms: Sequence[RoomState]) -> str:
-    """Why a room accepts nobody at present; empty if there is no room of this name."""
+    """Reason why a room accepts nobody at present; empty if there is no room of this name."""
     states = {room.name: room.state for room in rooms}
     if name not in states:
         return ""
@@ -121,15 +122,15 @@ def _of_room(request: Request, name: str, rooms: Sequence[RoomState]) -> Answer:
 
 
 def _health(request: Request, rooms: Sequence[RoomState]) -> Answer:
-    # Always "OK", the health of this process: an orchestrator would otherwise restart all rooms
-    # because of a broken one.
+    # The status is always "OK", since it is the health of this process: an orchestrator would
+    # otherwise restart all rooms because of a broken one.
     well = ("open", "full", "idle")
     bad = [f"{room.name}: {room.state}\n" for room in rooms if room.state not in well]
     return text(request, 200, "OK", "ok\n" + "".join(bad))
 
 
 def as_json(rooms: Sequence[RoomState], base: str = "") -> bytes:
-    """The list of rooms as JSON, with paths below `base`."""
+    """Return the list of rooms as JSON, with paths below `base`."""
     told = [
         {
             "name": room.name,
@@ -174,7 +175,7 @@ POLICY = (
 
 
 def as_page(rooms: Sequence[RoomState]) -> bytes:
-    """The HTML page on which people choose a room."""
+    """Return the HTML page on which people choose a room."""
     items = "".join(_item(room) for room in rooms)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

@@ -1,21 +1,22 @@
-"""Back-off for the restarts of a process that ends."""
+"""Back-off between the restarts of a process that ends again and again."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-FIRST = 0.5  # s; the pause after a second end in a row
+FIRST = 0.5  # s; the pause after the second end in a row
 LONGEST = 30.0  # s; each failed start costs a second of processor time
-LASTING = 10.0  # s; a process that was ready for longer has no fault that always occurs
+LASTING = 10.0  # s; an end after a longer time counts as the first in a row
 
 
 @dataclass(frozen=True, slots=True)
 class Restarts:
-    """Restarts of one process; after the first end in a row there is no pause, since users wait.
+    """Counts the restarts of one process; the first has no pause, since users wait.
 
     Args:
-        in_a_row: Number of ends in a row that each came soon after the start.
-        count: Number of ends so far.
+        in_a_row: Number of ends since the last process that was ready for `LASTING`, including the
+            end of that process.
+        count: Number of all ends so far.
     """
 
     in_a_row: int = 0

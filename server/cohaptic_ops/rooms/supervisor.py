@@ -1,10 +1,9 @@
-"""A server with many rooms: its doors, the processes of its rooms, and the seats they share.
+"""Runs a server with many rooms: its doors, the processes of the rooms, and the shared seats.
 
-Each room holds some of the seats of all rooms together. A room may seat as many people as it holds
-seats, without asking when somebody comes, which would take a message and its answer. The sum of the
-held seats never exceeds the total, even if messages between the processes are lost or late: a room
-that is told to hold fewer seats reports how many it then holds, and only after that report are the
-freed seats given to another room.
+The rooms share a total number of seats, and each room holds some of them. A room may seat as many
+people as it holds seats, without a question to the supervisor. The sum of the held seats never
+exceeds the total, even if messages between the processes are lost or late: if a room has to hold
+fewer seats, it first reports the smaller number, and only then another room gets the freed seats.
 """
 
 from __future__ import annotations
@@ -44,10 +43,10 @@ class Seats:
 
     Args:
         most: Largest number of seats that the room can use.
-        held: Upper bound of the seats that the room holds now.
-        wanted: Number of seats that the room was told to hold.
+        held: Upper bound of the number of seats that the room holds now.
+        wanted: Number of seats that the newest message allows the room to hold.
         used: Number of taken seats in the room's newest report.
-        serial: Serial number of the newest message with `wanted`.
+        serial: Serial number of the newest message with `wanted` to the room.
     """
 
     most: int
@@ -78,14 +77,14 @@ class SeatPool:
         return self.total - sum(seats.held for seats in self._rooms.values())
 
     def report(self, room: str, held: int, used: int, serial: int) -> None:
-        """Take in a room's report of the seats that it holds and uses.
+        """Update the known seats of a room from its report.
 
         Args:
             room: Name of the room.
-            held: Seats that the room holds; a number above the known one does not count.
+            held: Seats that the room holds; the known number is lowered to it, but never raised.
             used: Seats that are taken.
-            serial: Serial number of the newest message that the room had read. An older one than
-                the newest sent does not lower the known number, since a message is on its way.
+            serial: Serial number of the newest message that the room had read. If a newer message
+                is still on its way, the known number of held seats stays.
         """
         seats = self._rooms[room]
         known = min(max(held, 0), seats.held) if serial == seats.serial else seats.held
@@ -97,13 +96,13 @@ class SeatPool:
         self._rooms[room] = Seats(seats.most, serial=seats.serial)
 
     def share(self, among: Collection[str]) -> dict[str, int]:
-        """Share the seats anew; returns the number of seats for each room where it changes.
+        """Share the seats anew; returns the new number of seats of each room where it changes.
 
-        People who sit keep their seats. The remaining seats are shared equally by the rooms that
-        can use more; if the division leaves a remainder, the first rooms get one more.
+        People keep the seats that they have. The rooms that can use more seats share the remaining
+        ones equally; if the division leaves a remainder, the first rooms get one more.
 
         Args:
-            among: Rooms that have a process; a room without one could not give its seats back.
+            among: Names of the rooms that have a process, without which no room can free its seats.
         """
         rooms = {name: seats for name, seats in self._rooms.items() if name in among}
         spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
@@ -112,7 +111,7 @@ class SeatPool:
         changed: dict[str, int] = {}
         for name, seats in rooms.items():
             target = min(seats.used, seats.most) + targets[name]
-            # Only what no other room may still hold can be given away.
+            # A room can only get seats that no other room may still hold.
             given = min(target, seats.held + self.free)
             if given != seats.wanted:
                 changed[name] = given
@@ -123,7 +122,7 @@ class SeatPool:
 
 
 def _fair(wants: Mapping[str, int], amount: int) -> dict[str, int]:
-    """Share an amount equally, where no share exceeds what is wanted."""
+    """Share `amount` equally, but give nobody more than the number in `wants`."""
     shares = dict.fromkeys(wants, 0)
     while amount > 0:
         open_ = [name for name in wants if shares[name] < wants[name]]
@@ -146,15 +145,15 @@ class Supervisor:
     """Runs a server with many rooms.
 
     Args:
-        builds: Functions that make the body of each room, in its process, by name.
+        builds: Functions that make the bodies, in the processes of the rooms, by name of the room.
         style: Style of the log of the rooms.
-        protect: Makes the protection of a room, in its process.
+        protect: Makes the access control of a room, in the room's process.
 
     Attributes:
         keepers: Keepers of the rooms, by name.
-        users, watchers: Seats of all rooms together.
+        users, watchers: Seats of users and of watchers in all rooms together.
         admin: Admin port that gets reports; None without one.
-        draining: Whether the server lets nobody in any more.
+        draining: Whether the server is ending and lets nobody in any more.
     """
 
     def __init__(
@@ -206,7 +205,7 @@ class Supervisor:
         self._beside: list[asyncio.Task[None]] = []
 
     async def start(self) -> str:
-        """Listen, and open the rooms; returns the URL once each is open, broken or idle.
+        """Listen, and open the rooms; returns the URL when each room is open, broken or idle.
 
         Raises:
             SettingError: The address or port is not available.
@@ -227,7 +226,7 @@ class Supervisor:
         return url
 
     async def run(self) -> None:
-        """Wait until all keepers have ended; raises the error of one that fails by a bug."""
+        """Wait until all keepers have ended; raises the error of a keeper that fails by a bug."""
         await asyncio.gather(*self._keeping)
 
     def states(self) -> list[RoomState]:
@@ -235,7 +234,7 @@ class Supervisor:
         return [self._state(keeper) for keeper in self.keepers.values()]
 
     async def drain(self) -> None:
-        """Let nobody in any more, let the rooms end, and kill those that do not end in time."""
+        """Let nobody in any more, let the rooms end, and kill rooms that do not end in time."""
         self.draining = True
         self._report()
         front, self._front = self._front, None
@@ -260,12 +259,12 @@ class Supervisor:
         self.gate.report(after=0.0)
 
     def read_again(self) -> None:
-        """Let all rooms read the files of keys again, even if these seem unchanged."""
+        """Let all rooms read their key files again, even if the files seem unchanged."""
         for keeper in self.keepers.values():
             keeper.read_again()
 
     def kill(self) -> None:
-        """Kill all processes of rooms now."""
+        """Kill the processes of all rooms now."""
         for keeper in self.keepers.values():
             keeper.kill()
 
@@ -348,10 +347,10 @@ class Supervisor:
 
 
 def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> list[str]:
-    """Modules for the starter to import, so that each process of a room need not import them.
+    """Modules for the starter to import, so that the processes of rooms need not import them.
 
     Args:
-        called: Functions that are called in the process of a room, from these modules.
+        called: Functions that rooms call in their processes; their modules are imported.
     """
     functions = [one.func if isinstance(one, partial) else one for one in called]
     modules = dict.fromkeys(str(function.__module__) for function in functions)

@@ -1,4 +1,4 @@
-"""Tables of a configuration that concern the whole server."""
+"""Tables of the configuration file that concern the whole server."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def _address(said: str) -> str:
 
 
 class Table(BaseModel):
-    """A table of the file; a number is accepted in place of a text, for a limit or a modulus."""
+    """A table of the configuration file; a number is accepted where a text is expected."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
 
 
 class AccessTable(Table):
-    """Admission of clients, with the names and meanings of options of `cohaptic serve`.
+    """Access control; names and meanings are as for the options of `cohaptic serve`.
 
     Without `state`, bans and used tokens are kept for as long as the server runs.
 
-    TLS is left to a proxy: the server has to read the room in the request in plain text before it
-    hands the connection to a process.
+    TLS is left to a proxy, since the server has to read the name of the room from the request, in
+    plain text, before it hands the connection to a process.
     """
 
     keys: Path | None = None
@@ -52,11 +52,12 @@ class AccessTable(Table):
 
 
 class AdminTable(Table):
-    """The admin port, as for `--admin`.
+    """Configuration of the admin port, as for `--admin`.
 
     Args:
         port: TCP port, 0 for any free one; None for no admin port.
-        host: Address to listen on. Anybody who reaches it can read all users' names and delays.
+        host: Address to listen on. Anybody who can connect to this address can read the names and
+            delays of all users.
     """
 
     port: int | None = Field(default=None, ge=0, le=65535)

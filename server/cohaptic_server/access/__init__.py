@@ -1,1 +1,1 @@
-"""Admission of clients and their rights: keys, signed tokens with grants, single use. No I/O."""
+"""Access control: keys, signed tokens with grants, and tokens for a single use. No I/O."""

@@ -1,10 +1,10 @@
-"""Identification of a client by the token of its first message, and its token for coming back.
+"""Identifies a client by the token of its first message, and gives it a token for coming back.
 
 An invitation begins a session. The server signs a session token and gives it to this one client,
 which can come back with the same grants, even if the invitation has expired meanwhile or was for
 single use. The owner sets how long this is possible.
 
-The server remembers the single-use tokens that were used, in bounded memory.
+The server remembers which single-use tokens were used, in bounded memory.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class UsedTokens:
         return len(self._ends)
 
     def recall(self, jti: str, ends: float) -> None:
-        """Mark a token as used that an earlier process has accepted; arguments as for `use`."""
+        """Mark a token as used, as an earlier process has accepted it; arguments as in `use`."""
         if len(self._ends) < self._most:
             self._ends[jti] = ends
 
@@ -69,8 +69,8 @@ class UsedTokens:
             raise Denied(f"{self._most} tokens for one time are in use, the limit", later)
 
 
-# s after which a session needs an invitation to come back: a long day in a lab. A connected
-# session continues.
+# Age of a session after which its client needs an invitation to come back [s]: a long day in a lab.
+# A connected client stays.
 SESSION_LIFE = 12 * 3600.0
 
 
@@ -85,8 +85,8 @@ class Guest:
         invitation: Name of the invitation that the session began with; empty without one.
         since: Time at which the session began, Unix time [s].
         until: Time at which that invitation ends, Unix time [s]; None if unknown.
-        spends: Time until which the single-use token is remembered as used, once the person has a
-            seat or a place in the queue, Unix time [s]; None without a single-use token.
+        spends: Time until which the single-use token has to be remembered as used, Unix time [s];
+            None without a single-use token. `Admission.begin` uses the token up.
     """
 
     grants: Grants = OPEN
@@ -115,14 +115,14 @@ class Admission:
         single_use: Whether an invitation can be used only once.
         session_valid: Time that a session lasts after its invitation has ended [s]; None if a
             connected session has no end.
-        draw: Function that makes names that nobody can guess.
+        draw: Function that draws a random name that nobody can guess.
         keep: Function that stores each used single-use token for later processes; None for no
             storage.
 
     Attributes:
         ring: Accepted keys; another ring replaces them when keys are rotated.
         admits_anybody: Whether a client without a token may come in.
-        keep: As given; a server with a state file sets this attribute.
+        keep: As the argument; a server with a state file sets this attribute.
     """
 
     def __init__(
@@ -148,12 +148,12 @@ class Admission:
         self.keep = keep
 
     def recall(self, used: Used) -> None:
-        """Mark a token as used that an earlier process has accepted."""
+        """Mark a token as used because an earlier process has accepted it."""
         if self._used is not None:
             self._used.recall(used.jti, used.ends)
 
     def admit(self, token: str | None, room: str, now: float) -> Guest:
-        """Guest that a token identifies; only `begin` uses up a single-use token.
+        """Return the guest whom a token identifies; only `begin` uses up a single-use token.
 
         Args:
             token: Token of the first message; None without a token.
@@ -193,7 +193,7 @@ class Admission:
         return Guest(grants, claims.sub, self._draw(), claims.jti, now, claims.exp, spends)
 
     def begin(self, guest: Guest, now: float) -> None:
-        """Use up the single-use token of a guest who was admitted and has a seat or a place.
+        """Use up the single-use token of a guest who now has a seat or a place in the queue.
 
         Args:
             guest: Guest that `admit` returned.
@@ -215,7 +215,11 @@ class Admission:
         return until + self._session_valid
 
     def session_token(self, guest: Guest, now: float) -> str | None:
-        """Token with which a guest comes back; None if the guest needs or can have none."""
+        """Make the token with which a guest can come back.
+
+        Returns:
+            The token; None without keys, without a session, or if the session is over.
+        """
         ends = min(guest.since + SESSION_LIFE, self.ends(guest))
         if self.ring is None or not guest.session or ends <= now:
             return None

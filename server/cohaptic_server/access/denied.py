@@ -1,4 +1,4 @@
-"""Refusal of a client that may not come in, or may not do what it asked for."""
+"""Error that refuses entry to a client, or an action that the client's grants do not allow."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ ASK = "ask the owner of the room for a new invitation"
 
 
 class Denied(RemoteProtocolError):
-    """Refusal with its reason and advice; the text contains neither the token nor a secret.
+    """Refusal with a reason and advice; its text contains neither the token nor a secret.
 
     Args:
         problem: Reason of the refusal.
@@ -27,5 +27,5 @@ class Denied(RemoteProtocolError):
 
 
 def forbidden(problem: str, advice: str = ASK) -> Denied:
-    """Refusal of a client that is known but lacks the right."""
+    """Refusal of a client whose identity is known but who lacks the right."""
     return Denied(problem, advice, CloseCode.FORBIDDEN)

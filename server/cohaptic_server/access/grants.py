@@ -1,7 +1,7 @@
-"""Grants of a token, in the form that LiveKit uses: one object of the claims, for one room.
+"""Grants of a token for one room, as one object among its claims (the form that LiveKit uses).
 
-A token allows only what it states. An unknown name is an error and is not ignored, since otherwise
-a misspelt limit would have no effect.
+A token allows only the actions that it states. An unknown name is an error and is not ignored,
+since otherwise a misspelt limit would have no effect.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ _PATTERN = r"^(\*|[A-Za-z0-9][A-Za-z0-9._-]{0,63}\*?)$"
 
 
 class Grants(BaseModel):
-    """Grants of one token; on the wire `roomJoin` and so on.
+    """Grants of one token; in the token the names are in camel case, such as `roomJoin`.
 
     Args:
-        room: Name of the room, or a prefix with a star behind it: `lab-*`.
+        room: Name of the room, or a prefix and a star for all rooms that begin so: `lab-*`.
         room_join: Right to come in at all.
         can_touch: Right to touch the object.
         can_view: Right to watch the scene.

@@ -1,6 +1,7 @@
 """Keys of tokens, as a JWK set (RFC 7517): all keys are accepted, and the first key signs.
 
-To rotate keys, a new key is put in front; the old key is removed once its tokens have expired.
+To rotate keys, the owner puts a new key in front, and removes the old key after its tokens have
+expired.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class _JwkSet(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key.
+    """One key that signs and verifies tokens.
 
     Args:
         kid: Name of the key, which tokens carry.
@@ -101,10 +102,10 @@ class KeyRing:
 
 
 def read_keys(text: str | bytes) -> KeyRing:
-    """Key ring from the text of a JWK set.
+    """Read a key ring from the text of a JWK set.
 
     Raises:
-        SettingError: The text is no JWK set, or a key cannot be used; the error tells no secret.
+        SettingError: The text is no JWK set, or a key cannot be used; the error shows no secret.
     """
     try:
         found = _JwkSet.model_validate_json(text)

@@ -10,8 +10,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-# 13 MB at most. Only owners of valid tokens can fill this memory. When it is full, nobody comes in
-# with a new token, because a valid token that was forgotten could be used again.
+# Used tokens that are remembered, 13 MB at most. Only owners of valid tokens can fill this memory.
+# When it is full, nobody comes in with a new token, because a used token that was forgotten could
+# be used again.
 MOST_USED = 65_536
 MOST_REMOVED = 256  # the oldest removal is dropped first; only an administrator adds removals
 LONGEST = 4096  # characters of a line: the names of a token and a session are shorter
@@ -25,7 +26,7 @@ class _Record(BaseModel):
 
 
 class Used(_Record):
-    """A single-use token that was used.
+    """Record of a single-use token that was used.
 
     Args:
         jti: Name of the token.
@@ -38,13 +39,13 @@ class Used(_Record):
 
 
 class Removal(_Record):
-    """A user who was put out.
+    """Record of a user whom an administrator has put out of the room.
 
     Args:
         session: Name of the user's session; empty for a user without a token.
         invitation: Name of the invitation that the session began with; empty without one.
-        name: Name that the user touched under.
-        source: Address with which the user's connection was counted.
+        name: Name of the user in the room.
+        source: Source (address or network) whose budgets the user's connection spent.
         at: Time at which the user was put out [s].
         until: Time from which the user may come back [s]; None for a banned user.
     """
@@ -63,7 +64,7 @@ class Removal(_Record):
 
 
 class Pardon(_Record):
-    """Permission to come back for all users who were put out under a name before.
+    """Lets all users come back who were put out under this name before.
 
     Args:
         name: Name of a `Removal`.
@@ -85,7 +86,7 @@ def encode(record: Record) -> bytes:
 
 
 def decode(line: bytes) -> Record | None:
-    """Record of a line; None for an invalid line, for example one cut off by a power failure."""
+    """Record in a line; None for an invalid line, for example one cut off by a power failure."""
     if len(line) > LONGEST:
         return None
     try:
@@ -97,7 +98,7 @@ def decode(line: bytes) -> Record | None:
 def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
     """Records that still have an effect at a Unix time [s], bounded in number.
 
-    Used tokens come first, then removals, each in their order.
+    Used tokens come first, then removals; both keep the order of `records`.
     """
     used: dict[str, Used] = {}
     removals: list[Removal] = []

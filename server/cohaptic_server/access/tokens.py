@@ -1,7 +1,7 @@
 """Makes and verifies signed tokens: JWT (RFC 7519) with grants; the time is an argument.
 
-The key determines the algorithm, never the token, and every claim that must be present is required
-by name. A token states an identity (`sub`), an end (`exp`) and grants (`haptic`). Verification
+The key alone determines the algorithm, whatever the token says, and a token must have all claims of
+a fixed list. A token states an identity (`sub`), an end (`exp`) and grants (`haptic`). Verification
 takes about 0.1 ms of processor time for any token, since the length is bounded.
 """
 
@@ -70,7 +70,7 @@ class Claims(BaseModel):
         jti: Name of this token.
         iat: Time at which the token was made, Unix time [s].
         exp: Time at which the token expires, Unix time [s].
-        nbf: Time from which the token is valid, Unix time [s]; None for at once.
+        nbf: Time from which the token is valid, Unix time [s]; None if it is valid at once.
         haptic: Grants of the token.
         session: Session that the token continues; None for an invitation.
     """
@@ -87,7 +87,7 @@ class Claims(BaseModel):
 
 
 def sign(claims: Claims, key: Key, audience: str = AUDIENCE) -> str:
-    """Signed token with these claims."""
+    """Make a signed token with these claims."""
     said: dict[str, Any] = claims.model_dump(exclude_none=True, exclude={"haptic"})
     said |= {"iss": key.issuer, "aud": audience, "iat": int(claims.iat), "exp": int(claims.exp)}
     said["haptic"] = claims.haptic.model_dump(by_alias=True, exclude_defaults=True)
@@ -95,7 +95,7 @@ def sign(claims: Claims, key: Key, audience: str = AUDIENCE) -> str:
 
 
 def verify(token: str, ring: KeyRing, now: float) -> Claims:
-    """Claims of a token; `session` is set only if the token was signed as a session token.
+    """Verify a token and return its claims; `session` is set only for a session token.
 
     Args:
         token: Token from an untrusted client.

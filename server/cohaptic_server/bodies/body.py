@@ -34,7 +34,7 @@ class Load:
 
 
 class LoadArrays(NamedTuple):
-    """Loads as arrays, for compiled loops over all loads.
+    """Several loads as arrays, for compiled loops over all of them.
 
     Args:
         starts, ends: First index of each load in `vertices` and `weights`, and the index after its
@@ -183,7 +183,7 @@ class DenseResponse:
         return self.without_own(np.array([first, last]), forces, known, vertices)
 
     def without_own(self, spans: Ints, forces: Floats, starts: Ints, vertices: Ints) -> Floats:
-        """Displacement of some vertices for each user, without the loads of that user."""
+        """Displacement of each user's vertices without that user's loads; see `without_own`."""
         left = np.empty((len(vertices), 3))
         subtract_own(self.displacement, self.fields, spans, forces, starts, vertices, left)
         return left
@@ -196,9 +196,9 @@ def without_own(
 
     Args:
         response: Response of the body to the loads of all users.
-        spans: First load of each user, then the end of the last user's loads, shape (n + 1,).
+        spans: First load of each of n users, then the end of the last user's loads, (n + 1,).
         forces: Forces to subtract from these loads, shape (spans[n] - spans[0],) [N].
-        starts: Start of each user's part of `vertices`, then the last one's end, shape (n + 1,).
+        starts: Start of each user's part of `vertices`, then the end of the last part, (n + 1,).
         vertices: Vertices whose displacement is wanted, user after user, shape (k,).
 
     Returns:
@@ -228,7 +228,7 @@ class Body(Protocol):
 
     @property
     def mesh(self) -> SurfaceMesh:
-        """The resting surface."""
+        """Surface of the body at rest."""
         ...
 
     @property
@@ -272,11 +272,11 @@ def elastic_of(body: Body) -> Body:
 
 
 class SwingingResponse(Response, Protocol):
-    """Response of a body with mass; hands feel a share of its swing, everybody sees all of it."""
+    """Response of a body with mass. A hand feels a share of the swing; each user sees all of it."""
 
     @property
     def along(self) -> Floats:
-        """Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)]."""
+        """Static amplitude of each mode per unit force of a load, shape (loads, k) [sqrt(m/N)]."""
         ...
 
     @property
@@ -295,11 +295,11 @@ class SwingingResponse(Response, Protocol):
 
 @runtime_checkable
 class Swings(Protocol):
-    """A body with mass, whose modes swing."""
+    """A body with mass, whose natural modes swing."""
 
     @property
     def swing(self) -> Swing:
-        """Amplitude of the modes' swing over frequency."""
+        """Largest swing of any mode, relative to its static amplitude, for each frequency."""
         ...
 
     def swinging(self, response: Response) -> SwingingResponse | None:

@@ -9,10 +9,10 @@ from cohaptic_server.numeric import Floats
 
 
 def check_damping(damping: float) -> None:
-    """Refuse a B_o / K_o below 0, or one so large that hands under delay sway for long.
+    """Refuse a ratio B_o / K_o that is negative, or so large that hands under delay sway for long.
 
     Raises:
-        SettingError: The damping is outside of 0 to 2.
+        SettingError: The ratio is outside of 0 to 2.
     """
     if not 0.0 <= damping <= 2.0:
         raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
@@ -24,6 +24,6 @@ def lagged(applied: Floats, carried: Floats, damping: float) -> Floats:
     Args:
         applied: Forces applied in this tick, any shape [N].
         carried: Forces that the elastic part carried before the tick, of the same shape [N].
-        damping: B_o / K_o.
+        damping: Ratio B_o / K_o of eq. (9).
     """
     return np.asarray((applied + damping * carried) / (1.0 + damping))

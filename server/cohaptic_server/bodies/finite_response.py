@@ -1,14 +1,14 @@
-"""A body under finite deformation, and its surface without one user's own forces (science 3.12).
+"""The surface of a body under finite deformation without one user's own forces (science 3.12).
 
 On a linear body the surface without a user's force does not depend on that force. Under finite
-deformation it does: u - C f, with u and C of the deformed state, bends as the force grows. A
+deformation it does: u - C f, with u and C of the deformed state, bends as the force f grows. A
 pressing finger then turns its own contact, receives the turn a loop delay later, and swings.
 
 Therefore a user's free surface also leaves out the displacement beyond the tangent,
 r = u - sum C f, in proportion to that user's share of the dent at each place. A user who is alone
-gets the resting surface. Along the force alone the contact point stays where the tangent puts it,
-by a displacement of the whole surface: there u - C f is the step of Newton's method, which any
-other surface would spoil.
+gets the resting surface. The surface is then shifted as a whole along the force, so that in this
+direction the contact point stays at u - C f: this is the step of Newton's method, which any other
+position would spoil.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from cohaptic_server.bodies.body import DenseResponse, Load
 from cohaptic_server.numeric import Floats, Ints
 
-# m; a dent far smaller than this has no owner, so that shares do not jump when a force begins.
+# m; in a dent far smaller than this all shares are near 0, so that none jumps when a force begins.
 _NO_DENT = 1e-6
 
 
@@ -37,7 +37,7 @@ class FiniteResponse(DenseResponse):
     loads: Sequence[Load]
 
     def without_own(self, spans: Ints, forces: Floats, starts: Ints, vertices: Ints) -> Floats:
-        """Displacement of some vertices for each user, without the loads of that user."""
+        """Displacement of some vertices for each user, without that user's loads and part of r."""
         left = super().without_own(spans, forces, starts, vertices)
         users = zip(pairwise(spans.tolist()), pairwise(starts.tolist()), strict=True)
         for (first, last), (a, b) in users:
@@ -46,10 +46,11 @@ class FiniteResponse(DenseResponse):
         return left
 
     def _own_beyond_tangent(self, first: int, last: int, vertices: Ints) -> Floats:
-        """A user's part of r, without its motion of the contact along the force, (k, 3) [m].
+        """A user's part of r, less the contact's motion along the force in this part, (k, 3) [m].
 
         Args:
-            first, last: First load of the user, along the normal, and the end of the user's loads.
+            first, last: Index of the user's first load, which acts along the normal, and the index
+                after the user's last load.
             vertices: Vertices whose displacement is wanted, shape (k,).
         """
         load = self.loads[first]

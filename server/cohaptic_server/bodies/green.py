@@ -1,8 +1,8 @@
-"""Green's functions of a body in the form sent to a web page, and the name for caching them.
+"""Green's functions of a body, encoded for a web page, and the name under which it caches them.
 
 The displacement of a linear body is a sum over vertices: the displacement for a unit force on a
 vertex, times the force on it. A page that has these functions needs only the forces. The functions
-depend on the body alone: their name is a hash of the body, and a copy from any server stays valid.
+depend on the body alone: their name is a hash of the body, so a copy from any server stays valid.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ class GreenSource(Protocol):
         ...
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force on one in x, y, z, (3, n, 3) [m/N]."""
+        """Displacement of all vertices per unit force along x, y, z on one, (3, n, 3) [m/N]."""
         ...
 
     def identity(self) -> bytes:
-        """Bytes that distinguish bodies of the same mesh, by stiffness and support."""
+        """Bytes that differ between bodies of one mesh with different stiffness or support."""
         ...
 
 
 class Linear(Protocol):
-    """A body whose response has the displacement of every vertex."""
+    """A linear body whose response stores the displacement of every vertex."""
 
     @property
     def mesh(self) -> SurfaceMesh:
@@ -71,17 +71,17 @@ class Superposition:
         return self._body.mesh
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
+        """Displacement of all vertices per unit force along x, y, z on one, (3, n, 3) [m/N]."""
         return self._spread(np.array([vertex]), np.ones(1))
 
     def identity(self) -> bytes:
-        """Encoded displacement under forces on a few vertices, found in one solve."""
+        """Encoded displacement of all vertices under forces on a few of them, from one solve."""
         n = len(self.mesh.vertices)
         vertices = np.unique(np.linspace(0, n - 1, _SIGNATURE).astype(np.int64))
         return encode_block(self._spread(vertices, np.arange(1.0, len(vertices) + 1.0)))
 
     def _spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """Displacement for forces of `weights` [N] in x, y, z on vertices, shape (3, n, 3) [m]."""
+        """Displacement under forces `weights` [N] along x, y, z on `vertices`, (3, n, 3) [m]."""
         loads = [Load(vertices, weights, axis, 0.0) for axis in np.eye(3)]
         return self._body.respond(loads).fields
 
@@ -101,7 +101,7 @@ def green_source(body: Body) -> GreenSource | None:
 
 
 def encode_block(green: Floats) -> bytes:
-    """Encode the functions of one vertex: a scale, then 16 bits per number.
+    """Encode the Green's functions of one vertex as a scale and 16 bits per number.
 
     Args:
         green: Green's functions of the vertex, shape (3, n, 3) [m/N].
@@ -112,14 +112,14 @@ def encode_block(green: Floats) -> bytes:
 
 
 def decode_block(data: bytes) -> Floats:
-    """Decode the functions of one vertex, shape (3, n, 3) [m/N]."""
+    """Returns the Green's functions that `encode_block` encoded, shape (3, n, 3) [m/N]."""
     (scale,) = _HEAD.unpack_from(data)
     units = np.frombuffer(data, "<i2", offset=_HEAD.size).astype(np.float64)
     return np.asarray(scale * units.reshape(3, -1, 3))
 
 
 def model_name(source: GreenSource) -> str:
-    """Hash of the resting mesh and of the source's `identity`, 32 hexadecimal digits."""
+    """Name of a body's Green's functions: a hash of mesh and `identity`, 32 hexadecimal digits."""
     content = hashlib.sha256()
     content.update(source.mesh.vertices.astype("<f4").tobytes())
     content.update(source.mesh.faces.astype("<u4").tobytes())

@@ -38,7 +38,7 @@ class TangentSolver(Protocol):
         ...
 
     def step(self, b: Floats) -> Floats:
-        """Displacements as in `displacements`, accurate enough for a descent step of Newton's."""
+        """Displacements as in `displacements`, accurate enough for a step of Newton's method."""
         ...
 
 
@@ -46,11 +46,11 @@ S = TypeVar("S", bound=DeformedState)
 
 
 class Hyperelastic(Protocol[S]):
-    """A body with a stored energy E(x), a residual and a tangent stiffness."""
+    """A body that gives its stored energy E(x), its residual forces and its tangent stiffness."""
 
     @property
     def dof(self) -> Ints:
-        """Indices into (3 n,) of the solver's unknowns, in the solver's order, shape (size,)."""
+        """Indices of the unknowns among the 3 n coordinates, in solver order, shape (size,)."""
         ...
 
     @property

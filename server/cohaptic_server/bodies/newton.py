@@ -1,4 +1,4 @@
-"""Newton iteration of a hyperelastic body towards equilibrium, a bounded part of it in each tick.
+"""Newton iteration that brings a hyperelastic body towards equilibrium, a few steps in each tick.
 
 Newton's method minimises  E(x) - external . x  over the positions that the body allows. A step that
 does not lower this energy enough is shortened (Armijo's rule), so that the energy never rises. The
@@ -8,7 +8,7 @@ factorisations, a tick with a resting hand none.
 If the tangent is indefinite (a body under a load that it cannot carry, on its way to another
 shape), the iteration steps with a stiffened tangent, which still gives a descent direction. The
 compliance then comes from the last stable tangent: a stiffened tangent would understate the
-compliance, which is the unsafe side (science 3.3). A stable tangent that is about to become
+compliance, which is unsafe (science 3.3). A stable tangent that is about to become
 indefinite is nearly singular and overstates the compliance: 3,000 times the compliance at rest was
 seen, which put the surface without a finger's force 68 m away. Such a tangent is used for a step,
 but not for the compliance.
@@ -34,22 +34,23 @@ from cohaptic_server.numeric import Floats
 
 MAX_MOVE = 0.02  # m; limit of a vertex's motion per axis in a tick, a hand of 1.2 m/s at 60 Hz
 MAX_STEPS = 2  # steps in a tick, each followed by a new tangent
-# m; the old tangent is kept after a shorter step, within this distance: its error is micrometres.
+# m; after a step shorter than this, the old tangent is kept within this distance of its positions:
+# its error is micrometres.
 CHORD = 2e-4
 CONVERGED = 1e-10  # m; a shorter step is not taken
-_TRIALS = 6  # step lengths that the line search tries
+_TRIALS = 6  # number of step lengths that the line search tries
 _BACKTRACK = 0.4  # factor from one of these lengths to the next
 # Largest trusted ratio of a load's compliance to its compliance on the body at rest. In sessions on
 # rubber the ratio was 0.8 to 1.7 in 99 of 100 ticks; a thin part that is bent round may have a few
 # times more.
 SOFTENING = 8.0
-_LOOKED_AT = 2.0  # growth over `Iterate.believed` from which a compliance is compared with rest
-_ARMIJO = 1e-4  # least share of the energy decrease that the slope predicts
+_LOOKED_AT = 2.0  # growth over `Iterate.believed` that calls for a comparison with rest
+_ARMIJO = 1e-4  # least accepted share of the energy decrease that the slope predicts
 
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """A factored tangent.
+    """A factored tangent of the body at given positions.
 
     Args:
         x: Positions at which the tangent was taken, shape (n, 3) [m].
@@ -65,7 +66,7 @@ class Tangent:
 
 @dataclass(frozen=True, eq=False)
 class Iterate(Generic[S]):
-    """The iteration at the end of a tick.
+    """State of the iteration at the end of a tick.
 
     Args:
         state: The deformed body.
@@ -84,12 +85,12 @@ class Iterate(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A tangent with the solutions that were found when it was factored.
+    """A tangent with the displacements that were solved for when it was factored.
 
     Args:
         tangent: The factored tangent.
         step: Newton step from the positions of the tangent, shape (n, 3) [m].
-        fields: Displacement of every node per unit of each load, shape (c, n, 3) [m/N].
+        fields: Displacement of every node per unit force of each load, shape (c, n, 3) [m/N].
     """
 
     tangent: Tangent
@@ -103,8 +104,8 @@ class Moved(Generic[S]):
 
     Args:
         iterate: The iteration at the end of the tick.
-        fields: Displacement of every node per unit of each load, by the newest stable tangent that
-            is trusted, shape (c, n, 3) [m/N].
+        fields: Displacement of every node per unit force of each load, by the newest stable tangent
+            that is trusted, shape (c, n, 3) [m/N].
     """
 
     iterate: Iterate[S]
@@ -139,7 +140,7 @@ class NewtonIteration(Generic[S]):
         self._body, self._limits = body, limits or TickLimits()
 
     def at_rest(self, state: S) -> Iterate[S] | None:
-        """Starts the iteration from an equilibrium; None if the equilibrium is not stable."""
+        """Returns the iteration at an equilibrium; None if the equilibrium is not stable."""
         nothing = np.zeros_like(state.x)
         solved = self._solved(state, nothing, nothing[None][:0], (0.0,))
         return None if solved is None else Iterate(state, solved.tangent, solved.tangent, 0.0)
@@ -147,7 +148,7 @@ class NewtonIteration(Generic[S]):
     def advance(
         self, start: Iterate[S], external: Floats, shares: Floats, rest: Iterate[S]
     ) -> Moved[S]:
-        """Iterate for one tick.
+        """Take the steps of one tick towards equilibrium.
 
         Args:
             start: Iteration at the end of the previous tick.
@@ -202,7 +203,7 @@ class NewtonIteration(Generic[S]):
         """Returns the tangent for the compliance, its fields and the new `Iterate.believed`.
 
         The compliances are compared with those of the tangent at rest. The comparison costs a
-        solution, and is made only if a compliance has grown well beyond `start.believed`.
+        solve, and is made only if a compliance has grown well beyond `start.believed`.
         """
         own = _own_compliance(fields, shares)
         if own.max(initial=0.0) <= _LOOKED_AT * start.believed:
@@ -218,7 +219,7 @@ class NewtonIteration(Generic[S]):
         return stable, fields, max(start.believed, float(own.max()))
 
     def fields(self, tangent: Tangent, shares: Floats) -> Floats:
-        """Displacement of every node per unit of each load.
+        """Displacement of every node per unit force of each load.
 
         Args:
             tangent: Tangent with which to solve.
@@ -232,12 +233,12 @@ class NewtonIteration(Generic[S]):
         return self._spread(tangent.solver.displacements(self._unknown(shares)), shares)
 
     def _step(self, tangent: Tangent, residual: Floats) -> Floats:
-        """Newton step, shape (n, 3) [m]."""
+        """Newton step under the forces `residual`, shape (n, 3) [m]."""
         force = residual[None]
         return np.asarray(self._spread(tangent.solver.step(self._unknown(force)), force)[0])
 
     def _unknown(self, forces: Floats) -> Floats:
-        """Nodal values (c, n, 3) of the unknowns, in the solver's order, shape (c, size)."""
+        """Values of the unknowns in nodal values (c, n, 3), in solver order, shape (c, size)."""
         return np.asarray(forces.reshape(len(forces), -1)[:, self._body.dof])
 
     def _spread(self, values: Floats, like: Floats) -> Floats:
@@ -247,7 +248,7 @@ class NewtonIteration(Generic[S]):
         return spread
 
     def _search(self, state: S, step: Floats, start: S, external: Floats, slope: float) -> S | None:
-        """Backtracking line search; None if no length lowers the energy enough."""
+        """Returns the state after the longest tried step that lowers the energy enough, or None."""
         left = self._limits.move - float(np.abs(state.x - start.x).max())
         length = min(1.0, max(0.0, left) / max(float(np.abs(step).max()), 1e-300))
         energy = total_energy(state, external)
@@ -267,7 +268,7 @@ class NewtonIteration(Generic[S]):
         shares: Floats,
         stiffenings: tuple[float, ...] | None = None,
     ) -> Solved | None:
-        """Factor with the smallest sufficient stiffening; None if no amount suffices."""
+        """Factor with the least stiffening that makes the tangent definite; None if none does."""
         forces = np.concatenate([self._body.residual(state, external)[None], shares])
         b = self._unknown(forces)
         for amount in (0.0, *self._body.stiffenings) if stiffenings is None else stiffenings:
@@ -282,5 +283,5 @@ class NewtonIteration(Generic[S]):
 
 
 def _own_compliance(fields: Floats, shares: Floats) -> Floats:
-    """Displacement of each load's contact along its force, per unit of it, shape (c,) [m/N]."""
+    """Displacement of each load's contact along the force, per unit force, shape (c,) [m/N]."""
     return np.asarray(np.einsum("cni,cni->c", shares, fields))

@@ -1,7 +1,7 @@
 """The paper's one-dimensional object (section 7): a rigid plate on a spring with a damper.
 
-A flat plate in the y-z plane faces +x and moves along its normal as a whole. The force of tick
-k gives the plate's position at tick k + 1, eqs. (6) and (9):
+A flat plate in the y-z plane faces +x and moves along its normal as a whole. The force f of a tick
+moves the plate from its position x to x+ at the next tick, eqs. (6) and (9):
 
     (K_o + B_o) x+ = f + B_o x.
 
@@ -32,7 +32,7 @@ class SpringSettings:
         k_o: Stiffness K_o [N/m].
         b_o: Damping over the simulation period, B_o of eq. (9) [N/m].
         side: Side of the square plate [m].
-        cells: Squares along a side, two triangles each.
+        cells: Number of squares along a side; each is cut into two triangles.
         contact_radius: Radius of the pressure under a contact [m]; no effect on a rigid plate.
     """
 
@@ -55,13 +55,13 @@ class SpringSettings:
 
 
 class Spring:
-    """The plate behind the `Body` Protocol.
+    """A rigid plate on a spring, as a `Body`.
 
     Args:
         settings: Stiffness, damping and size; the defaults if not given.
 
     Attributes:
-        mesh: The resting plate.
+        mesh: Surface of the plate at rest.
         contact_radius: Radius of the pressure under a contact [m].
     """
 
@@ -73,7 +73,7 @@ class Spring:
         self.contact_radius = self.settings.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Returns the position one period later under `loads`, starting from that of `before`."""
+        """Returns the plate's state one period after `loads` act, from its position in `before`."""
         k_o, b_o = self.settings.k_o, self.settings.b_o
         n = len(self.mesh.vertices)
         # Component of each force along the plate's motion: less than 1 for an oblique force.

@@ -1,4 +1,4 @@
-"""Displacement fields of loads, compliances between contacts, and fields without some loads."""
+"""Loops that compute fields of loads, compliances of contacts, and fields without own loads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def superpose(
     directions: Floats,
     fields: Floats,
 ) -> None:
-    """Compute the field of each load: the displacement of every vertex per unit of its force.
+    """Compute the field of each load: the displacement of every vertex per unit of that force.
 
     Args:
         C: Compliance of all vertices, symmetric, shape (3 n, 3 n) [m/N].
@@ -93,10 +93,10 @@ def subtract_own(
     Args:
         displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
         fields: Fields of the loads, shape (c, n, 3) [m/N].
-        spans: First load of each of u users, then the end of the last user's, shape (u + 1,).
+        spans: First load of each of u users, then the end of the last user's loads, (u + 1,).
         forces: Forces to leave out, load after load from spans[0]; loads beyond the last force
             stay, shape (l,) [N].
-        starts: Start of each user's part of `vertices`, then the last one's end, shape (u + 1,).
+        starts: Start of each user's part of `vertices`, then the end of the last part, (u + 1,).
         vertices: Vertices whose displacement is wanted, user after user, shape (k,).
         left: Receives the displacement, shape (k, 3) [m].
     """

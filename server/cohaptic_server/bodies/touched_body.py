@@ -1,7 +1,7 @@
-"""A body prepared for touch: the mesh of its mesh patches and the compliance of each vertex.
+"""A body with the mesh from which mesh patches are cut, and a table of vertex compliances.
 
-Both are computed on first use and at most once: a table of compliances may take a minute, and a
-room without mesh patches does not need the table.
+Mesh and table are computed on first use and at most once: the table may take a minute, and a room
+without mesh patches does not need the table.
 
 Compiled loops choose the window of a patch: the vertices round a contact that the patch needs.
 """
@@ -65,7 +65,7 @@ class ContactWindows:
         return cls(search, vertices, fitted, touched, carried)
 
 
-# Share of the largest C_ii; a negative C_ii down to this is a rounding error at a held vertex.
+# As a share of the largest C_ii: a negative C_ii this small is a rounding error at a held vertex.
 _ROUNDING = 1e-6
 
 
@@ -74,13 +74,13 @@ class Surveyed(Protocol):
     """A body that computes its compliance table faster than with one response per vertex."""
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class TouchedBody:
-    """A body with its touch mesh and its table of compliances."""
+    """A body with its touch mesh and its table of vertex compliances."""
 
     body: Body
 
@@ -119,7 +119,7 @@ class TouchedBody:
 
 
 def vertex_compliance(body: Body) -> Floats:
-    """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N].
+    """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N].
 
     Zero means that the vertex is held. A `Surveyed` body's own table is returned unchanged.
 

@@ -22,7 +22,7 @@ from cohaptic_server.bodies.damping import check_damping
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 
-_NEGLIGIBLE = 1e-3  # share of its last applied force below which a decaying load is dropped
+_NEGLIGIBLE = 1e-3  # share of `DecayingLoad.peak` below which a decaying load is dropped
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class DecayingLoad:
 
 @dataclass(frozen=True, eq=False)
 class ViscousResponse:
-    """A response to the present loads and to the remains of earlier ones.
+    """A response to the present loads and to what remains of earlier loads.
 
     Args:
         elastic: Response of the elastic body to the carried loads.
@@ -77,7 +77,7 @@ class ViscousResponse:
 
 
 class Viscous:
-    """A linear elastic body with damping, behind the `Body` Protocol.
+    """A linear elastic body with damping, as a `Body`.
 
     The lag acts on the loads and not on the displacement, so that the elastic body may compute a
     few vertices alone.
@@ -99,7 +99,7 @@ class Viscous:
         self.contact_radius = elastic.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ViscousResponse:
-        """Move part of the way from the state of `before` to the equilibrium with `loads`."""
+        """Move part of the way from the state of `before` to the equilibrium under `loads`."""
         b, earlier = self.damping, list[DecayingLoad]()
         previous: Response | None = None
         if isinstance(before, ViscousResponse):
@@ -128,7 +128,7 @@ class Viscous:
             self.elastic.prefetch(vertices)
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
         return vertex_compliance(self.elastic)
 
 

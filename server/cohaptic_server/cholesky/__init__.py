@@ -1,1 +1,1 @@
-"""The sparse Cholesky factorisation: ordering, analysis, factorisation and refactorisation."""
+"""Sparse Cholesky factorisation: ordering, analysis, factorisation and refactorisation."""

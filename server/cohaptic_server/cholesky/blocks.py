@@ -1,4 +1,4 @@
-"""The product with a sparse symmetric matrix of 3x3 blocks.
+"""The product of a sparse symmetric matrix of 3x3 blocks with vectors.
 
 The module is compiled where a compiler is at hand (`blocks.pxd` has the types). Indices are those
 of an `Analysis` and are not checked here.
@@ -10,14 +10,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def multiply(blocks: Floats, starts: Ints, rows: Ints, x: Floats, out: Floats) -> None:
-    """Multiply a symmetric matrix by columns.
+    """Multiply a symmetric matrix by the columns of `x`.
 
     Args:
         blocks: Blocks on and below the diagonal, shape (e, 9); diagonal blocks are symmetric.
         starts: First block of each column, which is the diagonal block, shape (n + 1,).
         rows: Row of each block, shape (e,).
-        x: Columns, shape (3 n, r).
-        out: Set to the product, shape (3 n, r).
+        x: Vectors, one in each column, shape (3 n, r).
+        out: Receives the product, shape (3 n, r).
     """
     n = len(starts) - 1
     for i in range(3 * n):

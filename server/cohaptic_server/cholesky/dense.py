@@ -1,8 +1,9 @@
-"""Dense operations on the fronts of a factor, as the plain kernels call them.
+"""Dense operations on the fronts of a factor, for kernels that are not compiled.
 
-Matrices lie column by column in a one-dimensional array, from an index on. Right-hand sides lie
-row by row. Compiled kernels call `dense_calls.pxd` in place of this module: the same routines of
-BLAS and LAPACK, called without Python at the addresses that scipy publishes for this purpose.
+Matrices lie column by column in a one-dimensional array `values`, from the index `at` on.
+Right-hand sides lie row by row. Compiled kernels call `dense_calls.pxd` in place of this module:
+the same routines of BLAS and LAPACK, called without Python at the addresses that scipy publishes
+for this purpose.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def routines(single: bool) -> Ints:
 
 
 def cholesky(routines: Ints, values: AnyFloats, at: int, n: int) -> int:
-    """Replace the lower triangle of a matrix (n, n) by its factor; return 0 if there is one."""
+    """Replace the lower triangle of a matrix (n, n) by its Cholesky factor; return 0 on success."""
     del routines
     a = _matrix(values, at, n, n)
     factor, failed = (lapack.spotrf if values.itemsize == 4 else lapack.dpotrf)(a, lower=1, clean=0)
@@ -46,7 +47,7 @@ def cholesky(routines: Ints, values: AnyFloats, at: int, n: int) -> int:
 
 
 def divide_rows(routines: Ints, values: AnyFloats, at: int, n: int, m: int) -> None:
-    """Replace B, shape (m, n) behind the factor L (n, n) at `at`, by B inv(L')."""
+    """Replace B (m, n), which is stored behind the factor L (n, n) at `at`, by B inv(L')."""
     del routines
     B = _matrix(values, at + n * n, m, n)
     B[...] = _trsm(values)(1.0, _matrix(values, at, n, n), B, side=1, lower=1, trans_a=1)
@@ -55,7 +56,7 @@ def divide_rows(routines: Ints, values: AnyFloats, at: int, n: int, m: int) -> N
 def negative_square(
     routines: Ints, values: AnyFloats, at: int, n: int, m: int, out: AnyFloats, to: int
 ) -> None:
-    """Write the lower triangle of -B B', shape (m, m), for B of `divide_rows`."""
+    """Write the lower triangle of -B B' (m, m) to `out` at `to`, with B as in `divide_rows`."""
     del routines
     B, square = _matrix(values, at + n * n, m, n), _matrix(out, to, m, m)
     lower = np.tril_indices(m)
@@ -86,7 +87,7 @@ def product(
     row: int,
     out: AnyFloats,
 ) -> None:
-    """Write B y into the first m rows of `out`, for y the n rows of `x` from `row` on."""
+    """Write B y to the first m rows of `out`; y are the n rows of `x` from `row` on."""
     del routines
     out[:m] = _matrix(values, at + n * n, m, n) @ x[row : row + n]
 
@@ -101,16 +102,16 @@ def subtract_product(
     row: int,
     by: AnyFloats,
 ) -> None:
-    """Subtract B' z from the n rows of `x` from `row` on, for z the first m rows of `by`."""
+    """Subtract B' z from the n rows of `x` from `row` on; z are the first m rows of `by`."""
     del routines
     x[row : row + n] -= _matrix(values, at + n * n, m, n).T @ by[:m]
 
 
 def _matrix(values: AnyFloats, at: int, rows: int, columns: int) -> AnyFloats:
-    """Return a view of a matrix."""
+    """Return a view of the matrix in `values` that begins at `at`."""
     return values[at : at + rows * columns].reshape((rows, columns), order="F")
 
 
 def _trsm(values: AnyFloats) -> Callable[..., AnyFloats]:
-    """Return the routine that divides by a triangular matrix."""
+    """Return the routine, in the precision of `values`, that divides by a triangular matrix."""
     return blas.strsm if values.itemsize == 4 else blas.dtrsm

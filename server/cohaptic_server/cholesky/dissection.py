@@ -1,10 +1,11 @@
-"""Nested dissection: an order of elimination that keeps the Cholesky factor of a solid sparse.
+"""Nested dissection, an order of elimination that keeps the Cholesky factor of a solid sparse.
 
 A thin set of nodes cuts the mesh in two halves that do not touch; each half is cut again, down to
 leaves. Eliminating the halves before their separator fills O(n^(4/3)) entries in three dimensions
-(George 1973; Lipton, Rose, Tarjan 1979), a fraction of those by minimum degree. Coordinates make
-the cuts: of several planes near the median, at right angles to the part's principal axes, the plane
-with the smallest separator is taken, weighted by the balance of the halves.
+(George 1973; Lipton, Rose, Tarjan 1979), a fraction of the entries that a minimum degree order
+fills. Planes cut the mesh: several planes near the median, at right angles to the part's principal
+axes, are tried, and the one with the smallest separator, weighted by the balance of the halves, is
+taken.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ Sides = npt.NDArray[np.int8]  # scratch, zero between calls: the half in which e
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One node of the tree of separators.
+    """A separator or a leaf, as one vertex of the tree of separators.
 
     Args:
-        own: Nodes eliminated here, shape (k,).
-        children: Indices of the two halves in the list of parts; empty for a leaf.
+        own: Nodes of the mesh that this part eliminates, shape (k,).
+        children: Indices of the parts at the top of the two halves; empty for a leaf.
     """
 
     own: Ints
@@ -50,7 +51,7 @@ class Cut(NamedTuple):
 
 
 def dissect(points: Floats, graph: sp.csr_array, leaf: int = LEAF) -> list[Part]:
-    """Cut a graph into separators and leaves, each child before its parent.
+    """Cut a graph into separators and leaves, listed with each child before its parent.
 
     Args:
         points: Position of each node, shape (n, 3) [m].
@@ -78,7 +79,7 @@ def dissect(points: Floats, graph: sp.csr_array, leaf: int = LEAF) -> list[Part]
 
 
 def _halves(points: Floats, graph: sp.csr_array, nodes: Ints, side: Sides) -> Cut:
-    """Find two halves without an edge between them, and the separator: the best of a few cuts."""
+    """Return the best of a few cuts of `nodes` into two halves and a separator."""
     x = points[nodes] - points[nodes].mean(axis=0)
     axes = np.linalg.eigh(x.T @ x)[1][:, ::-1]
     best, least = Cut(nodes, nodes[:0], nodes[:0]), math.inf
@@ -97,7 +98,7 @@ def _halves(points: Floats, graph: sp.csr_array, nodes: Ints, side: Sides) -> Cu
 
 
 def _separate(graph: sp.csr_array, first: Ints, second: Ints, side: Sides) -> Cut:
-    """Return the halves less the fewest nodes that touch every edge between them.
+    """Return the halves without the fewest nodes that touch every edge between the two.
 
     The edges between the halves are a bipartite graph, whose smallest vertex cover follows from a
     maximum matching (König 1931).
@@ -135,7 +136,7 @@ def _separate(graph: sp.csr_array, first: Ints, second: Ints, side: Sides) -> Cu
 
 
 def _ranges(starts: AnyInts, counts: AnyInts) -> Ints:
-    """The integers of several ranges, one range after the other."""
+    """Return the integers of several ranges, one range after the other."""
     return np.asarray(
         np.arange(int(counts.sum())) + np.repeat(starts - np.cumsum(counts) + counts, counts)
     )

@@ -36,16 +36,16 @@ def eliminate(
     values: AnyFloats,
     routines: Ints,
 ) -> int:
-    """Factor fronts one after the other.
+    """Factor a range of fronts one after the other.
 
     Args:
         begin: Index of the first front.
         end: Index after the last front.
         table, where, children, starts, places, blocks, updates, values: As in `load_front`.
-        routines: Routines of `dense.routines`.
+        routines: Result of `dense.routines`.
 
     Returns:
-        0; 1 if the matrix is not positive definite.
+        0 on success; 1 if the matrix is not positive definite.
     """
     with cython.nogil:
         for k in range(begin, end):
@@ -73,17 +73,17 @@ def load_front(
     updates: AnyFloats,
     values: AnyFloats,
 ) -> None:
-    """Write a front before its elimination: blocks of the matrix, and its children's updates.
+    """Assemble a front before its elimination: blocks of the matrix and its children's updates.
 
     Args:
         k: Index of the front.
-        table: Table of the analysis, to which the next four arrays belong as well.
-        where: Rows of the parents for the border nodes of all fronts.
+        table: `Analysis.table`; the next four arrays belong to the same analysis.
+        where: Row in the parent and end of the run, for the border nodes of all fronts.
         children: Children of all fronts.
         starts: First block of each column.
         places: Row of each block within the front.
         blocks: Blocks of the matrix, each row by row, shape (e, 9).
-        updates: Workspace, with the lower triangles of the children's updates.
+        updates: Workspace that holds the lower triangles of the children's updates.
         values: Values of the factor; the front's part is set to the lower triangle of its own
             unknowns and to the rows of its border.
     """
@@ -125,7 +125,7 @@ def load_front(
 
 
 def add_updates(k: int, table: Ints, where: Ints, children: Ints, updates: AnyFloats) -> None:
-    """Add to a front's update the children's updates of its border; arguments as `load_front`."""
+    """Add the children's updates of a front's border to its update; arguments as `load_front`."""
     width, height = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2]
     for c in range(table[k, 7], table[k, 8]):
         child = children[c]

@@ -1,13 +1,13 @@
-"""A sparse Cholesky factor by fronts, K = L D L': made once, solved for many forces at a time.
+"""A sparse Cholesky factor by fronts, K = L D L', computed once for many solves.
 
 The method is multifrontal (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is
-a dense front of its own nodes and the border to its ancestors, so that LAPACK does all arithmetic.
+a dense front of its own nodes and its border to ancestors, so that LAPACK does all arithmetic.
 L has the block K21 K11^-1 of each front, and D the blocks K11 as Cholesky factors: backward
 substitution needs L alone, so D is read only where there is a force.
 
-Forces act on the surface only and only the surface is observed. In forward substitution a force
+Forces act on the surface only, and only its displacement is needed. In forward substitution a force
 reaches the fronts on its own path to the root; in backward substitution only fronts on the paths to
-the observed nodes count. `factorise.py` makes a factor, `factor_file.py` stores it.
+the wanted nodes count. `factorise.py` makes a factor, `factor_file.py` stores it.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class FactorFront:
     """A dense block of the factor.
 
     Args:
-        own: Degrees of freedom eliminated here, shape (a,).
-        border: Degrees of freedom of ancestors that the own ones are coupled to, shape (b,).
+        own: Degrees of freedom that are eliminated in this front, shape (a,).
+        border: Degrees of freedom of ancestors to which the own ones are coupled, shape (b,).
         lower: Cholesky factor of the own block, shape (a, a).
         carry: Force on the border per force on each own degree of freedom, K21 K11^-1, (b, a).
-        parent: Index of the parent; -1 at the root.
+        parent: Index of the parent front; -1 at the root.
         retained: Whether the front or a descendant has a retained node; if not, `lower` and `carry`
             are empty.
     """
@@ -53,7 +53,7 @@ class Factor:
         fronts: Fronts, children before their parents.
         front_of: Front that eliminates each node, shape (n,).
         numbers: Array in which all blocks lie one after the other, `lower` of each front column by
-            column, then `carry` row by row, shape (k,); None if they lie elsewhere.
+            column, then `carry` row by row, shape (k,); None if the blocks are separate arrays.
 
     Attributes:
         size: Number of unknowns, 3 n.
@@ -67,7 +67,7 @@ class Factor:
 
     @property
     def bytes(self) -> int:
-        """Bytes of the factor."""
+        """Memory of the factor's blocks [bytes]."""
         return sum(front.lower.nbytes + front.carry.nbytes for front in self.fronts)
 
     def solve(self, nodes: Ints, forces: Floats, at: Ints | None = None) -> AnyFloats:
@@ -76,8 +76,8 @@ class Factor:
         Args:
             nodes: Retained nodes with a force, shape (k,).
             forces: Forces on these nodes, one column for each load case, shape (3 k, r) [N].
-            at: Nodes whose displacement is needed, shape (j,); None for all retained nodes. A few
-                neighbouring nodes cost a fraction of all.
+            at: Nodes whose displacement is needed, shape (j,); None for all retained nodes. A
+                solve for a few neighbouring nodes takes a fraction of the time.
 
         Returns:
             Displacement, shape (3 n, r) [m]; rows of other nodes hold no meaningful values.
@@ -107,22 +107,22 @@ class Factor:
 
 
 class FactorReader(Protocol):
-    """Place of a factor, which can be passed to a process that is started."""
+    """Reference to a stored factor, for a new process to read the factor from."""
 
     @property
     def bytes(self) -> int:
-        """Bytes of the factor in single precision."""
+        """Memory of the factor in single precision [bytes]."""
         ...
 
     def read(self) -> Factor:
-        """Return the factor, mapped and not copied.
+        """Return the factor, whose numbers are mapped into memory and not copied.
 
         Raises:
-            BodyError: The data there are no intact factor.
+            BodyError: The stored data are not an intact factor.
             OSError: The factor cannot be read.
         """
         ...
 
     def problem(self) -> str:
-        """Return why the factor from `read` is no longer reliable; empty while it is reliable."""
+        """Return why the factor from `read` is no longer reliable; an empty string if it is."""
         ...

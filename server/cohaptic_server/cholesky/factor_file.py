@@ -1,8 +1,8 @@
-"""A Cholesky factor as named arrays, for a file or for memory that two processes share, and back.
+"""Converts a Cholesky factor to named arrays, for a file or for shared memory, and back.
 
 The numbers of a factor lie in one flat array, front after front: `lower` column by column, as
 LAPACK takes it without a copy, then `carry` row by row. Numbers in single precision halve the
-memory and the time of a solve; a factor stays in double precision while later steps need that.
+memory and the time of a solve; a factor stays in double precision if a later step needs that.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cohaptic_server.numeric import Ints
 def to_arrays(
     factor: Factor, precision: type[np.float32] | type[np.float64] = np.float32
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return all arrays of a factor by name, for `from_arrays`; without a copy where possible.
+    """Return all arrays of a factor by name, for `from_arrays`; numbers are copied only if needed.
 
     Args:
         factor: Factor of any precision.
@@ -36,7 +36,7 @@ def to_arrays(
 
 
 def indices_of(factor: Factor) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of `to_arrays` except for the numbers."""
+    """Return the arrays of `to_arrays` except for the numbers: the structure of the factor."""
     fronts = factor.fronts
     table = [[len(f.own), len(f.border), f.parent, f.retained] for f in fronts]
     return {
@@ -53,14 +53,14 @@ def count_values(factor: Factor) -> int:
 
 
 def stored_bytes(fronts: npt.NDArray[Any]) -> int:
-    """Bytes of the numbers of a factor stored in single precision, from its array `fronts`."""
+    """Bytes of a factor's numbers in single precision, from the factor's array `fronts`."""
     table = np.asarray(fronts, dtype=np.int64).reshape(-1, 4)
     own, border, kept = table[:, 0], table[:, 1], table[:, 3] != 0
     return 4 * int((own * (own + border))[kept].sum())
 
 
 def copy_values(factor: Factor, out: npt.NDArray[Any]) -> None:
-    """Round the numbers of a factor into `out`, shape (count_values,)."""
+    """Copy the numbers of a factor to `out`, rounded to its precision, shape (count_values,)."""
     start = 0
     for front in factor.fronts:
         for block in (front.lower.T, front.carry):
@@ -69,7 +69,7 @@ def copy_values(factor: Factor, out: npt.NDArray[Any]) -> None:
 
 
 def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
-    """Return the factor of `to_arrays` on the numbers, which may be read-only or map a file.
+    """Return the factor from `to_arrays`; its numbers may be read-only, or map a file.
 
     Raises:
         BodyError: The arrays do not fit together.
@@ -93,7 +93,7 @@ def _numbers(arrays: Mapping[str, npt.NDArray[Any]]) -> AnyFloats:
 def _fronts(
     arrays: Mapping[str, npt.NDArray[Any]], values: AnyFloats, size: int
 ) -> list[FactorFront]:
-    """Fronts of a stored factor of `size` unknowns.
+    """Build the fronts of a stored factor of `size` unknowns, and check them.
 
     Raises:
         ValueError: The arrays do not fit together.

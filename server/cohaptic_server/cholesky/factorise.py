@@ -1,9 +1,9 @@
-"""Factorisation of a sparse symmetric positive definite matrix for solves on a part of its nodes.
+"""Factorises a sparse symmetric positive definite matrix for solves on a part of its nodes.
 
-A front without a retained node in itself or its descendants is not kept once it is eliminated,
-since no later solve needs it. All arithmetic is done in place, in the array of the factor and in
-the updates that wait for their parents. `plan.py` knows the size of this memory in advance, and no
-other array of the size of a front exists.
+If neither a front nor its descendants have a retained node, the front is discarded after its
+elimination, since no later solve needs it. All arithmetic is done in place, in the array of the
+factor and in the updates that their parents have not taken yet. `plan.py` computes the size of this
+memory in advance, and no other array of the size of a front exists.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cohaptic_server.cholesky.plan import Plan, plan_of
 from cohaptic_server.cholesky.symbolic import dofs, graph_of
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-_ROWS = 128  # rows of an update added at once: numpy copies what an array of indices selects
+_ROWS = 128  # rows of an update added at a time: numpy copies the rows that indices select
 _PAGES = 2**18  # bytes; smaller arrays come from the heap
 
 
@@ -31,8 +31,8 @@ class _Front(NamedTuple):
 
     Args:
         lower: Lower half of the front's own block, by columns, shape (a, a).
-        carry: Block of the border, by rows, shape (b, a).
-        update: Upper half of the update of the border, by rows, shape (b, b).
+        carry: Block of the border's rows and the own columns, by rows, shape (b, a).
+        update: Upper half of the update that the border gets, by rows, shape (b, b).
     """
 
     lower: Floats
@@ -54,14 +54,14 @@ def factorise(
         points: Position of each node, shape (n, 3) [m].
         retained: Nodes that forces act on and whose displacement is observed, shape (n,).
         progress: Receives the completed share of the arithmetic, from 0 to 1.
-        plan: Plan of the same matrix, points and nodes; None to make it.
+        plan: Result of `plan_of` for this matrix, points and nodes; None computes it.
 
     Raises:
         BodyError: The matrix is not positive definite.
     """
     plan = plan or plan_of(graph_of(matrix), points, retained)
-    # One array, whose pages take memory as they are written; many arrays would leave gaps among the
-    # updates.
+    # One array, whose pages take memory when they are written; many arrays would leave gaps
+    # between the updates.
     numbers = _zeros(plan.factor_bytes // 8)
     fronts = _eliminate(matrix, plan, numbers, progress)
     front_of = np.empty(len(points), dtype=np.int64)
@@ -102,13 +102,13 @@ def _eliminate(
 
 
 def _assemble(front: _Front, matrix: sp.csr_array, own: Ints, border: Ints, local: Ints) -> None:
-    """Write the matrix's columns of a front's own unknowns to the front, and fill `local`."""
+    """Write the matrix's columns of the own unknowns to a front, and each place to `local`."""
     a = len(own)
     local[own], local[border] = np.arange(a), a + np.arange(len(border))
     rows = matrix[own]
     at = local[rows.indices]
     row = np.repeat(np.arange(a), np.diff(rows.indptr))
-    # Unknowns of descendants are eliminated already; their updates contain them.
+    # Unknowns of descendants are eliminated already, and contained in the updates.
     inside, beyond = (at >= 0) & (at < a), at >= a
     front.lower[at[inside], row[inside]] = rows.data[inside]
     front.carry[at[beyond] - a, row[beyond]] = rows.data[beyond]
@@ -136,9 +136,9 @@ def _add(front: _Front, update: Floats, at: Ints) -> None:
 
 
 def _partial_factor(front: _Front) -> None:
-    """Eliminate a front's own unknowns: L11, K21 K11^-1, and the update that the border gets."""
+    """Eliminate a front's own unknowns: compute L11, K21 K11^-1 and the border's update."""
     lower, right = front.lower, front.carry.T
-    if not len(lower):  # the pivots of a part that is all border: BLAS takes no empty arrays
+    if not len(lower):  # a part without own nodes: BLAS takes no empty arrays
         return
     potrf, trsm, syrk = _routines()
     _, failed = potrf(lower, lower=1, clean=1, overwrite_a=1)
@@ -153,9 +153,9 @@ def _partial_factor(front: _Front) -> None:
 
 
 def _zeros(count: int) -> Floats:
-    """Return zeros that take memory as they are written and give it back when they are released.
+    """Return zeros that take memory when written, and give it back when released.
 
-    Numpy takes some arrays from a heap, where released ones leave gaps: 0.15 of a large factor.
+    Numpy takes some arrays from a heap, where released arrays leave gaps: 0.15 of a large factor.
     """
     if 8 * count < _PAGES:
         return np.zeros(count)

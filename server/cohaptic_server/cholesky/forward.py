@@ -1,11 +1,12 @@
-"""Compliances of presses by forward substitution alone.
+"""Computes the compliances of presses by forward substitution alone.
 
     f' K^-1 g = sum over the fronts of y_f' y_g,    y = lower^-1 (L^-1 f) of each front
 
 A press is a set of forces on a few nodes, in one direction, that sum to 1. A press reaches only the
-fronts on its path to the root, and needs no backward substitution: its compliance at itself costs a
-fraction of the displacement by it. Presses are eliminated many at a time, in all three directions,
-so that BLAS does the arithmetic, and a front sees only the presses that reach it.
+fronts on its path to the root, and needs no backward substitution: its self-compliance takes a
+fraction of the time that its displacement field would take. Many presses are eliminated at a time,
+in all three directions, so that BLAS does the arithmetic; a front handles only the presses that
+reach it.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Report = Callable[[float], None]  # receives the completed share, up to 1
 
 
 class _Reached(NamedTuple):
-    """Forward substitution in one front.
+    """Result of the forward substitution in one front.
 
     Args:
         presses: Presses that reach the front, rising, shape (m,).
@@ -41,7 +42,7 @@ class _Passed(NamedTuple):
     """Forces that a front passes to its parent.
 
     Args:
-        rows: Border of the front, shape (b,).
+        rows: Degrees of freedom of the front's border, shape (b,).
         presses: Presses that reach the front, shape (m,).
         forces: Forces by each press in x, y, z, shape (b, 3 m).
     """
@@ -54,16 +55,16 @@ class _Passed(NamedTuple):
 def self_compliance(
     factor: Factor, shares: sp.csr_array, progress: Report = lambda share: None
 ) -> Floats:
-    """Compute the compliance of each press at itself.
+    """Compute the self-compliance of each press.
 
     Args:
         factor: Factor of K.
-        shares: Share of each node in each press, zero for nodes not retained, shape (n, r).
+        shares: Share of each node in the force of each press, zero if not retained, shape (n, r).
         progress: Receives the completed share of the work.
 
     Returns:
-        Displacement averaged over the press by 1 N in x, y, z; symmetric, zero where a press has no
-        node, shape (r, 3, 3) [m/N].
+        Displacement by 1 N in x, y, z, averaged over the press; symmetric, zero for a press without
+        nodes, shape (r, 3, 3) [m/N].
     """
     out = np.zeros((shares.shape[1], 3, 3))
     for presses, y in _eliminate(factor, shares, progress):
@@ -116,10 +117,10 @@ def _eliminate(factor: Factor, shares: sp.csr_array, progress: Report) -> Iterat
 def _gather(
     front: FactorFront, shares: sp.csr_array, passed: list[_Passed], local: Ints
 ) -> tuple[Ints, AnyFloats, AnyFloats]:
-    """Gather the forces on a front before its elimination.
+    """Gather the forces by each press on a front, before the front is eliminated.
 
     Args:
-        shares: Share of each node in each press.
+        shares: Share of each node in the force of each press.
         passed: Forces that the front's children pass on.
         local: Scratch, shape (3 n,).
 
@@ -148,7 +149,7 @@ def _gather(
 
 
 def _add(into: AnyFloats, rows: Ints, presses: Ints, one: _Passed, forces: AnyFloats) -> None:
-    """Add forces that a child passes to rows of its parent."""
+    """Add forces that a child passes to `rows` of the parent's array `into`."""
     if len(presses) == len(one.presses):
         into[rows] += forces
     else:
@@ -156,7 +157,7 @@ def _add(into: AnyFloats, rows: Ints, presses: Ints, one: _Passed, forces: AnyFl
 
 
 def solve_lower(lower: AnyFloats, right: AnyFloats) -> AnyFloats:
-    """Return lower^-1 right; `right` is overwritten."""
+    """Return lower^-1 right for a triangular matrix `lower`; `right` is overwritten."""
     # `right` is stored by rows: BLAS gets its transpose, so nothing is copied.
     trsm = cast(Any, scipy.linalg.get_blas_funcs("trsm", (lower, right)))
     solved = trsm(1.0, lower, right.T, side=1, lower=1, trans_a=1, overwrite_b=1)

@@ -1,7 +1,8 @@
-"""Plan of a factorisation from the pattern of the matrix alone: order, memory, arithmetic.
+"""Plans a factorisation from the pattern of the matrix alone: order, memory and arithmetic.
 
-The bytes are exact and known before the first product: each front's blocks have their place in one
-array, and the updates that exist at one time follow from the order of elimination (Liu 1992).
+The number of bytes is exact and known before the arithmetic begins: each front's blocks have their
+place in one array, and the order of elimination determines which updates exist at one time
+(Liu 1992).
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ _BLOCK = 9 * (8 + 4)  # bytes of a block of a sparse matrix, its indices include
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The fronts of a factorisation, children before their parents, and what they cost.
+    """The fronts of a factorisation, children before their parents, with memory and arithmetic.
 
     Args:
         parts: Nodes that each front eliminates, and its children.
-        borders: Nodes of ancestors that each front is coupled to, in order of elimination.
+        borders: Nodes of ancestors to which each front is coupled, in order of elimination.
         kept: Whether a front or a descendant has a retained node, shape (fronts,).
         parents: Index of each front's parent, -1 at the root, shape (fronts,).
         work: Floating-point operations up to the end of each front, shape (fronts,).
@@ -33,7 +34,7 @@ class Plan:
         peak_bytes: Largest number of bytes of the factor, the updates and the present front at one
             time, without the matrix itself.
         matrix_bytes: Bytes of the matrix, stored by rows.
-        press_operations: Floating-point operations of a press on each retained node, one at a time.
+        press_operations: Floating-point operations for a press on every retained node in turn.
     """
 
     parts: list[Part]
@@ -56,7 +57,7 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
     """Order the elimination, and count its memory and arithmetic.
 
     Args:
-        graph: Graph of the nodes whose 3x3 blocks are not zero, each with itself, shape (n, n).
+        graph: Graph that links nodes with a nonzero 3x3 block, and each node to itself, (n, n).
         points: Position of each node, shape (n, 3) [m].
         retained: Nodes that forces act on and whose displacement is observed, shape (n,).
     """
@@ -70,7 +71,7 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
             parents[child] = k
     own = np.array([3 * len(part.own) for part in parts], dtype=np.float64)
     border = np.array([3 * len(b) for b in borders], dtype=np.float64)
-    # Factor of the own block, two solves with it for the border's block, and half of the update.
+    # Factor of the own block, two solves with this factor for the border, and half of the update.
     work = np.cumsum(own**3 / 3.0 + 2.0 * own**2 * border + own * border**2)
     factor, peak = _memory(parts, own, border, kept)
     presses = np.array([int(retained[part.own].sum()) for part in parts])
@@ -83,7 +84,7 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
 
 
 def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple[int, int]:
-    """Bytes of the factor, and the largest number of bytes at one time."""
+    """Bytes of the factor, and the largest number of bytes in use at one time."""
     updates = border**2
     factor = live = peak = 0.0
     for k, part in enumerate(parts):
@@ -96,7 +97,7 @@ def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple
 
 
 def _split_leaves(parts: list[Part], retained: Mask) -> list[Part]:
-    """Cut leaves in two, retained nodes above all others, so that no solve needs the others.
+    """Split each leaf: its retained nodes become the parent of the others, which no solve needs.
 
     Args:
         parts: Parts, children before their parents.

@@ -1,12 +1,13 @@
 """The Cholesky factor of a matrix whose pattern was analysed before: K = L L', by fronts.
 
-`factor.py` is for a linear solid, which is factored once, and a tick solves for a few nodes. Here
-the matrix is factored in many ticks and solved for all unknowns; everything that the pattern
-determines is found in advance (`symbolic.py`). LAPACK does the dense arithmetic, in single or in
-double precision. Two threads take the two halves of a large matrix (`side_by_side.py`).
+The factor of `factor.py` is for a linear solid: it is computed once, and a tick solves for a few
+nodes. Here the matrix is factored in many ticks and solved for all unknowns; everything that the
+pattern determines is computed in advance (`symbolic.py`). LAPACK does the dense arithmetic, in
+single or in double precision. Two threads take the two halves of a large matrix
+(`side_by_side.py`).
 
 The root may be left unfactored. The factor then holds the root's Schur complement, the matrix with
-all other unknowns eliminated (`bordered.py`).
+all other unknowns eliminated (`bodies/balloon/constant_volume_solver.py`).
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ class Indefinite(BodyError):
 class Workspace:
     """The memory in which matrices of one pattern are factored, one at a time.
 
-    A factor that is no longer in use leaves its memory to the next: fresh memory costs a fifth of
-    the time of a factorisation.
+    A factor that is no longer in use leaves its memory to the next factor: fresh memory costs a
+    fifth of the time of a factorisation.
 
     Args:
         analysis: Analysis of the pattern.
@@ -43,10 +44,10 @@ class Workspace:
 
     Attributes:
         dtype: Type of the values.
-        updates: Schur complements that the parents have not taken yet.
+        updates: Schur complements of fronts that their parents have not taken yet.
         routines: Routines of BLAS and LAPACK for this precision (`dense.py`).
-        halves: Ends of the runs of fronts that two threads take; (0, 0) for a small factor.
-        scratch_rows: Largest number of rows of a border.
+        halves: `Analysis.halves`, one for each of two threads; (0, 0) for a small factor.
+        scratch_rows: Largest number of rows in the border of a front.
     """
 
     def __init__(self, analysis: Analysis, *, single: bool = False) -> None:
@@ -111,11 +112,11 @@ class Refactored:
 
     @property
     def bytes(self) -> int:
-        """Bytes of the factor."""
+        """Memory of the factor [bytes]."""
         return self._values.nbytes
 
     def solve(self, b: Floats) -> AnyFloats:
-        """Return solutions, (size, r), of right-hand sides `b` (size, r), in the own precision."""
+        """Return solutions, (size, r), for right-hand sides `b`, in the factor's precision."""
         count = b.shape[1]
         # BLAS takes longer for three columns than for four, the width of its registers.
         width = count if count < _LANES else -(-count // _LANES) * _LANES
@@ -124,14 +125,14 @@ class Refactored:
         return x[:, :count]
 
     def forward(self, b: Floats) -> AnyFloats:
-        """Return y of L y = b; the rows of a root that is not factored are b less L21 y."""
+        """Return y of L y = b; the rows of an unfactored root hold b - L21 y instead."""
         return self._forward(b, b.shape[1])
 
     def _forward(self, b: Floats, width: int) -> AnyFloats:
-        """Do the same as `forward` for `width` columns; columns beyond those of `b` are zero."""
+        """Does the same as `forward` for `width` columns; those beyond the columns of `b` are 0."""
         (size, count), (first, second) = b.shape, self._workspace.halves
         analysis = self._workspace.analysis
-        # The second half writes what it subtracts from unknowns of both halves behind all others.
+        # The second half subtracts from unknowns shared by both halves in rows behind all others.
         shared = int(analysis.table[second, 0]) if second else size // 3
         x: AnyFloats = np.zeros((2 * size - 3 * shared, width), dtype=self._values.dtype)
         x[:size, :count] = b
@@ -148,7 +149,7 @@ class Refactored:
         return x[:size]
 
     def backward(self, x: AnyFloats) -> None:
-        """Solve L' z = x in place, shape (size, r); rows of a root that is not factored are z's."""
+        """Solve L' z = x (size, r) in place; the rows of an unfactored root must hold z already."""
         analysis, (first, second) = self._workspace.analysis, self._workspace.halves
 
         def run(begin: int, end: int) -> None:
@@ -160,7 +161,7 @@ class Refactored:
             both(lambda: run(0, first), lambda: run(first, second))
 
     def _scratch(self, width: int) -> tuple[AnyFloats, Ints]:
-        """Return memory for the rows of a border, and the routines."""
+        """Return scratch memory for the rows of a border, and the routines of `dense.py`."""
         rows: AnyFloats = np.empty(
             (max(1, self._workspace.scratch_rows), width), self._values.dtype
         )

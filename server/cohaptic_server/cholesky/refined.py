@@ -1,4 +1,4 @@
-"""A factor in single precision that solves as exactly as one in double precision.
+"""A factor in single precision that solves as exactly as a factor in double precision.
 
 Single precision halves the time and the memory of a factor. The errors of its solutions, 1e-6 to
 1e-4, are removed by conjugate gradients with the factor as preconditioner, mostly in one iteration
@@ -6,7 +6,8 @@ Single precision halves the time and the memory of a factor. The errors of its s
 
 A matrix that rounding alone makes positive definite must not be accepted. Conjugate gradients
 detect such a matrix: along some direction its curvature is not positive, or the iteration does not
-converge, as the preconditioner is far from its inverse. It is then factored in double precision.
+converge, as the preconditioner is far from the inverse. The matrix is then factored in double
+precision.
 """
 
 from __future__ import annotations
@@ -68,14 +69,14 @@ class Refined:
         return found
 
     def solve(self, b: Floats) -> Floats:
-        """Return solutions as `checked`; `approximate` ones if the matrix proves indefinite."""
+        """Return the solutions of `checked`, or of `approximate` if the matrix is indefinite."""
         try:
             return self.checked(b)
         except Indefinite:
             return self.approximate(b)
 
     def approximate(self, b: Floats) -> Floats:
-        """Return solutions of one pass through the factor, in half of the time.
+        """Return the solutions of one pass through the factor, in half of the time of `checked`.
 
         The solutions have the errors of single precision unless the factor is in double precision.
         """
@@ -83,7 +84,7 @@ class Refined:
         return np.asarray(self._factor.solve(b / size) * size, dtype=np.float64)
 
     def _conjugate_gradients(self, b: Floats) -> Floats | None:
-        """Solve column by column; None if one does not converge or has no positive curvature."""
+        """Solve for all columns; None if one does not converge or meets no positive curvature."""
         analysis, factor = self._workspaces.single.analysis, self._factor
         size = _norms(b)
         r = b / size
@@ -108,6 +109,6 @@ class Refined:
 
 
 def _norms(b: Floats) -> Floats:
-    """Norms of the columns, 1 for zeros: single precision has no range for columns out of scale."""
+    """Norms of columns, 1 for a zero one; columns are divided by them to fit single precision."""
     size = np.sqrt(np.einsum("ic,ic->c", b, b))
     return np.where(size > 0.0, size, 1.0)

@@ -1,8 +1,8 @@
 """A Cholesky factor in single precision in memory that a second process maps instead of copying.
 
-Sending a factor of 1 GB to a process takes seconds and holds it twice. Here the whole factor lies
-in shared memory, and only its place is sent. Little may be sent to a process that is started in any
-case: if it died before it had read all of that, the sender would wait for ever.
+Sending a factor of 1 GB to a process takes seconds and keeps it in memory twice. Here the whole
+factor lies in shared memory, and only its place is sent. A new process may be sent only little data
+in any case: if it died before it had read all data, the sender would wait for ever.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from cohaptic_server.numeric import Ints, Narrow
 
 
 class SharedFactor:
-    """A factor in shared memory.
+    """A factor in shared memory, as a `FactorReader`.
 
     Args:
         factor: Factor of any precision; its numbers are copied once.
-        context: Context of multiprocessing for the process that shall map the numbers.
+        context: Context of multiprocessing that starts the process that maps the numbers.
 
     Attributes:
-        bytes: Bytes of the numbers.
+        bytes: Memory of the numbers [bytes].
 
     Raises:
         OSError: There is not enough shared memory.
@@ -44,12 +44,12 @@ class SharedFactor:
         copy_values(factor, self._numbers())
 
     def read(self) -> Factor:
-        """Return the factor on the shared numbers, which are not copied."""
+        """Return a factor that uses the shared numbers without a copy."""
         indices = {name: as_ints(shared) for name, shared in self._indices.items()}
         return from_arrays({**indices, "values": self._numbers()})
 
     def problem(self) -> str:
-        """Return no problem: only these two processes can change the factor."""
+        """Return an empty string: only the two processes that share the factor can change it."""
         return ""
 
     def _numbers(self) -> Narrow:
@@ -64,7 +64,7 @@ def shared_ints(array: Ints, context: SpawnContext) -> tuple[Any, tuple[int, ...
 
 
 def as_ints(shared: tuple[Any, tuple[int, ...]]) -> Ints:
-    """Return the array of `shared_ints`, not copied."""
+    """Return the array that `shared_ints` put into shared memory, without a copy."""
     memory, shape = shared
     count = int(np.prod(shape))
     return np.frombuffer(memory, dtype=np.int64)[:count].reshape(shape)

@@ -39,14 +39,14 @@ def forward(
     Args:
         begin: Index of the first front.
         end: Index after the last front.
-        table: Table of the analysis.
-        borders: Border nodes of all fronts; each front's part begins at its place in `where`.
-        shared: First node whose rows are written elsewhere.
-        shift: Number of rows by which these rows are written further down.
+        table: `Analysis.table`.
+        borders: Border nodes of all fronts, as in `Analysis`.
+        shared: First node whose rows of `x` fronts write `shift` rows further down.
+        shift: Offset of these rows; 0 to write them in place.
         values: Values of the factor.
-        x: Right-hand sides, shape (3 n or more, r).
-        scratch: Memory of shape (at least the largest height, r).
-        routines: Routines of `dense.routines`.
+        x: Right-hand sides, replaced by y, shape (3 n or more, r).
+        scratch: Scratch, shape (at least the largest height of a front, r).
+        routines: Result of `dense.routines`.
     """
     with cython.nogil:
         for k in range(begin, end):

@@ -1,11 +1,12 @@
 """Symbolic analysis of a sparse Cholesky factor: everything that the pattern alone determines.
 
-Each part of the tree of `dissection.py` is a dense front of its own nodes and of their border, the
-ancestors' nodes that they are coupled to. A matrix whose entries change and whose pattern does not,
-such as the tangent of a nonlinear body, is analysed once and factored (`refactor.py`) many times.
+Each part of the tree of `dissection.py` becomes a dense front over the part's own nodes and their
+border: the nodes of ancestors to which the own nodes are coupled. A matrix whose entries change and
+whose pattern does not, such as the tangent of a nonlinear body, is analysed once and factored
+(`refactor.py`) many times.
 
 Such a matrix is a list of 3x3 blocks, one for each pair of coupled nodes, column by column in the
-order of elimination; of the two blocks of a pair the list has the one below the diagonal.
+order of elimination. The list has only the blocks on and below the diagonal.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ class Front:
     """A dense block of the factor, as a pattern; nodes are numbered in the order of elimination.
 
     Args:
-        first: First node that is eliminated here.
-        last: Node after the last one that is eliminated here.
-        border: Nodes of ancestors that the front's nodes are coupled to, rising, shape (k,).
-        children: Fronts whose updates are added to this front.
-        start: Place at which the front's part of the factor's values begins.
-        update: Place at which the front's update begins in the workspace of a factorisation.
+        first: First node that is eliminated in this front.
+        last: Node after the last one that is eliminated in this front.
+        border: Nodes of ancestors to which the front's nodes are coupled, rising, shape (k,).
+        children: Indices of the fronts whose updates are added to this front.
+        start: Index in the values of the factor at which the front's part begins.
+        update: Index in the workspace of a factorisation at which the front's update begins.
     """
 
     first: int
@@ -45,7 +46,7 @@ class Front:
 
     @property
     def width(self) -> int:
-        """Number of unknowns that are eliminated here."""
+        """Number of unknowns that are eliminated in this front."""
         return 3 * (self.last - self.first)
 
     @property
@@ -59,20 +60,20 @@ class Analysis:
     """The analysis of a pattern, ready for the numerical factorisation.
 
     Args:
-        order: Node that is eliminated at each place, shape (n,).
+        order: Nodes in the order of elimination, shape (n,).
         starts: First block of each column, which is the diagonal block, shape (n + 1,).
         rows: Row of each block, rising within a column, shape (e,).
-        places: The same rows counted within the front of the column, shape (e,).
+        places: Row of each block, counted within the front of the block's column, shape (e,).
         fronts: Fronts, children before their parents; the last one is the root.
         table: Numbers of each front for the compiled loops: first, last, length of the border,
             start, update, first place in `where`, inner, first child, end of the children; shape
             (f, 9). The parent eliminates `inner` nodes of the front's border.
-        where: Rows of the parent for the border nodes of all fronts, in nodes, and the end of the
-            run of successive rows that each belongs to, shape (w, 2).
-        children: The children of all fronts.
-        borders: The borders of all fronts, each at its place in `where`, shape (w,).
-        halves: Ends of the two runs of fronts that do not depend on each other, the first of which
-            begins at 0: the subtrees of the first separator. (0, 0) where there are none.
+        where: For each border node of each front, the node's row in the parent, in nodes, and the
+            index in the border at which the node's run of successive rows ends, shape (w, 2).
+        children: Children of all fronts, front after front.
+        borders: Borders of all fronts, each at the same index as in `where`, shape (w,).
+        halves: (i, j): the fronts 0 to i - 1 and the fronts i to j - 1 are the two subtrees of the
+            first separator and do not depend on each other; (0, 0) if there is no separator.
         values: Number of values of the factor.
         workspace: Largest number of values of the updates that exist at one time.
     """
@@ -107,9 +108,9 @@ class Analysis:
             elements: Nodes of each element, negative if fixed, shape (m, k).
 
         Returns:
-            Index of the block for each pair (a, b) with b <= a, row by row; -1 - index where the
-            block stored is that of (b, a), the transpose; `len(rows)`, an index beyond all blocks,
-            where a node is fixed. Shape (m, k (k + 1) / 2).
+            Index of the block for each pair (a, b) with b <= a, row by row; -1 - index if the
+            stored block is its transpose, that of (b, a); `len(rows)`, an index beyond all blocks,
+            if a node is fixed. Shape (m, k (k + 1) / 2).
         """
         n = len(self.order)
         place = np.full(n + 1, -1, dtype=np.int64)
@@ -127,12 +128,12 @@ class Analysis:
 def analyse(
     elements: Ints, points: Floats, root: Ints | None = None, leaf: int = _LEAF
 ) -> Analysis:
-    """Analyse the pattern of nodes that are coupled where they share an element.
+    """Analyse the pattern of a matrix that couples the nodes of each element.
 
     Args:
         elements: Nodes of each element, negative if fixed, shape (m, k).
         points: Position of each node, shape (n, 3) [m].
-        root: Nodes that are eliminated last, some but not all; None to leave the choice free.
+        root: Nodes that are eliminated last, some but not all; None leaves the choice free.
         leaf: Largest number of nodes of a part that is not cut any further.
     """
     n = len(points)
@@ -191,7 +192,7 @@ def analyse(
 
 
 def _halves(parts: list[Part]) -> tuple[int, int]:
-    """Ends of the two subtrees of the separator nearest to the root; zeros if there is none."""
+    """`Analysis.halves`, for the separator nearest to the root that has two children."""
     k = len(parts) - 1
     while len(parts[k].children) == 1:
         k = parts[k].children[0]
@@ -200,7 +201,7 @@ def _halves(parts: list[Part]) -> tuple[int, int]:
 
 
 def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
-    """Rows, and beside each the end of its run; no run crosses the end of the `inner` rows."""
+    """Entries of `Analysis.where` for rows of one front; no run goes beyond the `inner` rows."""
     k = len(where)
     begins = np.ones(k + 1, dtype=np.bool_)
     begins[1:k] = np.diff(where) != 1
@@ -213,7 +214,7 @@ def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
 def _places_of_updates(
     parts: list[Part], borders: list[Ints], halves: tuple[int, int]
 ) -> tuple[list[int], int]:
-    """Place in the workspace for the update of each front: the first gap that it fits into.
+    """Assign each front's update the first gap of the workspace that fits; returns its size, too.
 
     An update exists from the elimination of its front to that of the parent. The two halves of the
     tree have separate places, since two threads may eliminate them at the same time.
@@ -238,7 +239,7 @@ def _places_of_updates(
 
 
 def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
-    """Graph of nodes that share an element, each node with itself, shape (n, n).
+    """Graph that links nodes that share an element, and each node to itself, shape (n, n).
 
     Args:
         elements: Nodes of each element, negative if fixed, shape (m, k).
@@ -253,7 +254,7 @@ def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
 
 
 def _around(root: Ints, points: Floats, graph: sp.csr_array, leaf: int) -> list[Part]:
-    """Parts of all other nodes, followed by the root."""
+    """Dissects the nodes outside of `root`, and appends `root` as the last part."""
     rest = np.setdiff1d(np.arange(len(points)), root)
     parts = [
         Part(rest[part.own], part.children)
@@ -277,10 +278,10 @@ def graph_of(matrix: sp.csr_array) -> sp.csr_array:
 
 
 def borders_of(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
-    """Find the nodes of ancestors to which each part is coupled once its children are eliminated.
+    """Find the nodes of ancestors to which each part is coupled when it is eliminated.
 
     Returns:
-        The border of each part, in order of elimination.
+        Border of each part, its nodes in order of elimination.
     """
     position = np.empty(graph.shape[0], dtype=np.int64)
     position[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])

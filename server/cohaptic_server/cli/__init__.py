@@ -1,1 +1,1 @@
-"""The server's commands: serve, body, demo."""
+"""Commands of the server: serve, key, token and invite, and their options."""

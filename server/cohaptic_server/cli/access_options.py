@@ -1,6 +1,6 @@
-"""Options for admission and encryption, and the protection of a server that they describe.
+"""Command-line options for the access control and the encryption of a server.
 
-A server listens beyond this machine only if its owner has decided that strangers may come in.
+A server accepts connections from other machines only if its owner has decided who may come in.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ InsecureKeyFile = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class AccessOptions:
-    """The options as they were given; each field is one option of the command line."""
+    """Access options, as they were given; each field is one option of the command line."""
 
     keys: Annotated[
         Path | None,
@@ -79,7 +79,7 @@ class AccessOptions:
     ] = None
 
     def protection(self, host: str) -> Protection:
-        """The protection that these options ask for; reads the files.
+        """Read the files that these options name, and return the settings of access control.
 
         Args:
             host: Host that the server listens on.
@@ -135,7 +135,7 @@ class AccessOptions:
 
 
 def in_words_of(protection: Protection, host: str) -> list[str]:
-    """Remarks for the owner of a server that other machines can reach, or that has a certificate.
+    """Sentences for the log about who may reach a server, encryption and the certificate.
 
     Args:
         host: Host that the server listens on.
@@ -164,7 +164,7 @@ takes_access = takes(AccessOptions, "Who may come in")
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """Reachability of a server, and the owner's options about it.
+    """Checks that the owner of a reachable server has decided on access and encryption.
 
     Args:
         host: Host that the server listens on.
@@ -196,7 +196,7 @@ class Exposure:
         return self.open or not self.keys
 
     def check(self) -> None:
-        """Raise SettingError, naming the options that the owner still has to decide on, if any."""
+        """Raise SettingError if the owner still has to decide on some options; it names them."""
         lacks: list[str] = []
         if not (self.keys or self.open) and (self.behind_proxy or not self.is_local):
             lacks.append("--keys FILE (made by: cohaptic key FILE) or --open for anybody")

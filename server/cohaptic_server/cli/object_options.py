@@ -1,4 +1,4 @@
-"""The command-line options of an object from a file, written once for every command."""
+"""Command-line options of an object from a file, for every command that takes such an object."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AUTO_MEMORY, AUTO_TIME = 2e9, 120.0  # limits of a preparation with `--auto` [by
 
 @dataclass(frozen=True, slots=True)
 class ObjectOptions:
-    """The options as they were given; each field is one option of the command line."""
+    """Options of an object from a file, as they were given; each field is one option."""
 
     young: Annotated[
         list[str] | None,
@@ -107,7 +107,7 @@ class ObjectOptions:
     ] = False
 
     def of(self, path: Path) -> ObjectFile:
-        """The object in a file, with these options.
+        """Return the object in the file `path`, with these options.
 
         Raises:
             SettingError: An option is out of its range.

@@ -1,4 +1,4 @@
-"""Groups of command-line options, written once for all commands that take them."""
+"""Lets several commands share a group of command-line options, which is defined once."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ Command = Callable[..., None]
 
 
 def takes(group: type[Any], chapter: str | None = None) -> Callable[[Command], Command]:
-    """Give a command the options of a group, in place of its parameter of that type.
+    """Return a decorator that gives a command one option for each field of a group.
 
     Typer reads the options of a command from its signature. The signature of the result has one
-    parameter for each field of the group; the command itself receives them as one value.
+    parameter for each field of the group; the command itself receives one value of type `group`.
 
     Args:
         group: Dataclass whose fields are the options; the command has exactly one parameter of
             this type.
-        chapter: Chapter of the command's help that lists the options; None for the first.
+        chapter: Chapter of the command's help that lists the options; None for the main one.
     """
     return lambda command: _with_group(command, group, chapter)
 

@@ -1,6 +1,6 @@
-"""Shows the phases of a long preparation on a terminal, and ends it with one sentence on Ctrl-C.
+"""Shows the phases of a long preparation on a terminal; Ctrl-C ends it with one sentence.
 
-Ctrl-C ends the work at any point, also in a callback whose exceptions Python ignores.
+Ctrl-C also works while Python runs a callback whose exceptions it ignores.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from cohaptic_server.progress import TimeLeft
 
 @contextmanager
 def interruptible() -> Generator[Callable[[], None], None, None]:
-    """Make Ctrl-C within the block end it with KeyboardInterrupt.
+    """Context in which Ctrl-C reliably ends the block with KeyboardInterrupt.
 
-    Python raises KeyboardInterrupt in the code that runs just then. In a finaliser (`__del__`), or
-    a callback from C or of the garbage collector, Python prints and ignores the exception, and the
-    work would go on to its end. Here Ctrl-C is remembered, and the exception is raised again by the
-    yielded function and at the end of the block. If SIGINT has another handler already, or in a
-    thread other than the main one, which receives no signals, the block runs unchanged.
+    Python raises KeyboardInterrupt in the code that runs at that moment. In a finaliser
+    (`__del__`), or in a callback from C or of the garbage collector, Python prints and ignores the
+    exception, and the work would go on to its end. This context remembers Ctrl-C: the yielded
+    function and the end of the block raise the exception again. The context does nothing if SIGINT
+    has another handler already, or in a thread other than the main one, which gets no signals.
 
     Yields:
         Function that the work calls from time to time; raises KeyboardInterrupt after a Ctrl-C.
@@ -59,7 +59,7 @@ def interruptible() -> Generator[Callable[[], None], None, None]:
         yield check
         check()
     except Exception:
-        check()  # Ctrl-C reaches child processes too, and the end of one may have raised this error
+        check()  # Ctrl-C also ends child processes, which may have caused this error
         raise
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -76,12 +76,12 @@ _EXIT_STATUS = 130  # of a command that SIGINT has ended: 128 plus the number of
 def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, None]:
     """Yield a function to call with the current phase and the share of it that is done (0 to 1).
 
-    A phase without a share is shown as pending; a phase with a share is shown with its time left,
-    from the rate so far. The bars disappear at the end; without a terminal nothing is shown. Ctrl-C
-    ends the command with a sentence.
+    A phase whose share is still 0 is shown as pending; later the bar shows the time left, from the
+    rate so far. The bars disappear at the end; without a terminal nothing is shown. Ctrl-C ends the
+    command with a sentence.
 
     Args:
-        title: Words in front of each phase.
+        title: Words in front of the name of each phase.
     """
     console = Console(stderr=True)
     bar = Progress(

@@ -1,4 +1,4 @@
-"""Finds the options that a file needs to be touchable: reports all, or takes them with `--auto`."""
+"""Finds the options that make the object in a file touchable; reports or sets them (--auto)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cohaptic_server.progress import Progress
 
 
 def wanted(users: int | None, hz: float, *, nonlinear: bool = False) -> Demand | None:
-    """The load that an object is prepared for; None if a linear object may have any mesh.
+    """Load that the mesh of an object has to allow; None if a linear object may have any mesh.
 
     Args:
         users: Number of users who touch at once; None if it is not given.
         hz: Ticks per second.
-        nonlinear: Whether the deformation is finite.
+        nonlinear: Whether the body is nonlinear (finite deformation).
 
     Raises:
         SettingError: A value is out of its range.
@@ -38,13 +38,13 @@ def resolved(
     tell: Callable[[str], None],
     demand: Demand | None = None,
 ) -> ObjectFile:
-    """The object in a file, with options that make it touchable.
+    """Return the object in a file, with options that make it touchable.
 
     Args:
         options: Options as they were given.
-        progress: Called with the phase.
-        tell: Called with a sentence for each option that `--auto` takes, or that is advised.
-        demand: Load that the object is prepared for; None if it is not given.
+        progress: Called with the name of each phase and the share of it that is done.
+        tell: Called with a sentence for each option that `--auto` sets, or that is advised.
+        demand: Load that the mesh has to allow; None for any mesh.
 
     Raises:
         BodyError: The object cannot be touched with these options; the error lists all problems.

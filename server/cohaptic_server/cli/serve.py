@@ -1,4 +1,4 @@
-"""`cohaptic serve`."""
+"""Command `cohaptic serve`, which serves one object or the rooms of a file."""
 
 from __future__ import annotations
 
@@ -197,7 +197,8 @@ def serve(
     protection = access.protection(host)
     if users is not None and users > max_users:
         raise SettingError("--users", users, f"at most --max-users, {max_users}")
-    # Raised at the start, and not when the first visitor brings a file.
+    # Checked at the start, since the error would otherwise come when the first visitor brings a
+    # file.
     if allow_upload and nonlinear and not use("kernels"):
         without = f"given without --nonlinear here: {describe('kernels')}"
         raise SettingError("--allow-upload", "given with --nonlinear", without)

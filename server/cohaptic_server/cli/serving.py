@@ -1,4 +1,4 @@
-"""Serves one object until interrupted."""
+"""Serves one object, for `cohaptic serve`, until the process is interrupted."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.touchable import is_file
 
-SWITCH_INTERVAL = 5e-4  # s after which a thread of Python yields to a waiting one
+SWITCH_INTERVAL = 5e-4  # s after which a Python thread yields to a waiting thread
 
 
 def serve_object(
@@ -44,16 +44,16 @@ def serve_object(
     nonlinear: bool,
     lifeline: bool,
 ) -> None:
-    """Build the body of the settings, and serve it until interrupted.
+    """Build the body that the settings name, and serve it until interrupted.
 
     Args:
-        protection: Admission of clients, and encryption.
+        protection: Access control and encryption.
         options: Options of an object from a file.
-        users: Number of users that a file is prepared for; None if it is not given.
+        users: Number of users for whom the mesh of a file is chosen; None if it is not given.
         relaxation: Relaxation time of a viscous body [s].
-        admin: Port of metrics and health, as it was given; None for none.
-        given: Routes of other packages, each in the form of `--route`.
-        nonlinear: Whether the deformation is finite.
+        admin: Text of `--admin`, the port for metrics and health; None opens no such port.
+        given: Texts of `--route`, one for each route of another package.
+        nonlinear: Whether the body is nonlinear (finite deformation).
         lifeline: Whether the server also ends when standard input closes.
 
     Raises:
@@ -117,7 +117,8 @@ async def _serve(
 ) -> None:
     served = ServedBody(body)
     async with contextlib.AsyncExitStack() as stack:
-        # Started first: the solving process gets ready while this one does, so hands need not wait.
+        # The solving process starts first, so that it gets ready while this process prepares the
+        # server, and users need not wait.
         stack.callback(served.stop)
         served.start()
         server = CohapticServer(body, settings, served.solve, protection)

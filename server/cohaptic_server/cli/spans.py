@@ -1,4 +1,4 @@
-"""Reads a span of time from the command line, such as 10m."""
+"""Reads a duration from the command line, such as 10m."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ _LONGEST = 400 * 86400.0  # s; a key is rotated sooner
 
 
 def seconds_of(option: str, said: str, least: float = 1.0) -> float:
-    """A span of time [s].
+    """Convert the duration in the text of an option to seconds [s].
 
     Args:
         option: Name of the option, for the error.
-        said: Value of the option.
-        least: Shortest span that is allowed [s].
+        said: Text of the option, such as 10m.
+        least: Shortest duration that is allowed [s].
 
     Raises:
-        SettingError: The value is no span of time, or too short or too long.
+        SettingError: The text is no duration, or the duration is too short or too long.
     """
     match = re.fullmatch(r"([0-9]{1,6}(?:\.[0-9]{1,3})?)([smhd])", said)
     seconds = float(match[1]) * _UNITS[match[2]] if match else -1.0

@@ -1,4 +1,4 @@
-"""`cohaptic key`, `cohaptic token` and `cohaptic invite`."""
+"""Commands `cohaptic key`, `cohaptic token` and `cohaptic invite`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cohaptic_server.cli.spans import seconds_of
 
 @dataclass(frozen=True, slots=True)
 class GrantOptions:
-    """The rights that a token grants; each field is one option of the command line."""
+    """Rights that a token grants; each field is one option of the command line."""
 
     keys: Annotated[
         Path,
@@ -60,10 +60,10 @@ class GrantOptions:
     ] = False
 
     def token(self, valid: str, room: str = MAIN) -> str:
-        """The signed token.
+        """Make the signed token that these options describe.
 
         Args:
-            valid: Validity of the token as a span of time, such as 10m.
+            valid: Time for which the token is valid, such as 10m.
             room: Room of the token if --room is not given.
 
         Raises:
@@ -167,14 +167,14 @@ def invite(
 
 
 def _page_of(url: str, room: str) -> str:
-    """URL of the page that a token for a room opens.
+    """URL of the page for an invitation to a room.
 
     Args:
         url: URL of the server, or of the room.
-        room: Room as it was given; empty for the room of the URL.
+        room: Room of the token, or a prefix with a star; empty for the room of the URL.
 
     Raises:
-        SettingError: The room of the URL would refuse the token.
+        SettingError: The URL names a room that would refuse the token.
     """
     page, named = url if urlsplit(url).path else f"{url}/", room_in(url)
     if room.endswith("*"):

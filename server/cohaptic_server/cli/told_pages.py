@@ -1,4 +1,4 @@
-"""Tells the owner of a server the address of its page, also as a QR code for a phone."""
+"""Shows the owner of a server the address of its page, also as a QR code for a phone."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _BORDER = 2  # modules; the norm has four, phones also read two, and a terminal 
 
 
 def tell_pages(url: str, others: Sequence[str], out: TextIO | None = None) -> None:
-    """Log the address of the page, here and for other machines, and draw a QR code.
+    """Log the addresses of the page for this machine and for others, and draw a QR code.
 
     Args:
         url: URL of the server.
-        others: URLs of the server for other machines; the first one is drawn.
-        out: Terminal to draw on, nothing is drawn on another stream; None for standard error.
+        others: URLs of the server for other machines; the code shows the first one.
+        out: Stream to draw the code on, if it is a terminal; None for standard error.
     """
     logging.info("page %s", page_address(url))
     for address in others:
@@ -35,7 +35,7 @@ def tell_pages(url: str, others: Sequence[str], out: TextIO | None = None) -> No
 
 
 def qr_code(address: str, columns: int) -> str:
-    """A QR code of an address, as text in half blocks; empty if the terminal is too narrow.
+    """QR code of an address, drawn with half-block characters; "" if the terminal is too narrow.
 
     Args:
         columns: Width of the terminal [characters].

@@ -1,1 +1,1 @@
-"""Files with keys, certificates and a room's journal: read, written, and reloaded on change."""
+"""Reads, writes and reloads the files with keys, certificates and the journal of a room."""

@@ -1,6 +1,6 @@
-"""The certificate of a server: loaded, checked by a handshake in memory, and reloaded.
+"""Loads, checks and reloads the TLS certificate of a server.
 
-A pair of certificate and key that cannot work is an error before anybody connects, since a client
+A handshake in memory checks that certificate and key work before anybody connects, since a client
 could only report that something is wrong.
 """
 
@@ -21,7 +21,7 @@ class Certificate:
     """Certificate and key in two files, and the TLS context that serves them.
 
     Args:
-        cert: PEM file with the server's own certificate first, then those of its issuers.
+        cert: PEM file with the server's own certificate first, then its issuers' certificates.
         key: PEM file with the key, without a password.
 
     Attributes:
@@ -38,13 +38,12 @@ class Certificate:
         self.context = self._newest = _context()
         _load(self.context, *self.paths)
         self.ends = _try_it(self.context, cert)
-        # The callback runs at each handshake, with or without a server name. A context in use
-        # cannot be changed while handshakes run: for a moment, it could have a new certificate
-        # with an old key.
+        # The callback runs at each handshake, with or without a server name. Loading new files into
+        # a context in use would, for a moment, combine a new certificate with an old key.
         self.context.sni_callback = self._choose
 
     def load(self) -> None:
-        """Load the files again; raises SettingError and keeps the old pair if they do not work."""
+        """Load the files again; if they do not work, raises SettingError and keeps the old pair."""
         fresh = _context()
         _load(fresh, *self.paths)
         self.ends = _try_it(fresh, self.paths[0])
@@ -123,7 +122,7 @@ def _try_it(server: ssl.SSLContext, cert: Path) -> str:
 
 
 def _handshake(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, Any]:
-    """Certificate that the client has verified; empty without one."""
+    """Run the handshake, and return the certificate that the client has verified, or {}."""
     to_server, to_client = ssl.MemoryBIO(), ssl.MemoryBIO()
     there = client.wrap_bio(to_client, to_server)
     here = server.wrap_bio(to_server, to_client, server_side=True)

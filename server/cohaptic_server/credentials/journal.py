@@ -1,7 +1,8 @@
-"""File of a room's records that must outlive its process; the room never waits for the disk.
+"""Stores the records of a room that must outlive its process; the room never waits for the disk.
 
 A separate thread writes, since a disk that is busy with other files can delay even a short write
-for longer than a tick. A record that cannot be written, for example on a full disk, is tried again.
+for longer than a tick. The thread tries again to write a record that could not be written, for
+example on a full disk.
 """
 
 from __future__ import annotations
@@ -31,10 +32,11 @@ log = logging.getLogger("cohaptic.server")
 AGAIN_AFTER = 5.0  # s between two attempts while writes to the disk fail
 # Lines that wait for the disk: more than the rate limit of joins permits in ten minutes.
 MOST_WAITING = 4096
-# Lines after which the file is rewritten without outdated lines: twice the lines that can count.
+# Number of lines after which the file is rewritten without outdated lines: twice the largest number
+# of lines that can still have an effect.
 _LINES = 2 * (MOST_USED + MOST_REMOVED)
 _USED = b'"kind":"used"'
-_MOST_OTHERS = 16_384  # lines about removals that are read from a file that is too long
+_MOST_OTHERS = 16_384  # lines about removals and pardons that are read from a file that is too long
 # Read and append; O_BINARY, since Windows would otherwise change the ends of lines.
 _APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _CLOSING = 1.0  # s for writing the waiting records at the end
@@ -42,7 +44,7 @@ _MOST_BYTES = 64 * 1024 * 1024  # of a file; more than `_LINES` lines of the gre
 
 
 class Journal:
-    """Journal of one room; only `open`, and `close` for a short time, wait for the disk.
+    """Journal of one room; only `open`, and for a short time `close`, wait for the disk.
 
     Args:
         folder: Folder with the files of all rooms of a server; created for its owner alone.
@@ -148,7 +150,7 @@ class Journal:
         self._failed = True
 
     def _write_anew(self) -> list[Record]:
-        """Replace the file by a new one with the records that still count; returns them."""
+        """Replace the file by one with the records that still have an effect; returns them."""
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         lines = _lines_at(self._path)
         if self._file >= 0 and not self._in_place():
@@ -196,7 +198,8 @@ def _newest_lines(file: BinaryIO) -> list[bytes]:
     """Newest lines of a file: all, or the last ones if the file is longer than a server writes.
 
     Searching a line for a word takes 0.1 us and parsing a line takes 10 us, so a file of a million
-    lines would delay the opening of a room. Lines about removals are read from further back.
+    lines would delay the opening of a room. If lines are left out, the last lines about used tokens
+    and the last lines about removals are chosen separately.
     """
     size = os.fstat(file.fileno()).st_size
     file.seek(max(0, size - _MOST_BYTES))

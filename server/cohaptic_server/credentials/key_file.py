@@ -1,4 +1,4 @@
-"""The key file, which only its owner may read."""
+"""Reads and writes the key file, which only its owner may read."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _MOST_BYTES = 64 * 1024  # of a file; sixteen keys take 3 kB
 
 
 def new_key() -> Key:
-    """New key with a random secret and a random name, from the system's random numbers."""
+    """Make a key with a random secret and a random name, from the system's random numbers."""
     return Key(secrets.token_hex(4), secrets.token_bytes(LEAST_BYTES))
 
 
 def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
-    """Key ring from a file.
+    """Read a key ring from a file.
 
     Args:
         path: Path of the file; links are followed, since secrets are mounted as links.
@@ -53,9 +53,10 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
 
 
 def _is_open(about: os.stat_result) -> bool:
-    """Whether a key file is open to others than its owner and a group that may only read it.
+    """Whether a key file's mode lets too many users read or write it.
 
-    Secrets are mounted with mode 0440 in a group of the service, or belong to root with mode 0640.
+    The group may read a file that root owns, or that its owner may not write: services mount
+    secrets with mode 0440 in a group of the service, or as files of root with mode 0640.
     """
     mode = stat.S_IMODE(about.st_mode)
     owner, user = about.st_uid, os.getuid()
@@ -64,7 +65,7 @@ def _is_open(about: os.stat_result) -> bool:
 
 
 def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:
-    """Write keys to a file in one step; others can never read the file.
+    """Write keys to a file in one step; other users cannot read the file at any time.
 
     Args:
         replace: Whether an existing file may be replaced.

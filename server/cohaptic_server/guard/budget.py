@@ -1,8 +1,8 @@
-"""Token buckets; one number represents a bucket: the time at which it is full again [s].
+"""Token buckets for rate limits; a bucket is one number: the time at which it is full again [s].
 
-With rate r and burst b, at most b + r t tokens can be spent within any time t. The time is an
-argument. If the clock is set back, a bucket that seems emptier than possible counts as full, so
-that nobody is locked out until the clock reaches the old time again.
+With rate r and burst b, at most b + r t tokens can be spent within any time t. The current time is
+an argument. If the clock was set back, a bucket may seem emptier than possible; such a bucket
+counts as full, so that nobody is locked out until the clock reaches the old time again.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Budget:
 
     Args:
         rate: Long-term rate [1/s].
-        burst: Number at once after a pause.
+        burst: Number of requests that may come at once after a pause.
     """
 
     rate: float
@@ -29,7 +29,7 @@ class Budget:
 
 
 def spend(bucket: float, amount: float, budget: Budget, now: float) -> float | None:
-    """Bucket after `amount` tokens are taken out; None if it contains fewer tokens.
+    """Take `amount` tokens out of a bucket; returns the bucket, or None if it has fewer tokens.
 
     Args:
         bucket: Time at which the bucket is full again [s].

@@ -1,4 +1,4 @@
-"""All budgets with their reasons, and how an owner changes them.
+"""Defines all budgets, with their reasons, and reads the changes that an owner makes to them.
 
 Costs of handling, measured on one core of 2026: a sample 3 us, a ping 4 us, a control message 16 to
 60 us, a connection 20 us if it is refused and 300 us if it is served.
@@ -24,26 +24,28 @@ class Limits:
     """Limits of one connection, of one address and of all addresses together.
 
     Args:
-        samples: Small binary messages of a connection, and reads of its socket: number per tick,
-            and seconds of ticks at once. A client sends one sample per tick, and a stalled path
-            delivers 10 s of samples at once, which is how long TCP waits (`USER_TIMEOUT_MS`).
+        samples: Small binary messages of a connection, and reads of its socket. The rate is their
+            number per tick; the burst is a time [s], with one message for each of its ticks. A
+            client sends one sample per tick, and after a stall the network delivers up to 10 s of
+            samples at once, since TCP gives up after that time (`USER_TIMEOUT_MS`).
         texts: Other messages of a connection, and fragments. A person moves a slider at the rate of
             the screen for a second or two.
         beats: Pings, pongs and closes of a connection. A library pings every few seconds.
         texts_in_all: Other messages of all connections of an address; people move few sliders.
-        points: Points that a watcher sends, which all pages in the company are told.
+        points: Points on the surface that a watcher sends; all pages in the room receive them.
         points_in_all: Points from all connections of an address.
         connections: New connections of an address, each of which is one HTTP request or one
             websocket. A page asks for Green's functions one by one, a few hundred for a new hand.
-        joins: Joins of an address, to touch or to watch. A classroom behind one address comes
-            within a minute, and everybody is told every join.
+        joins: Joins of an address, to touch or to watch. A classroom behind one address joins
+            within a minute, and the server announces every join to everybody.
         dismissals: Connections of an address that were closed because of one of the budgets above.
-            Each may have cost a burst, 5 ms at worst; beyond this rate the address has to wait.
+            Each may have used a whole burst, which takes 5 ms at worst; beyond this rate the
+            address has to wait.
         lines: Log lines about one address.
         open: Connections of an address at a time.
         open_in_all: Connections of all addresses at a time; fewer if the system allows fewer files.
-        waiting: Places of an address in the queue for a full room. An address that fills the queue
-            would leave no place to others, but several people may share a classroom's address.
+        waiting: Places of an address in the queue for a full room. One address must not fill the
+            queue, but several people may share a classroom's address.
         unread: Bytes of HTTP responses that an address has not taken yet; the page is 1 MB.
         unread_in_all: Bytes of HTTP responses that all addresses have not taken yet.
     """
@@ -82,7 +84,7 @@ class Limits:
         return [(f.name, getattr(self, f.name)) for f in fields(self)]
 
     def changed(self, wishes: Iterable[str]) -> Limits:
-        """Copy of these limits with some changed.
+        """Return a copy of these limits with some changes.
 
         Args:
             wishes: Changes, each `NAME=NUMBER`, or `NAME=RATE:BURST` for a rate limit.

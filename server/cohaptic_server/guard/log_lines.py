@@ -1,4 +1,4 @@
-"""Rate limit of log lines per address, so that no address fills a disk; counts omitted lines."""
+"""Limits the rate of log lines about each address, so that no address fills a disk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class _Source:
 
 
 class LogLines:
-    """Budgets of log lines, by address.
+    """Rate limits of log lines, one for each address, with the numbers of omitted lines.
 
     Args:
         budget: Budget of each address.
@@ -28,7 +28,7 @@ class LogLines:
         self._known: dict[str, _Source] = {}
 
     def pass_on(self, source: str, now: float) -> bool:
-        """Whether a line about an address is to be written."""
+        """Count a line about an address, and return whether the line is to be written."""
         known = self._known.pop(source, _Source())
         spent = spend(known.bucket, 1.0, self._budget, now)
         if spent is None:
@@ -41,12 +41,11 @@ class LogLines:
         return spent is not None
 
     def left_out(self, now: float, after: float = 0.0) -> list[tuple[str, int]]:
-        """Addresses with the number of omitted lines about each; resets these numbers.
+        """Return the addresses and the number of omitted lines about each, and reset the numbers.
 
         Args:
             now: Time [s].
-            after: Least time since the first omitted line of an address, for the address to be
-                listed [s].
+            after: Only addresses whose first omitted line is at least this old are returned [s].
         """
         due = [
             (name, known.left_out)

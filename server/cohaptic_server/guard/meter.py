@@ -8,10 +8,9 @@ from cohaptic_server.guard.limits import Limits
 
 
 class Meter:
-    """Meter of one connection.
+    """Counts the messages of one connection, and reports an error if they exceed its budgets.
 
     Args:
-        limits: Limits of the server.
         simulation_hz: Ticks of the server per second [Hz].
     """
 
@@ -21,7 +20,7 @@ class Meter:
         self._samples = self._texts = self._beats = FULL
 
     def sample(self, now: float) -> RemoteProtocolError | None:
-        """Count a read with one sample, the usual case; returns an error if it is one too many."""
+        """Count a read with one sample, the usual case; returns an error if the budget is spent."""
         bucket = spend(self._samples, 1.0, self._sample_budget, now)
         if bucket is None:
             return too_many("samples", 1, self._sample_budget)

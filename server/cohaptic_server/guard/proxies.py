@@ -1,4 +1,4 @@
-"""Trusted proxies, and the address that they give as the origin of a connection.
+"""Trusted proxies, and the visitor's address that they report for a connection.
 
 X-Forwarded-For, and Forwarded of RFC 7239, are lists; each proxy appends the address that connected
 to it. Anybody can have written the entries before those of trusted proxies, so both lists are read
@@ -74,9 +74,9 @@ class Proxies:
         return address is not None and any(address in network for network in self.networks)
 
     def source_of(self, host: str) -> str:
-        """Source with which a connection is counted: a proxy's own address, else as `source_of`.
+        """Source whose budgets a connection spends: a proxy's own address, or as `source_of`.
 
-        Other addresses in the /64 network of a proxy do not count as the proxy.
+        Other IPv6 addresses in the /64 network of a proxy do not count as the proxy.
 
         Args:
             host: Address of the other end, as a socket names it.
@@ -86,7 +86,7 @@ class Proxies:
     def visitor(
         self, proxy: str, forwarded_for: Sequence[str], forwarded: Sequence[str]
     ) -> str | Refusal:
-        """Source with which a proxy's connection is counted: the last listed one that is no proxy.
+        """Source of the visitor behind a proxy: the last listed address that is no proxy itself.
 
         Args:
             proxy: Source of the proxy, as `source_of` names it.
@@ -94,9 +94,9 @@ class Proxies:
             forwarded: Values of Forwarded, in their order.
 
         Returns:
-            The source, or a refusal if both lists are present and name different sources. One of
-            them may come from the visitor and be passed on by the proxy; the server cannot tell
-            which.
+            The source, or a refusal if both lists are present and name different sources. In that
+            case one list may come from the visitor, with the proxy passing it on, and the server
+            cannot tell which.
         """
         lists = (
             [_host(entry) for entry in _from_the_end(forwarded_for)],
@@ -123,10 +123,10 @@ class Proxies:
 
 
 def _from_the_end(values: Sequence[str]) -> Iterator[str]:
-    """Entries of a list, the last entry first; a comma within quotes does not separate entries.
+    """Yield the entries of a list, the last one first; commas within quotes do not separate them.
 
-    Quotes are counted from the end as well, so that a quote which a stranger leaves open does not
-    enclose an entry that a proxy has added.
+    Quotes are paired from the end, too. A quote that a stranger leaves open then cannot enclose an
+    entry that a proxy has added.
     """
     whole = _ESCAPED.sub("_", ",".join(value for value in values[-_MOST_LINES:] if value.strip()))
     if not whole:

@@ -1,7 +1,7 @@
 """Checks the recent requests of each address against its budgets.
 
-The number of remembered addresses is bounded: among the addresses without connections and unread
-responses, those that have been silent for longest are forgotten first.
+The number of remembered addresses is bounded. Addresses without connections and without unread
+responses are forgotten, starting with those that have been silent for longest.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ UNKNOWN = "unknown"
 
 
 def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """IP address of a text, as IPv4 if it is an IPv4-mapped IPv6 address; None if invalid."""
+    """Parse an IP address; an IPv4-mapped IPv6 address becomes IPv4; None if invalid."""
     try:
         address = ipaddress.ip_address(host.partition("%")[0])
     except ValueError:
@@ -32,9 +32,9 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 @lru_cache(maxsize=_MOST_SOURCES)
 def source_of(host: str) -> str:
-    """Source with which a connection is counted: the IPv4 address, or the IPv6 /64 network.
+    """Source whose budgets a connection spends: its IPv4 address, or its IPv6 /64 network.
 
-    One subscriber has one /64 network. An IPv6 loopback address counts as itself.
+    One subscriber has one /64 network. The IPv6 loopback address is a source of its own.
 
     Args:
         host: Address of the other end, as a socket names it.
@@ -64,7 +64,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Usage of one address; token buckets as in `budget`."""
+    """Connections and unread bytes of one address, and its token buckets (`budget.py`)."""
 
     open: int = 0
     unread: int = 0
@@ -93,7 +93,10 @@ class Sources:
         return len(self._known)
 
     def enter_proxy(self, source: str, now: float) -> Refusal | None:
-        """Count a connection of a proxy, which serves many people, until its visitor is known."""
+        """Count a connection of a proxy until its visitor is known.
+
+        Only the total number of connections is checked, since a proxy serves many people.
+        """
         if self.open >= self.limits.open_in_all:
             self.refused += 1
             return Refusal(f"open connections: at most {self.limits.open_in_all}", 5.0)
@@ -103,7 +106,7 @@ class Sources:
         return None
 
     def enter(self, source: str, now: float) -> Refusal | None:
-        """Count a new connection or refuse it; `leave` must follow for a counted connection."""
+        """Count or refuse a new connection; a counted one needs `leave` at its end."""
         limits, known = self.limits, self._known.get(source, _Source())
         refusal = self._refusal(known, now)
         if refusal is not None:
@@ -155,15 +158,15 @@ class Sources:
         return spent is not None
 
     def dismiss(self, source: str, now: float) -> None:
-        """Count a connection that is closed because it asked for too much."""
+        """Count a connection that is closed because the client has exceeded its budgets."""
         known, budget = self._known.get(source, _Source()), self.limits.dismissals
         spent = spend(known.dismissals, 1.0, budget, now)
-        if spent is None:  # all that are open may ask for too much at once
+        if spent is None:  # all open connections may ask for too much at once
             spent = now + budget.burst / budget.rate
         self._keep(source, replace(known, dismissals=spent), now)
 
     def respond(self, source: str, size: int, now: float) -> Refusal | None:
-        """Count a response of `size` bytes or refuse it; `taken` must follow if it is counted."""
+        """Count or refuse a response of `size` bytes; a counted one needs `taken` after it."""
         limits, known = self.limits, self._known.get(source, _Source())
         for waits, limit, whose in (
             (known.unread, limits.unread, f"for {source}"),
@@ -178,7 +181,7 @@ class Sources:
         return None
 
     def taken(self, source: str, size: int) -> None:
-        """Count a response of `size` bytes that was sent, or was given up."""
+        """Subtract `size` unread bytes of responses that were sent or given up."""
         known = self._known.get(source)
         if known is not None:
             self.unread -= min(size, known.unread)
@@ -200,7 +203,8 @@ class Sources:
         self._known[source] = known
         if len(self._known) <= _MOST_SOURCES:
             return
-        # Forget the addresses that were silent for longest; a quarter, so that this happens seldom.
+        # Forget the addresses that were silent for longest: a quarter of all at once, so that the
+        # search happens seldom.
         closed = [name for name, other in self._known.items() if not other.open + other.unread]
         for name in closed[: max(1, _MOST_SOURCES // 4)]:
             del self._known[name]

@@ -1,1 +1,1 @@
-"""The HTTP service, as functions from request to response."""
+"""The HTTP service: pure functions that turn a request into a response."""

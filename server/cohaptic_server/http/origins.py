@@ -1,7 +1,7 @@
-"""Checks of a request's origin and host: no foreign page may reach us through a visitor's browser.
+"""Checks the origin and host of requests, so that no foreign page uses a visitor's browser.
 
 A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
-the same, the page is the server's own. That counts only if the host is one of the server's own
+the same, the page is the server's own. The check also needs the host to be one of the server's own
 names, since a stranger can make any name point at any address (DNS rebinding).
 """
 
@@ -19,13 +19,13 @@ _OWN_HOST = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d+)?", re.IGNORECASE
 
 
 def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> bool:
-    """Whether a request was meant for this server.
+    """Whether the Host header of a request names this server.
 
     Args:
         host: Host header of the request; None if it is missing, which no browser omits.
         own: Address of this machine that the connection came to; None if it is not known.
-        allowed: Further names of the server, without ports; `.lab.example` and `*.lab.example` are
-            all names below that one.
+        allowed: Further names of the server, without ports; `.lab.example` and `*.lab.example`
+            stand for all names below `lab.example`.
     """
     if host is None:
         return False
@@ -67,15 +67,15 @@ def is_of_this_machine(
 ) -> bool:
     """Whether a request may do more than touch, such as bring a file.
 
-    The request must come from this machine, also through a tunnel, and from the server's own page,
-    an allowed origin or no page at all. Other pages of this machine are refused, and so is a page
-    of a name that was made to point at it.
+    The connection must come from this machine, or through a tunnel that ends on this machine. The
+    request must come from the server's own page, an allowed origin or no page at all. Other pages
+    of this machine are refused, and so is a page whose name was made to point at this machine.
 
     Args:
         origin: Origin header of the request; None from a native client.
         host: Host header of the request; None if it is missing.
         peer: Address of the other end; None if it is not known.
-        allowed: Further origins whose pages may do so.
+        allowed: Further origins whose pages are accepted.
     """
     if peer is None or not _is_loopback(peer):
         return False
@@ -92,7 +92,7 @@ def _is_loopback(peer: str) -> bool:
 
 
 def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """An address, as IPv4 if it is an IPv4-mapped IPv6 address; None if the text is a name."""
+    """Parse an IP address; an IPv4-mapped IPv6 address becomes IPv4; None if it is a name."""
     try:
         address = ipaddress.ip_address(text.partition("%")[0])
     except ValueError:
@@ -102,7 +102,7 @@ def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 def is_of_many(allowed: str) -> bool:
-    """Whether an allowed name is a wildcard for all names below it, and so cannot be opened."""
+    """Whether an allowed name is a wildcard for many names, which no browser can open."""
     return allowed.startswith((".", "*."))
 
 

@@ -1,4 +1,4 @@
-"""Files of the page, read once when the server starts; no other file is served."""
+"""Reads the files of the page when the server starts; the server serves no other file."""
 
 from __future__ import annotations
 

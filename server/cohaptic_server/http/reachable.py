@@ -1,4 +1,4 @@
-"""Names under which other machines reach a server, for people to share. No I/O."""
+"""Finds the addresses of a server that people can share with other machines. No I/O."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Collection, Sequence
 
 from cohaptic_server.http.origins import is_of_many
 
-# Listening addresses for all interfaces, with the IP versions of the connections that come in.
+# Listening addresses that stand for all interfaces, with the IP versions that they accept.
 ALL_INTERFACES = {"": (4, 6), "0.0.0.0": (4,), "::": (6,)}
 PATH = "/v1/hosts"
 
 
 def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) -> tuple[str, ...]:
-    """Names and addresses of a server, the best to share first; () if no other machine reaches it.
+    """Hosts of a server that other machines reach, the best one first; () if there is none.
 
     Args:
         host: Host that the server listens on.
-        names: Further names of the server, as its owner has given them.
+        names: Further names of the server, from its owner; wildcards are left out.
         found: Addresses of this machine.
     """
     bare = host.strip("[]")
@@ -58,7 +58,7 @@ def _is_own(host: str) -> bool:
 
 
 def _is_shared(address: str, versions: Collection[int]) -> bool:
-    """Whether other machines can connect to an address; a link-local one needs a zone as well."""
+    """Whether other machines can connect to an address; not link-local, which needs a zone too."""
     try:
         known = ipaddress.ip_address(address)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Makes the response to an HTTP request on the port of the websockets. No I/O."""
+"""Makes the responses to HTTP requests that come to the port of the websockets. No I/O."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """A whole response.
+    """A complete HTTP response.
 
     Args:
         status: HTTP status code, such as 200.
@@ -77,7 +77,7 @@ class BlockNeeded:
 
 
 class Site:
-    """All routes.
+    """Answers requests for all paths: the page, its health check and Green's functions.
 
     Args:
         page: Files of the page by path; empty if the page was not built.
@@ -99,7 +99,7 @@ class Site:
         self._vertices = vertices
 
     def answer(self, request: Request, *, ticking: bool) -> Answer | BlockNeeded:
-        """The response, or the block that it needs first.
+        """Return the response, or the block of Green's functions that the response needs first.
 
         Args:
             ticking: Whether the simulation is running.
@@ -137,10 +137,10 @@ class Site:
 
 
 def framed(answer: Answer, frames: Sequence[str]) -> Answer:
-    """The same answer, with headers that let pages of these origins show it in a frame.
+    """Copy an answer with headers that let pages of these origins show the answer in a frame.
 
-    X-Frame-Options cannot list origins, so it is left out: current browsers ignore that header if
-    there is `frame-ancestors`.
+    X-Frame-Options cannot list origins, so that header is removed; current browsers use
+    `frame-ancestors` instead.
     """
     policy = ("Content-Security-Policy", _SOURCES + " ".join(frames))
     headers = (policy if header[0] == policy[0] else header for header in answer.headers)
@@ -152,7 +152,7 @@ def page(request: Request, kind: str, body: bytes, policy: str | None = None) ->
 
     Args:
         kind: Media type.
-        policy: Content-Security-Policy in place of the page's; None keeps that.
+        policy: Content-Security-Policy of the response; None for that of the page.
     """
     whole = _answer(request, 200, "OK", kind, body, ("Cache-Control", "no-store"))
     if policy is None:
@@ -163,16 +163,17 @@ def page(request: Request, kind: str, body: bytes, policy: str | None = None) ->
 
 
 def moved(request: Request, location: str) -> Answer:
-    """A temporary redirect; characters that a header cannot hold become %XX."""
+    """A temporary redirect to `location`; characters that a header cannot hold become %XX."""
     location = quote(location, safe=_OF_ADDRESSES)
     return text(request, 307, "Temporary Redirect", f"{location}\n", ("Location", location))
 
 
 def query_without_token(target: str) -> str:
-    """The query of a target with its question mark, without the value of any token in it.
+    """Query of a target, with its question mark but without the values of tokens.
 
-    The value is removed because addresses end up in logs. The name stays, so that the page can tell
-    its visitor where tokens belong. The part behind a '#' is dropped, since no server needs it.
+    The values are removed because addresses end up in logs. The name `token` stays, so that the
+    page can tell its visitor where tokens belong. The part behind a '#' is dropped, since no server
+    needs it.
     """
     _, mark, query = target.partition("#")[0].partition("?")
     fields = (field.partition("=") for field in query.split("&"))
@@ -183,7 +184,7 @@ def query_without_token(target: str) -> str:
 
 
 def green_block(request: Request, block: bytes | None) -> Answer:
-    """The response with a block; a 503 if `block` is None because it was not solved in time."""
+    """The response with a block of Green's functions; a 503 response if `block` is None."""
     if block is None:
         message = "too many are being solved; ask again\n"
         return text(request, 503, "Service Unavailable", message, ("Retry-After", "1"))

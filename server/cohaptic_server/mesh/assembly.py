@@ -1,4 +1,4 @@
-"""Assembly of blocks per triangle into vectors and sparse matrices over all vertices."""
+"""Adds up the vectors or blocks of triangles into a vector or sparse matrix over all vertices."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def scatter_vector(per_face: Floats, faces: Ints, n: int) -> Floats:
 
 
 def scatter_matrix(blocks: Floats, faces: Ints, n: int) -> sp.csr_array:
-    """Sum blocks (m, 3 corners, 3, 3 corners, 3) over the faces into a sparse (3 n, 3 n)."""
+    """Sum blocks (m, 3 corners, 3, 3 corners, 3) over the faces into a sparse matrix."""
     dof = (3 * faces[:, :, None] + np.arange(3)).reshape(len(faces), 9)
     rows, columns = np.repeat(dof, 9, axis=1).ravel(), np.tile(dof, (1, 9)).ravel()
     matrix = sp.coo_array((blocks.reshape(-1), (rows, columns)), shape=(3 * n, 3 * n))

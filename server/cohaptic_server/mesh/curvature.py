@@ -4,8 +4,8 @@ A sphere of curvature c through a point with normal n satisfies 2 h + c r^2 = 0 
 points, at height h over the tangent plane and distance r from the point. Height and tilt are fitted
 beside c, because the given point and normal are means over the pressure and do not lie exactly on
 the surface. The weight of a point falls to zero towards the fit's radius, so that a point that
-enters or leaves the fit changes the curvature continuously. The fit of a bulge that others press
-into a surface (`search/bulge_fit.py`) has the same kind of weights.
+enters or leaves the fit changes the curvature continuously. The fit of a bulge that other users
+press into a surface (`search/bulge_fit.py`) has the same kind of weights.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 FIT_RADIUS = 2.5  # contact radii round the contact from which points are fitted
 _MIN_SPACINGS = 3.0  # vertex spacings; least radius of the fit on a coarse mesh
-_SPHERE_ROOM = np.zeros((5, 6))  # room for the equations of one fit after the other
+_SPHERE_ROOM = np.zeros((5, 6))  # room for the equations, used by each fit in turn
 
 
 def fit_curvatures(
@@ -35,18 +35,20 @@ def fit_curvatures(
 
     Args:
         rest: Resting positions of all vertices, shape (v, 3) [m].
-        starts: Where the part of each of n contacts begins, and where the last ends, of `vertices`
-            in the first row and of `rows` in the second, shape (2 or more, n + 1).
+        starts: Index at which the part of each of n contacts begins, and index at which the last
+            part ends: in `vertices` (first row) and in `rows` (second row), shape (2 or more,
+            n + 1).
         vertices: Vertices whose displacement is known, shape (k,).
         displacement: Displacement of these vertices, shape (k, 3) [m].
-        rows: Vertices that are fitted, counted from the contact's first vertex, shape (r,).
+        rows: Vertices that are fitted, as indices into the contact's part of `vertices`, shape
+            (r,).
         points: Contact points, shape (n, 3) [m].
-        normals: Outward unit normals there, shape (n, 3).
+        normals: Outward unit normals at the contact points, shape (n, 3).
         radius: Radius of the fit [m].
 
     Returns:
-        The curvatures, at most 2 / radius: a sphere smaller than the fitted region has no meaning.
-        Zero with fewer than six points. Shape (n,).
+        The curvatures, shape (n,), at most 2 / radius in magnitude, since a sphere smaller than the
+        fitted region has no meaning. Zero with fewer than six points.
     """
     found = np.empty(len(points))
     fit_spheres(

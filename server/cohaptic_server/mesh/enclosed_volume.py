@@ -1,8 +1,9 @@
-"""Volume inside a closed triangle surface, V = sum a . (b x c) / 6, with both derivatives.
+"""Volume inside a closed triangle surface, its gradient and its Hessian.
 
-The gradient times a pressure is the force of the water on the vertices; the Hessian times the
-pressure is the stiffness of a pressure that follows the surface. On a closed surface a translation
-changes neither, so moving a free balloon takes no work.
+The volume is V = sum a . (b x c) / 6 over triangles with corners a, b, c. The gradient times a
+pressure is the force of the water on the vertices; the Hessian times the pressure is the stiffness
+of a pressure that follows the surface. A translation of a closed surface changes neither of them,
+so moving a free balloon takes no work.
 """
 
 from __future__ import annotations
@@ -15,20 +16,20 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def volume(x: Floats, faces: Ints) -> float:
-    """Enclosed volume [m^3] of vertices `x`, shape (n, 3)."""
+    """Volume that a surface with vertices `x`, shape (n, 3), encloses [m^3]."""
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
     return float(np.einsum("mi,mi->", a, np.cross(b, c))) / 6.0
 
 
 def volume_gradient(x: Floats, faces: Ints) -> Floats:
-    """dV/dx, shape (3 n,) [m^2]."""
+    """Gradient dV/dx of the enclosed volume, shape (3 n,) [m^2]."""
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
     corners = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
     return scatter_vector(corners, faces, len(x))
 
 
 def volume_hessian(x: Floats, faces: Ints) -> sp.csr_array:
-    """d2V/dx2, symmetric, shape (3 n, 3 n) [m]."""
+    """Hessian d2V/dx2 of the enclosed volume, symmetric, shape (3 n, 3 n) [m]."""
     corners = x[faces]  # (m, 3, 3)
     blocks = np.zeros((len(faces), 3, 3, 3, 3))
     for k in range(3):
@@ -40,7 +41,7 @@ def volume_hessian(x: Floats, faces: Ints) -> sp.csr_array:
 
 
 def _skew(v: Floats) -> Floats:
-    """[v]x with [v]x w = v x w, shape (m, 3, 3)."""
+    """Matrix [v]x of each vector v, with [v]x w = v x w, shape (m, 3, 3)."""
     out = np.zeros((len(v), 3, 3))
     out[:, 0, 1], out[:, 0, 2] = -v[:, 2], v[:, 1]
     out[:, 1, 0], out[:, 1, 2] = v[:, 2], -v[:, 0]

@@ -1,7 +1,7 @@
-"""A sphere of nearly equal triangles.
+"""Makes a sphere of nearly equal triangles.
 
-Tests compare this sphere with trimesh's, which is the same: importing trimesh would take a quarter
-of the start-up time of a server.
+Tests check that the sphere equals that of trimesh, which is not used here: importing trimesh would
+take a quarter of the start-up time of a server.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rigid motions, which store no energy."""
+"""Rigid motions of points, which store no elastic energy."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cohaptic_server.numeric import Floats
 
 
 def rigid_motions(x: Floats) -> Floats:
-    """Displacement by the three translations and the three rotations about the origin.
+    """Displacements of points by three translations and by three rotations about the origin.
 
     Args:
         x: Positions of the points, shape (n, 3) [m].

@@ -1,4 +1,4 @@
-"""An evenly spread subset of points."""
+"""Chooses an evenly spread subset of points."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def spread_over(points: Floats, count: int) -> Ints:
-    """Farthest-point sampling: each point is the farthest from those chosen before it.
+    """Choose points by farthest-point sampling: each is the farthest from those chosen before.
 
     Args:
         points: Positions to choose from, shape (n, 3) [m].

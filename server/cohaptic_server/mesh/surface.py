@@ -1,4 +1,4 @@
-"""A closed triangle surface as a frozen value."""
+"""A closed triangle surface that cannot be changed, with its normals and searches."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Points spread evenly over a surface, for pressures that do not end at a vertex.
+    """Points spread evenly over a surface, for pressures whose edge lies between vertices.
 
     Args:
         points: Positions of the points, shape (q, 3) [m].
@@ -46,7 +46,7 @@ class Quadrature:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree over `points`, for many places at once."""
+        """Search tree over `points`, for queries at many places at once."""
         from scipy.spatial import cKDTree
 
         return cKDTree(self.points)
@@ -54,16 +54,16 @@ class Quadrature:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The search for contacts on a surface, and the arrays in which it leaves a contact.
+    """The search for contacts on a surface, and the arrays to which it writes a contact.
 
     Args:
         search: Contact search, which holds the contact that was found last.
-        near: Search for the nearest point alone.
+        near: Search for the nearest point of the surface alone.
         field: Displacement field that the contact search reads.
         frame: Foot, contact point and normal of the contact, shape (3, 3).
-        under: Vertices under its pressure, shape (n,); the first `search.count` are valid.
+        under: Vertices under the contact's pressure, shape (n,); the first `search.count` count.
         weights: Share of each of these vertices in the force, shape (n,).
-        place: Room for `search.put`, shape (3,) [m].
+        place: Room for the result of `search.put`, shape (3,) [m].
     """
 
     search: ContactSearch
@@ -84,8 +84,9 @@ class SurfaceMesh:
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
 
     Attributes:
-        rings: Faces round each vertex, padded with its first face, shape (n, valence).
-        around: Faces that share a vertex with each face, itself included, padded, (m, 3 valence).
+        rings: Faces round each vertex; short rows repeat their first face, shape (n, valence).
+        around: Faces that share a vertex with each face, the face itself included; some faces are
+            repeated, shape (m, 3 valence).
         quadrature: Quadrature points on the faces.
         normals: Outward unit normal of each vertex, shape (n, 3).
         split: Square root of the number of quadrature points of a face.
@@ -117,7 +118,7 @@ class SurfaceMesh:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree over `vertices`, for many places at once."""
+        """Search tree over `vertices`, for queries at many places at once."""
         from scipy.spatial import cKDTree
 
         return cKDTree(self.vertices)

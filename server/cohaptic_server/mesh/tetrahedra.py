@@ -1,4 +1,4 @@
-"""A volume mesh of tetrahedra as a frozen value, and its boundary surface."""
+"""A volume mesh of tetrahedra that cannot be changed, and its boundary surface."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TetMesh:
     """Corners and tetrahedra of a solid at rest.
 
     Args:
-        vertices: Shape (n, 3) [m].
+        vertices: Positions of the corners, shape (n, 3) [m].
         tets: Indices into `vertices`, of positive volume, shape (m, 4).
     """
 
@@ -45,7 +45,7 @@ class TetMesh:
 
     @classmethod
     def checked(cls, vertices: Floats, tets: Ints) -> TetMesh:
-        """Check a mesh from outside: drop unused vertices, reorient inverted tetrahedra.
+        """Make a mesh after checks; unused vertices are dropped, inverted tetrahedra reoriented.
 
         Raises:
             SeveralPiecesError: The mesh is in several pieces.
@@ -96,7 +96,7 @@ def boundary(tets: Ints) -> Ints:
 
 
 def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
-    """Nodes of ten-node tetrahedra with straight edges.
+    """Nodes and elements of ten-node tetrahedra with straight edges.
 
     Returns:
         Nodes: the corners, then the middle of each edge, shape (n + e, 3) [m]; elements: four
@@ -127,10 +127,10 @@ def quadratic_boundary(elements: Ints) -> Ints:
 
 
 def _numbered(rows: Ints) -> Ints:
-    """Number rows of vertices (m, k) in the order of the rows, to sort them in a tenth of the time.
+    """One number for each row of vertices (m, k): numbers sort like rows, in a tenth of the time.
 
-    Rows of three vertices still fit in a mesh of two million vertices; a mesh that is factored has
-    a tenth of that.
+    The numbers of rows of three vertices fit into 64 bits up to two million vertices; a mesh that
+    is factored has a tenth of that.
     """
     n = int(rows.max(initial=0)) + 1
     if n ** rows.shape[1] > np.iinfo(np.int64).max:
@@ -142,7 +142,7 @@ def _numbered(rows: Ints) -> Ints:
 
 
 def pieces(tets: Ints, n: int) -> Ints:
-    """Number of the part in which each of `n` vertices lies; parts share no vertex, shape (n,)."""
+    """Index of the piece in which each of `n` vertices lies; pieces share no vertex, shape (n,)."""
     rows, columns = np.repeat(tets[:, 0], 3), tets[:, 1:].ravel()
     graph = sp.coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
     _, part = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
@@ -150,9 +150,9 @@ def pieces(tets: Ints, n: int) -> Ints:
 
 
 def face_pieces(tets: Ints) -> Ints:
-    """Number of the part in which each tetrahedron lies; parts share no face, shape (m,).
+    """Index of the piece in which each tetrahedron lies; pieces share no face, shape (m,).
 
-    Parts may share a corner or an edge, about which one of them then turns as about a hinge.
+    Two pieces may share a corner or an edge, about which one of them turns as about a hinge.
     """
     count = len(tets)
     key = _numbered(np.sort(tets[:, np.array(_FACES)].reshape(-1, 3), axis=1))

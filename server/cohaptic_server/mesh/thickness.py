@@ -12,10 +12,10 @@ _SMOOTH = 0.82  # cosine of 35 degrees, between the normals of a vertex and of a
 
 
 def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
-    """Depth under each vertex down to which its own side is the nearest, shape (k,) [m].
+    """Depth under each vertex down to which its side of the body is the nearest, (k,) [m].
 
     The depth is half of the thickness of a plate, and the radius of a tube or a ball. Where the
-    other side is nearer already after a fiftieth of the body's size, the depth is half of the
+    other side is nearer already at a fiftieth of the body's size, the depth is half of the
     thickness straight below, at most that fiftieth.
     """
     steps = mesh.size * np.linspace(0.02, 1.0, 50)
@@ -55,9 +55,9 @@ def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
 
 
 def is_smooth(mesh: SurfaceMesh) -> Mask:
-    """Vertices that lie on no sharp edge or tip, shape (n,).
+    """Whether each vertex lies away from sharp edges and tips, shape (n,).
 
-    The normals of all faces round such a vertex are within 35 degrees of its own.
+    The normals of all faces round such a vertex are within 35 degrees of the vertex's normal.
     """
     areas = face_area_vectors(mesh.vertices, mesh.faces)
     normals = areas / np.maximum(np.linalg.norm(areas, axis=1, keepdims=True), 1e-300)

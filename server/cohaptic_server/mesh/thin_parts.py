@@ -1,20 +1,21 @@
-"""Finer tetrahedra where a body is thin, and bends more than it is squeezed.
+"""Makes tetrahedra finer where a body is thin and bends more than it is squeezed.
 
 A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
-body or longer. Squeezing needs few elements. Bending is cubic between two supports; the part that
-quadratic elements cannot follow makes a plate too stiff, by two terms (docs/decisions/0065):
+body or longer. Squeezing needs few elements. The deflection of a bent plate is cubic between two
+supports; as quadratic elements cannot follow it wholly, the plate is too stiff by two terms
+(docs/decisions/0065):
 
     63 % (h / R)^2 (1 + (h / t)^2 / 22)
 
 with edges up to h, on a clamped plate of radius R and thickness t. The first term is the curvature
 that changes within an element. The second term is the shear that an element far longer than it is
-thick cannot avoid as it bends, so that edges of thin sheets are shorter still.
+thick cannot avoid as it bends, so that thin sheets need still shorter edges.
 
 Edges become shorter in chosen places by bisection of longest edges (Rivara 1984). An edge is split
-in its middle, in all tetrahedra round it, once it is the longest in each of them; if it is not yet,
-the longer edges beside it are split first. Neighbours conform after each split, and the flatness
-of elements stays within a bounded share of what it was. A layer one element thick is split along
-itself and not through its thickness, as its long edges lie along it.
+in its middle, in all tetrahedra round it, as soon as it is the longest edge of each of them; longer
+edges of these tetrahedra are split before it. Neighbours conform after each split, and elements
+become flatter by no more than a bounded factor. In a layer one element thick the edges along the
+layer are split and not those through its thickness, which are shorter.
 """
 
 from __future__ import annotations
@@ -28,17 +29,17 @@ from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-# Largest thickness of a thin part, and its longest edge, over the edge length that is asked for.
+# Largest thickness of a thin part, and longest edge in it, both over the requested edge length.
 # fTetWild's own edges are up to 1.9 times as long as asked for.
 THIN, SHORT = 1.5, 0.75
-# Multiple of that thickness up to which edges grow with the thickness of a part: at twice the
-# thickness they are as long as fTetWild's own, and a shorter `--edge` never gives a coarser plate.
+# Multiple of the thickness `THIN` up to which edges grow with the thickness of a part: at twice
+# `THIN` they are as long as fTetWild's own, and a shorter `--edge` never gives a coarser plate.
 FADES = 2.0
 _LOCKS = 1.0 / 22.0  # factor of (h / t)^2 in the second term, over the first term
-_SHORTEST = 0.35  # least share of `SHORT` edges, as the tip of a wedge has no thickness
+_SHORTEST = 0.35  # least edge as a share of `SHORT`, as the tip of a wedge has no thickness
 _OPPOSED = -0.5  # cosine of 120 degrees, between the normals of the two sides
-# Largest distance between the middles of two opposed faces, over the thickness or over `THIN` if
-# that is more: one middle may lie half an edge beside the place straight through from the other.
+# Largest distance between the middles of two opposed faces, over the thickness or over `THIN` edge
+# lengths if that is more: one middle may lie half an edge beside the point opposite the other.
 _BESIDE = 1.1
 _BATCH = 256  # faces whose neighbours are looked for together: 100 MB where all are neighbours
 
@@ -49,7 +50,7 @@ def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
     Args:
         tets: Mesh of the object.
         length: Edge length that was asked for [m].
-        most: Largest number of tetrahedra; an object that has as many has a fine mesh already.
+        most: Largest number of tetrahedra; an object with as many is fine already, and not split.
     """
     thickness = np.full(len(tets.vertices), np.inf)
     if len(tets.tets) < most:
@@ -58,12 +59,13 @@ def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
 
 
 def longest_wanted(thickness: Floats, length: float) -> Floats:
-    """Longest edge with which a part of some thickness bends well enough, shape (n,) [m].
+    """Longest edge with which a part of a given thickness bends accurately enough, (n,) [m].
 
     The error is that of a `SHORT` edge on a part many times thicker than the edge is long.
 
     Args:
-        thickness: Thickness of the part, shape (n,) [m]; infinite where a part is not thin.
+        thickness: Thickness of the part at each vertex, shape (n,) [m]; infinite where a part is
+            not thin.
         length: Edge length that was asked for [m].
     """
     thin, wanted = np.isfinite(thickness), np.full(len(thickness), np.inf)
@@ -77,13 +79,13 @@ def longest_wanted(thickness: Floats, length: float) -> Floats:
 
 
 def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
-    """Thickness of a body at the vertices of faces behind which its other side is near, (n,) [m].
+    """Thickness of a body at each vertex where its other side is near; else infinite, (n,) [m].
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
         faces: Faces of the surface, counter-clockwise from outside, shape (m, 3).
-        most: Largest distance of the other side, along the normal of a face [m]; where the other
-            side is further, and inside the body, the result is infinite.
+        most: Largest distance of the other side, along the normal of a face [m]. The result is
+            infinite where the other side is further, and at vertices inside the body.
     """
     from scipy.spatial import cKDTree  # takes 0.3 s, and only preparing an object needs it
 
@@ -109,7 +111,7 @@ def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
 
 
 _EDGES = np.array(EDGES)
-_SHRINK = 0.9  # from one excess to the next; all edges of a level are split before shorter ones
+_SHRINK = 0.9  # ratio of successive excesses; each level's edges are split before shorter ones
 _MOST_PASSES = 100  # passes for one excess; plates, rods and bowls took at most 8
 
 
@@ -120,10 +122,10 @@ class Bisected:
     Args:
         tets: Mesh after the splits; vertices of the original mesh come first, in their order.
         parent: Original tetrahedron that contains each one, shape (m,).
-        wanted: Longest edge that is wanted at each vertex, infinite where any will do, shape (n,)
-            [m]. An edge may have the longer of the lengths of its two ends.
-        excess: Bound of the edges' lengths over the wanted ones: 1, or more if there was no room
-            for more tetrahedra, or less if nothing had to be split.
+        wanted: Longest edge that is wanted at each vertex, infinite where any length will do, shape
+            (n,) [m]. An edge may be as long as the longer of the lengths wanted at its ends.
+        excess: Bound of each edge's length over the wanted one: 1, or more if more tetrahedra were
+            not allowed, or less if no edge had to be split.
     """
 
     tets: TetMesh
@@ -133,14 +135,14 @@ class Bisected:
 
 
 def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
-    """Split edges until none is longer than is wanted where it lies.
+    """Split edges until none is longer than the longer of the lengths wanted at its ends.
 
     Args:
         tets: Mesh of the object.
-        wanted: Longest edge at each vertex, shape (n,) [m]; infinite where any will do. The middle
-            of a split edge gets the mean of its ends.
+        wanted: Longest edge at each vertex, shape (n,) [m]; infinite where any length will do. The
+            middle of a split edge gets the mean of the lengths at its ends.
         most: Largest number of tetrahedra. Multiples of the wanted lengths are tried from the
-            longest down, and the last one for which there is room is taken.
+            longest down, and the last one that this number allows is taken.
     """
     start = longest_over_wanted(tets, wanted)
     now = Bisected(tets, np.arange(len(tets.tets), dtype=np.int64), wanted, start)
@@ -154,7 +156,7 @@ def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
 
 
 def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
-    """Largest ratio of an edge's length to the wanted one; 0 where any length will do."""
+    """Largest ratio of an edge's length to the wanted one; 0 if any length will do."""
     edges = tets.tets[:, _EDGES].reshape(-1, 2)
     along = tets.vertices[edges[:, 1]] - tets.vertices[edges[:, 0]]
     ratio = np.linalg.norm(along, axis=1) / wanted[edges].max(axis=1)
@@ -162,7 +164,7 @@ def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
 
 
 def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
-    """Split until no edge is over a multiple of the wanted length; None if there is no room."""
+    """Split edges over `excess` times the wanted length; None if this takes more than `most`."""
     for _ in range(_MOST_PASSES):
         after = _split_once(mesh, excess)
         if after is None:
@@ -174,7 +176,11 @@ def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
 
 
 def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
-    """Split edges that must be split and are longest in all their tetrahedra; None if none are."""
+    """Split edges that must be split and are the longest of all their tetrahedra, if any.
+
+    Returns:
+        The mesh after these splits; None if there was no such edge.
+    """
     x, t = mesh.tets.vertices, mesh.tets.tets
     pairs = np.sort(t[:, _EDGES].reshape(-1, 2), axis=1)
     numbers, first, of = np.unique(
@@ -204,10 +210,10 @@ def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
 
 
 def _on_the_way(of: Ints, longest: Ints, over: Mask) -> Mask:
-    """Edges that have to be split before or with the edges over their wanted length, shape (e,).
+    """Whether each edge must be split in order to split those over their wanted length, (e,).
 
-    These are the longest edges of all tetrahedra that have an edge over its wanted length, or the
-    longest edge of another such tetrahedron.
+    These are the longest edges of certain tetrahedra: of those with an edge over its wanted length,
+    and of those that contain the longest edge of another one of these tetrahedra.
 
     Args:
         of: Edges of each tetrahedron, shape (m, 6).

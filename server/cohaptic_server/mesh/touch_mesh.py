@@ -2,7 +2,7 @@
 
 A patch holds a bounded number of vertices, while a mesh may be arbitrarily fine. A contact averages
 over its pressure: vertices much closer together than its radius carry the same information, and a
-sliding hand would run off a patch of them. A fine mesh is therefore thinned for touch, to evenly
+sliding hand would soon leave a patch of them. A fine mesh is therefore thinned for touch, to evenly
 spread vertices and the dual triangles of their Voronoi regions on the surface. The mesh that is
 shown is not thinned.
 """
@@ -32,7 +32,7 @@ class TouchMesh:
     """Some vertices of a surface and the triangles between them.
 
     Args:
-        vertices: Indices into the whole surface, rising, shape (t,).
+        vertices: Indices of these vertices in the whole surface, in rising order, shape (t,).
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
         points: Positions of the vertices at rest, shape (t, 3) [m].
         normals: Normals of the whole surface at these vertices, shape (t, 3).
@@ -41,8 +41,8 @@ class TouchMesh:
     Attributes:
         search: Search for the points near a place.
         window: Search for the points near a path.
-        found: Where `window` leaves points, as indices into `points`, shape (t,).
-        path: Where `window` leaves the points of a path, shape (w, 3) [m].
+        found: Array to which `window` writes vertices, as indices into `points`, shape (t,).
+        path: Array to which `window` writes the points of a path, shape (w, 3) [m].
     """
 
     vertices: Ints
@@ -73,7 +73,7 @@ class TouchMesh:
 
 
 def _beside(faces: Ints, count: int) -> Ints:
-    """Vertices that share an edge with each vertex, padded with itself, (count, valence)."""
+    """Vertices that share an edge with each one; short rows repeat the vertex, (count, valence)."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)  # by their first vertex
     row = edges[:, 0]
@@ -110,7 +110,10 @@ def _touch_mesh(mesh: SurfaceMesh, vertices: Ints, faces: Ints) -> TouchMesh:
 
 
 def _spread(mesh: SurfaceMesh, apart: float) -> Ints:
-    """A maximal set of vertices with at least a distance `apart` [m] between them, rising."""
+    """Choose a maximal set of vertices at least `apart` [m] from each other, in rising order.
+
+    Vertices on opposite sides of a thin part may be closer.
+    """
     n = len(mesh.vertices)
     pairs = np.asarray(mesh.tree.query_pairs(apart, output_type="ndarray"), dtype=np.int64)
     same_side = (mesh.normals[pairs[:, 0]] * mesh.normals[pairs[:, 1]]).sum(axis=1) > 0.0

@@ -2,9 +2,9 @@
 
 Reading, checking and filling give tetrahedra (`prepare.py`). They are made finer where the object
 is thin (`mesh/thin_parts.py`). The options select the fixed part (`fix_rule.py`), and the
-tetrahedra are cut where it ends (`held_region.py`). Then the stiffness is factored, and presses all
-over the surface survey it (`bodies/solid/parts.py`). The store keeps the tetrahedra as they were
-filled, and the results of the last two steps.
+tetrahedra are cut where it ends (`held_region.py`). Then the stiffness is factored, and the survey
+presses the solid all over its surface (`bodies/solid/parts.py`). The store keeps the tetrahedra as
+filling made them, and the results of the last two steps.
 """
 
 from __future__ import annotations
@@ -95,9 +95,10 @@ def build(
 
 
 def held_finely(source: ObjectFile, prepared: Prepared) -> Cut:
-    """Tetrahedra of a linear solid: finer where it is thin, and cut where its held region ends.
+    """Make tetrahedra of a linear solid finer where it is thin, and cut them at its held region.
 
-    A volume mesh is not made finer. Neither is a nonlinear solid, since each tick factors its mesh.
+    A volume mesh is only cut. A nonlinear solid is not made finer either, since each tick factors
+    its mesh; `build_rubber.py` only cuts it.
 
     Raises:
         BodyError: Too little of the object is held.
@@ -117,7 +118,7 @@ def held_finely(source: ObjectFile, prepared: Prepared) -> Cut:
 
 
 def moduli_of(source: ObjectFile, prepared: Prepared, held: Cut) -> Moduli:
-    """Moduli of each tetrahedron after the cut: those of the part that it was cut from.
+    """Elastic moduli of each tetrahedron after the cut: those of the part that it lies in.
 
     Raises:
         SettingError: A material names a part that does not exist, or a part has no material.
@@ -127,7 +128,7 @@ def moduli_of(source: ObjectFile, prepared: Prepared, held: Cut) -> Moduli:
 
 
 def expected_cost(source: ObjectFile, prepared: Prepared) -> Cost:
-    """Memory and time that making a solid of the prepared tetrahedra takes.
+    """Estimate the memory and time that making a solid of the prepared tetrahedra takes.
 
     Raises:
         BodyError: Too little of the object is held.

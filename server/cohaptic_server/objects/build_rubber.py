@@ -30,16 +30,16 @@ FINER = (0.1, 0.07, 0.05)  # tried next if all of `EDGES` lose thin parts
 
 
 class TooFineError(BodyError):
-    """Every mesh of a file has more nodes than a tick affords.
+    """No mesh of a file has few enough nodes to be solved within a tick.
 
     Args:
         nodes: Number of nodes of the coarsest mesh.
-        demand: Users and rate, whose period is too short for this mesh.
-        ways: Options with which the object could be served.
+        demand: Number of users and tick rate, whose period is too short for this mesh.
+        ways: Options with which a tick could solve the object.
 
     Attributes:
         problem: The fault, as the beginning of a sentence.
-        ways: Options with which the object could be served.
+        ways: Options with which a tick could solve the object.
     """
 
     def __init__(self, source: ObjectFile, nodes: int, demand: Demand, ways: list[str]) -> None:
@@ -64,9 +64,9 @@ def build_rubber_solid(
     """Build the nonlinear solid of a file.
 
     Args:
-        source: The file and its options; the default edge stands for the first of `EDGES`, or
-            else of `FINER`, whose mesh can be served.
-        demand: Users and rate.
+        source: The file and its options. The default edge is replaced by the first of `EDGES`, or
+            else of `FINER`, whose mesh can be solved within a tick.
+        demand: Number of users and tick rate.
         damping: B_o over K_o of eq. (9).
         progress: Called with the phase and the share of it that is done.
 
@@ -84,7 +84,7 @@ def build_affordable(
     damping: float = 0.0,
     progress: Progress = lambda phase, share: None,
 ) -> tuple[ObjectFile, RubberSolid]:
-    """Build the nonlinear solid of a file; also return the options that build it again."""
+    """Build the nonlinear solid of a file; also return its options with the chosen edge length."""
     check_fix_given(source)
     progress("tetrahedra", 0.0)
     source, prepared, held = affordable(source, demand, progress)
@@ -96,7 +96,8 @@ def build_affordable(
     solid = RubberSolid(
         held.tets, held.fixed, source.material, name, damping=damping, table=table, moduli=moduli
     )
-    # A server and a caller that places hands both need the table; a thin part takes half a minute.
+    # A server and a caller that places hands both need the table; pressing a thin part takes half a
+    # minute.
     pressed = solid.vertex_compliance(lambda share: progress("pressing", share))
     if not kept:
         save_entry(path, "presses", {"table": pressed})
@@ -113,11 +114,11 @@ def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -
 def affordable(
     source: ObjectFile, demand: Demand, progress: Progress
 ) -> tuple[ObjectFile, Prepared, Cut]:
-    """Options with the edge that can be served, the tetrahedra, and these cut at the held region.
+    """Find an edge whose mesh a tick can solve; return options with it, the mesh, and its cut.
 
     Raises:
         VolumeLostError: Every mesh that was tried loses too much of the object.
-        TooFineError: The meshes that lose nothing are too fine to be served.
+        TooFineError: The meshes that keep enough of the object are too fine for a tick.
         BodyError: The file does not hold an object that can be touched.
         SettingError: An option does not fit the file.
     """

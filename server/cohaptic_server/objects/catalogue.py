@@ -1,4 +1,4 @@
-"""Builds every body, from its name or from a file.
+"""Builds a body from its name or from a file.
 
 A body's module is imported when the body is built, so that a server of the balloon does not load
 the modules for files.
@@ -68,10 +68,10 @@ def build_body(
     Args:
         name: A name in the catalogue, or a path; a text with a suffix or a folder is a path.
         options: Options of an object from a file; their own path is replaced by `name`.
-        nonlinear: Whether the deformation is finite.
+        nonlinear: Whether to build the nonlinear body, for large deformation.
         damping: B_o over K_o of eq. (9): relaxation time over simulation period.
         hz: Ticks per second, for the integration of an object with mass.
-        demand: Users and rate, by which the mesh of a nonlinear solid is chosen.
+        demand: Number of users and tick rate, for which the mesh of a nonlinear solid is chosen.
         progress: Called with the phase of preparing a file, and the share of it that is done.
         late: Whether a stored factor is read when it is first needed, and not now.
 

@@ -2,7 +2,8 @@
 
 The memory of factoring follows from the plan of the elimination, byte by byte; its time follows
 from the same plan and from how fast this machine multiplies. Before filling, the number of
-tetrahedra is estimated from the volume and area of the surface, within a factor of two if smooth.
+tetrahedra is estimated from the volume and area of the surface; the estimate is within a factor of
+two if the surface is smooth.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _PRESSING = 1.0e8  # bytes beside the factor while the surface is pressed: force
 # factor of 2 on a torus, a rod, and a scan of 60,000 triangles (docs/decisions/0033).
 _BY_VOLUME, _BY_AREA = 1.0, 21.6
 _PER_TRIANGLE, _PER_TET = 5e-4, 5e-4
-# Power of the edge with which the memory falls, and a factor on the edge for deviations from it.
+# Exponent p of the memory, which goes with edge^-p; a factor on the edge for deviations from it.
 # Memory grows with the number of tetrahedra to the power 4/3 (George 1973). Most tetrahedra lie at
 # a surface, and their number falls with the edge to the power 2.1 on an organ; 2.8 was measured on
 # crossing objects.
@@ -89,25 +90,25 @@ def cost_of(plan: Plan, rate: float) -> Cost:
 
 
 def edge_that_fits(edge: float, needed: float, memory: float, growth: float = _GROWTH) -> float:
-    """Edge with which a solid fits into the memory, as a share of the diagonal; 0.5 at most.
+    """Edge length at which a solid fits into the memory, as a share of the diagonal, up to 0.5.
 
     Args:
-        edge: Edge with which the solid takes too much.
-        needed: Memory with that edge [bytes].
+        edge: Edge length at which the solid takes too much memory, as a share of the diagonal.
+        needed: Memory that the solid takes at that edge length [bytes].
         memory: Available memory [bytes].
-        growth: Power of the edge with which the memory falls.
+        growth: Exponent p of the memory, which goes with edge^-p.
     """
     ratio = _own(needed) / max(1e7, memory - _PROGRAM)
     return float(f"{min(0.5, _MARGIN * edge * max(1.0, ratio) ** (1.0 / growth)):.2g}")
 
 
 def growth_between(edge: float, needed: float, longer: float, less: float) -> float:
-    """Power of the edge with which an object's memory falls, from two of its meshes; 1 to 4.
+    """Exponent p of an object's memory, which goes with edge^-p, from two of its meshes; 1 to 4.
 
     Args:
-        edge: Edge of the finer mesh.
+        edge: Edge length of the finer mesh.
         needed: Memory that the finer mesh takes [bytes].
-        longer: Edge of the coarser mesh.
+        longer: Edge length of the coarser mesh.
         less: Memory that the coarser mesh takes [bytes].
     """
     measured = math.log(_own(needed) / _own(less)) / math.log(longer / edge)
@@ -115,17 +116,17 @@ def growth_between(edge: float, needed: float, longer: float, less: float) -> fl
 
 
 def _own(needed: float) -> float:
-    """Part of the needed memory beyond that of the program, at least 1 MB [bytes]."""
+    """Needed memory without that of the program itself, at least 1 MB [bytes]."""
     return max(1e6, needed - _PROGRAM)
 
 
 def check_memory(cost: Cost, memory: float, what: str, edge: float | None, order: int) -> None:
-    """Check that there is memory for a factorisation before it begins.
+    """Check, before a factorisation begins, that it fits into the memory limit.
 
     Args:
         memory: Limit of the memory [bytes].
         what: The object in words, for the error.
-        edge: Edge of the elements; None if it cannot be changed.
+        edge: Edge length of the elements; None if it cannot be changed.
         order: Order of the elements.
 
     Raises:
@@ -147,7 +148,7 @@ def check_memory(cost: Cost, memory: float, what: str, edge: float | None, order
 
 
 def tetrahedra_expected(x: Floats, faces: Ints, volume: float, edge: float) -> float:
-    """About how many tetrahedra will fill a surface.
+    """Estimate the number of tetrahedra that will fill a surface.
 
     Args:
         x: Vertices, shape (n, 3).
@@ -162,12 +163,12 @@ def tetrahedra_expected(x: Floats, faces: Ints, volume: float, edge: float) -> f
 
 
 def filling_seconds(triangles: int, tetrahedra: float) -> float:
-    """About how long fTetWild takes on one core [s]."""
+    """Estimate the time that fTetWild takes on one core [s]."""
     return _PER_TRIANGLE * triangles + _PER_TET * tetrahedra
 
 
 def multiplications(clock: Clock) -> float:
-    """Multiplications and additions per second of this machine in a matrix product, now [1/s]."""
+    """Measure the multiplications and additions per second in a matrix product now [1/s]."""
     a = np.ones((_SIDE, _SIDE))
     np.dot(a, a)  # the first one starts BLAS
     begin = clock.now()

@@ -1,7 +1,8 @@
-"""Users and rate for which an object is prepared, and the number of nodes that a tick affords.
+"""Users and tick rate for which an object is prepared, and the number of nodes that these allow.
 
-A tick of a linear solid is O(contacts) and not O(mesh): the period bounds the number of users, and
-a coarser mesh does not help. A nonlinear solid is factored in every tick, which bounds its mesh.
+The time of a linear solid's tick is O(contacts) and not O(mesh): the period limits the number of
+users, and a coarser mesh does not help. A nonlinear solid is factored in every tick, which limits
+the size of its mesh.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Demand:
     Args:
         users: Number of users who touch the object at once.
         hz: Ticks per second.
-        nonlinear: Whether the deformation is finite.
+        nonlinear: Whether the object is a nonlinear solid under large deformation.
 
     Raises:
         SettingError: A value is out of its range.
@@ -55,11 +56,11 @@ class Demand:
         return 1.0 / self.hz
 
     def affords(self, nodes: int) -> bool:
-        """Whether an object with this number of nodes can be served."""
+        """Whether a tick of an object with this number of nodes is short enough for the rate."""
         return self.expected_tick(nodes) <= self._allowed
 
     def expected_tick(self, nodes: int) -> float:
-        """Time of a tick: the median for a linear solid, a slow tick for a nonlinear one [s]."""
+        """Expected time of a tick [s]: the median if linear, that of a slow tick if nonlinear."""
         if not self.nonlinear:
             return _TICK + _USER * self.users
         return tick_seconds(nodes) + _USER * max(0, self.users - _IN_NODES)
@@ -69,7 +70,7 @@ class Demand:
         return self.period if self.nonlinear else SHARE_OF_PERIOD * self.period
 
     def check(self) -> None:
-        """Check, before meshing, that the coarsest mesh can be served to these users at this rate.
+        """Check, before meshing, that a tick with the coarsest mesh is short enough for the rate.
 
         Raises:
             SettingError: Even the coarsest mesh takes too long.

@@ -1,10 +1,10 @@
 """Runs fTetWild in a process of its own, which can be watched, stopped and limited in memory.
 
 In the caller's process fTetWild would hold Python's lock until it ends: the progress bar would
-stand still, Ctrl-C would have no effect, and a crash would end the caller. In a process of its own
-the caller reads its output and can end it at once, and on Linux the system limits its memory. If
-the caller is killed, the next line that fTetWild prints ends it too (on Windows it runs to its
-end); its folder then stays behind.
+stand still, Ctrl-C would have no effect, and a crash would end the caller. If fTetWild runs in a
+process of its own, the caller reads its output and can end it at once, and on Linux the system
+limits its memory. If the caller is killed, fTetWild ends at the next line that it prints (on
+Windows it runs to its end); its temporary folder then stays behind.
 
 Progress is read from the output: the phases, and the passes of the optimisation. The number of
 passes is unknown in advance, since fTetWild stops when its worst element is good enough: 4 on a
@@ -33,8 +33,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-# Share of the run's time at the end of each phase, in the order of the lines, measured on a scan of
-# 60,000 triangles; a clean surface of 3,000 differs by 0.1.
+# Text of a line that ends each phase, and the share of the run's time that has passed then, as
+# measured on a scan of 60,000 triangles; a clean surface of 3,000 differs by 0.1.
 _PHASES = (
     ("collapsing ", 0.09),  # the surface was simplified within the envelope
     ("triangle insertion start", 0.1),
@@ -51,7 +51,7 @@ _COMPLETED = 0.98
 
 
 class FillLog:
-    """Reads the lines of one run of fTetWild.
+    """Reads the progress of one run of fTetWild from the lines that it prints.
 
     Attributes:
         share: Approximate share of the run's time, from 0 to 1; it never decreases.
@@ -63,7 +63,7 @@ class FillLog:
         self._post = False
 
     def read(self, line: str) -> float:
-        """Read a line and return the share after it."""
+        """Read a line, and return the share of the run's time that has passed after it."""
         self.share = max(self.share, self._share(line))
         return self.share
 
@@ -107,15 +107,15 @@ def fill(
     seconds: float = math.inf,
     progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[Floats, Ints]:
-    """Fill a surface by fTetWild; vertices, shape (k, 3) [m], and tetrahedra, shape (t, 4).
+    """Fill a surface by fTetWild; return vertices, shape (k, 3) [m], and tetrahedra, (t, 4).
 
     Args:
-        x: Vertices, shape (n, 3) [m].
-        faces: Triangles, shape (m, 3).
+        x: Vertices of the surface, shape (n, 3) [m].
+        faces: Triangles of the surface, shape (m, 3).
         options: Options of `pytetwild.tetrahedralize`.
         memory: Limit of fTetWild's memory [bytes]; enforced by the system, on Linux only.
         seconds: Limit of the time [s].
-        progress: Receives the share that is done, about ten times a second.
+        progress: Called with the share that is done, about ten times a second.
 
     Raises:
         FillLimitError: Filling would take more memory or time.
@@ -149,7 +149,11 @@ def fill(
 def _watch(
     process: subprocess.Popen[str], seconds: float, progress: Callable[[float], None]
 ) -> str:
-    """Report progress until a process ends or its time is over; the last line of its errors."""
+    """Report progress until a process ends or its time is over; return its last line of errors.
+
+    Raises:
+        FillLimitError: The process runs longer than `seconds` [s].
+    """
     log, last = FillLog(), [""]
 
     def lines(stream: IO[str] | None) -> Iterator[str]:
@@ -185,7 +189,7 @@ def _watch(
 
 
 def _runs(process: subprocess.Popen[str]) -> bool:
-    """Whether a process still runs after a wait of `_EVERY` [s]."""
+    """Wait up to `_EVERY` [s] for a process to end; return whether it still runs."""
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(_EVERY)
         return False
@@ -193,7 +197,7 @@ def _runs(process: subprocess.Popen[str]) -> bool:
 
 
 def main(folder: Path, memory: float, options: dict[str, float]) -> None:
-    """Run in the process of its own: read a surface, fill it, write the tetrahedra."""
+    """Read a surface, fill it and write the tetrahedra; this function runs in the new process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the caller, who ends this process
     if sys.platform != "win32":
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # ends the process once its reader is gone

@@ -1,8 +1,8 @@
-"""A closed surface that selects the fixed vertices of an object: `--fix-mesh bone.stl`.
+"""Selects the fixed vertices of an object by a closed surface: `--fix-mesh bone.stl`.
 
-A point is inside the surface if its winding number is not zero: the signed solid angles of the
-triangles, seen from the point, sum to a multiple of 4 pi (Van Oosterom, Strackee 1983). This also
-holds for a surface that is inside out.
+A point is inside the surface if its winding number is not zero. This number is the sum of the
+triangles' signed solid angles, seen from the point, over 4 pi (Van Oosterom, Strackee 1983). The
+test also works for a surface that is inside out.
 """
 
 from __future__ import annotations

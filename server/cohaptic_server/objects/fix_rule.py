@@ -1,12 +1,12 @@
-"""The rule that selects the fixed vertices of an object: `--fix "z < 10%"`.
+"""Selects the fixed vertices of an object by a rule: `--fix "z < 10%"`.
 
     rule        := condition { "and" condition } { "or" ... }
     condition   := axis ("<" | "<=" | ">" | ">=") value
     axis        := "x" | "y" | "z"
     value       := number [ "%" | "m" | "cm" | "mm" ]
 
-A share is relative to the object's extent along the axis, from 0% at its lowest coordinate to 100%
-at its highest; lengths are coordinates of the scaled object. "and" binds tighter than "or".
+A value in % is a share of the object's extent along the axis, from 0% at the lowest coordinate to
+100% at the highest; a length is a coordinate of the scaled object. "and" binds tighter than "or".
 """
 
 from __future__ import annotations

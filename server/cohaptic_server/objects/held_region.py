@@ -1,9 +1,9 @@
-"""Cuts tetrahedra where the held region ends, so that the rule holds exactly and not to a node.
+"""Cuts tetrahedra exactly where the held region ends, instead of ending it at the nearest node.
 
 If only vertices inside the region were held, elements that lead out of it would be free over their
 whole length: a beam held at "x < 10%" was up to one edge longer than the rule says, and 5 to 8 %
 too soft (decision 34). Edges with one end inside the region are therefore split where they leave
-it, each in all of its tetrahedra, the longest edge first. Splitting one edge at a time keeps
+it, each in all tetrahedra round it, the longest edge first. Splitting one edge at a time keeps
 neighbours conforming, and afterwards no tetrahedron has corners both inside and outside.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh
 from cohaptic_server.numeric import Floats, Ints, Mask
 
-Region = Callable[[Floats], Mask]  # from points, shape (n, 3) [m], to whether each is held
+Region = Callable[[Floats], Mask]  # points (n, 3) [m] to whether each is held
 # If the region ends within this share of an edge from a vertex, the vertex itself is taken as its
 # end: a split so close would make slivers. The error is at most this share of the edge.
 NEAR = 0.1
@@ -30,7 +30,7 @@ class Cut:
     """Tetrahedra that end where the held region ends.
 
     Args:
-        tets: The object; the vertices of the uncut mesh come first, in their order.
+        tets: Tetrahedra after the cut; the vertices of the uncut mesh come first, in their order.
         fixed: Whether each vertex is held, shape (n,).
         parent: Index of the uncut tetrahedron that each tetrahedron comes from, shape (m,).
     """
@@ -41,7 +41,7 @@ class Cut:
 
 
 def cut_at(tets: TetMesh, inside: Mask, region: Region) -> Cut:
-    """Split tetrahedra where a region ends.
+    """Split the tetrahedra of an object where a region ends.
 
     Args:
         inside: Whether each vertex of the object is inside the region, shape (n,).
@@ -68,7 +68,7 @@ def cut_at(tets: TetMesh, inside: Mask, region: Region) -> Cut:
 
 
 def _leaves(start: Floats, end: Floats, region: Region) -> Floats:
-    """Share of each edge at which it leaves the region that it starts in, shape (e,)."""
+    """Share of the way from `start` to `end` at which each edge leaves the region, shape (e,)."""
     low, high = np.zeros(len(start)), np.ones(len(start))
     for _ in range(_HALVINGS if len(start) else 0):
         middle = 0.5 * (low + high)
@@ -78,12 +78,12 @@ def _leaves(start: Floats, end: Floats, region: Region) -> Floats:
 
 
 def _split(t: Ints, side: Ints, rank: dict[tuple[int, int], int], n: int) -> tuple[Ints, Ints]:
-    """Split tetrahedra at the ranked edges; also the index of the one that each comes from.
+    """Split tetrahedra at the ranked edges; return them, and the index of the original of each.
 
     Args:
         t: Vertices of each tetrahedron, shape (m, 4).
         side: `_HELD`, `_ON` or `_FREE` for each vertex, shape (n,).
-        rank: Rank of each edge to split, in the order of splitting; edge k gets vertex n + k.
+        rank: Place of each edge in the order of splitting; edge k gets the new vertex n + k.
         n: Number of vertices.
     """
     sides = side[t]
@@ -108,7 +108,7 @@ def _split(t: Ints, side: Ints, rank: dict[tuple[int, int], int], n: int) -> tup
 
 
 def _halves(corners: list[int], a: int, b: int, middle: int) -> list[list[int]]:
-    """Two halves of a tetrahedron split at an edge; only the tetrahedron if it lacks the edge."""
+    """Split a tetrahedron at an edge into two halves; return it whole if it lacks the edge."""
     if a not in corners or b not in corners:
         return [corners]
     return [[middle if k == end else k for k in corners] for end in (a, b)]

@@ -1,8 +1,8 @@
 """Limits the memory that reading a file may take, where the system can set a limit.
 
 A mesh file declares its counts, and readers allocate memory for them without a check: a .msh file
-of 644 bytes made a reader ask for 4 GiB. Checks of headers cannot cover all formats; the system's
-limit does.
+of 644 bytes made a reader ask for 4 GiB. Checks of headers cannot cover all formats; the limit of
+the system covers them.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _LEAST = 2**30  # bytes; libraries map some hundred megabytes when they are impo
 
 @contextlib.contextmanager
 def reading_limited(path: Path) -> Generator[None]:
-    """Limit the memory of this process within the block, in proportion to the file's size.
+    """Limit the memory that the code in the `with` block may take, by the size of the file.
 
-    The limit exists on Linux only. A lower limit that is set already stays.
+    The limit exists on Linux only. A lower limit that the process already has stays in force.
 
     Raises:
-        BodyError: Reading would have taken more memory.
+        BodyError: Reading the file needs more memory than the limit allows.
     """
     allowed = _LEAST + _PER_BYTE * path.stat().st_size
     try:
@@ -41,7 +41,7 @@ def reading_limited(path: Path) -> Generator[None]:
 
 @contextlib.contextmanager
 def _address_space(more: int) -> Generator[None]:
-    """Limit the address space of this process to what it uses now and `more` bytes."""
+    """Limit the address space of this process to its present size plus `more` bytes."""
     if sys.platform != "linux":
         yield
         return
@@ -60,7 +60,7 @@ def _address_space(more: int) -> Generator[None]:
 
 
 def address_space() -> int:
-    """Address space of this process [bytes]; Linux only."""
+    """Size of the address space that this process uses now [bytes]; Linux only."""
     import resource
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])

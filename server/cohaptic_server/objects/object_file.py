@@ -1,4 +1,4 @@
-"""A mesh file and the options that say which soft object it becomes."""
+"""A mesh file, and the options that describe the soft object made from it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ObjectFile:
         edge: Target edge length of a tetrahedron, as a share of the bounding box's diagonal.
         repair: Whether fTetWild may close an open surface and resolve self-intersections.
         material: Material and discretisation; also for parts without a material of their own.
-        fix_mesh: Closed surface in the same units; vertices inside it are fixed.
+        fix_mesh: File of a closed surface in the same units; vertices inside it are fixed.
         simplify: Number of triangles that the surface is simplified to first; 0 keeps them all.
         shell: Thickness given to an open sheet [m]; 0 if the surface is that of a volume.
         max_memory: Limit of the memory for preparing the object, the program included [bytes].

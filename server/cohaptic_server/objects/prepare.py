@@ -1,4 +1,4 @@
-"""Turns a mesh file into checked tetrahedra: read, check, fill. Every error is one sentence."""
+"""Turns a mesh file into checked tetrahedra: reads it, checks it and fills its surface."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ class Prepared:
     """The tetrahedra of a file, and the report on its surface.
 
     Args:
-        tets: The object [m].
+        tets: Tetrahedra of the object [m].
         surface: Report on the surface; None for a volume mesh.
-        triangles: Number of triangles in the file.
+        triangles: Number of triangles before simplification; 0 for a volume mesh.
         simplified: Number of triangles after simplification; 0 if a surface was not simplified.
         deviation: Largest distance from the surface in the file to that of the tetrahedra [m].
         parts: Parts of the tetrahedra, with their names in the file; None if there are no parts.
-        words: Phrases about how a label map was read, one for each change to its voxels.
+        words: Phrases about the voxels of a label map: their size, and each change to them.
     """
 
     tets: TetMesh
@@ -163,7 +163,12 @@ def _parts_of(
     surfaces: Sequence[PartSurface],
     tets: TetMesh,
 ) -> tuple[Parts | None, float]:
-    """Part of each tetrahedron, and the largest distance from the file's surfaces to theirs [m]."""
+    """Part of each tetrahedron, and the largest distance of the tetrahedra from the surfaces [m].
+
+    Args:
+        originals: Surfaces in the file, from which the distance is measured.
+        surfaces: Surfaces that were filled, after simplification.
+    """
     in_metres = [source.scale * one.x for one in originals]
     if len(surfaces) == 1:
         x = in_metres[0][np.unique(originals[0].faces)]
@@ -193,7 +198,7 @@ def _filled(
     progress: Progress,
     scan: ScanSurfaces | None = None,
 ) -> TetMesh:
-    """Fill surfaces in units of the file within the limits of time and memory; tetrahedra [m]."""
+    """Fill surfaces, in units of the file, with tetrahedra [m], within the options' limits."""
     x, faces = joined(surfaces)
     carved = scan is not None and len(surfaces) > 1
     expected = tetrahedra_expected(x, faces, report.volume, source.edge)
@@ -241,7 +246,7 @@ def _filled(
 
 
 def _crosses(x: Floats, faces: Ints) -> bool:
-    """Whether a surface with crossings still has them once repeated triangles are removed."""
+    """Whether a surface with crossings still has crossings without its repeated triangles."""
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     return len(first) == len(faces) or examine(x, faces[first]).intersecting > 0
 

@@ -18,17 +18,17 @@ from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill_process import fill
 from cohaptic_server.objects.fix_mesh import inside
 
-FINEST = 0.05  # share of the bounding box's diagonal; shorter edges have the same envelope
+FINEST = 0.05  # edge, as a share of the box's diagonal; shorter edges have the same envelope
 ENVELOPE = 1e-3  # envelope for edges up to `FINEST`, as a share of the diagonal
 _MAX_ENVELOPE = 0.04  # largest envelope, as a share of the diagonal
 # Energy of the worst element (AMIPS; a regular one has 3) at which fTetWild stops. Where sheets
 # cross or stick together some elements stay worse than 10, and fTetWild refines everything around
-# them again and again: twenty crossing cubes became 78,000 tetrahedra with 10 and 23,000 with 30,
-# whose worst one still has a hundredth of a regular one's volume (decision 43).
+# them again and again: twenty crossing cubes became 78,000 tetrahedra with 10, and 23,000 with 30.
+# The worst of the latter still has a hundredth of a regular element's volume (decision 43).
 _WORST, _WORST_OF_CROSSING = 10.0, 30.0
-_MOST = 0.8  # share of the volume; smaller pieces beside a piece with more may be left out
-# Share of the volume below which a crumb that hangs on by a corner or an edge is left out: it would
-# turn about that without a force. Two crumbs of 0.0005 occurred where sheets of a scan cross.
+_MOST = 0.8  # share of the volume; if one piece has more, all other pieces may be left out
+# Share of the volume below which a crumb that is joined only at a corner or an edge is left out: it
+# would turn about these without a force. Where sheets of a scan cross, two crumbs of 0.0005 arose.
 _CRUMB = 0.01
 
 
@@ -37,13 +37,13 @@ class NothingFitsError(BodyError):
 
 
 def envelope(edge: float) -> float:
-    """Allowed distance between input and output surface, as a share of the diagonal.
+    """Allowed distance between the input and the output surface, as a share of the diagonal.
 
     The distance between a chord and a curved surface grows with the square of the chord's length.
     A narrower envelope would force small tetrahedra at every bend, however long the edges may be.
 
     Args:
-        edge: Target edge length, as a share of the diagonal.
+        edge: Target edge length, as a share of the bounding box's diagonal.
     """
     return min(_MAX_ENVELOPE, ENVELOPE * max(1.0, (edge / FINEST) ** 2))
 
@@ -69,12 +69,12 @@ def tetrahedralise(
         edge: Target edge length, as a share of the bounding box's diagonal.
         largest: Whether to keep only the largest of several pieces, if it has most of the volume.
         crossing: Whether the surface passes through itself; worse elements are then accepted.
-        within: Closed surface among those that are filled; only tetrahedra inside it are kept.
-            None keeps every enclosed tetrahedron.
+        within: Vertices and triangles of a closed surface; only tetrahedra inside it are kept.
+            None keeps every tetrahedron that the filled surface encloses.
         blur: Uncertainty of the surface's position [m]; the envelope is at least this wide.
         memory: Limit of the memory for filling [bytes].
         seconds: Limit of the time for filling [s].
-        progress: Receives the share that is done.
+        progress: Called with the share that is done.
 
     Raises:
         FillLimitError: Filling takes more memory or time.
@@ -105,7 +105,7 @@ def tetrahedralise(
 
 
 def largest_piece(x: Floats, tets: Ints) -> Ints:
-    """Tetrahedra of the piece with most of the volume; those of all pieces if there is none.
+    """Tetrahedra of the piece with over `_MOST` of the volume; of all pieces if there is none.
 
     Crumbs that share no face with the rest of their piece are left out in both cases.
 

@@ -1,4 +1,4 @@
-"""Makes the error about a file that a library could not read, for any error of its reader."""
+"""Makes the error about an unreadable file from any error that the library reading it raised."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def unreadable(path: Path, kind: str, error: Exception) -> BodyError:
 
 
 def damaged(error: BaseException) -> str:
-    """Part of a sentence: why a reader failed, as far as its error tells.
+    """Words on why a reader failed, with the text of its error if that can help the user.
 
     Args:
         error: Error that the reader raised.

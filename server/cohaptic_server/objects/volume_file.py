@@ -41,12 +41,12 @@ _KNOWN = (
 
 
 def groups_of(path: Path, mesh: Any, kinds: tuple[str, ...]) -> Parts | None:
-    """Groups of all cells of the given types, in the order of the blocks; None if there are none.
+    """Group of each cell of the given types, in the order of the file; None without groups.
 
     Args:
         path: The file, for an error.
         mesh: A `meshio.Mesh`.
-        kinds: Types of cells that count.
+        kinds: Types of cells to take, as meshio names them.
 
     Raises:
         BodyError: There are too many groups, or their numbers are not whole or exceed 2^53.
@@ -176,7 +176,7 @@ def _loaded(path: Path, read: Any) -> Any:
 
 
 class _Ending(io.BufferedReader):
-    """A file that can be read at its end once: meshio would read a cut-off file there for ever."""
+    """A file whose second read at its end raises EOFError: meshio would read there for ever."""
 
     _ended = False
 
@@ -196,10 +196,10 @@ class _Ending(io.BufferedReader):
 
 
 def _instead(path: Path) -> str:
-    """Words on what an unreadable file is instead, and what to do; empty if its start does not say.
+    """Words on what an unreadable file is, and what to do; empty if its start does not show it.
 
-    Other programs' files have the same suffixes: surfaces from VTK, meshes from MuJoCo and Fluent,
-    and grids with fields that meshio does not know.
+    Files of other programs have the same suffixes: surfaces from VTK, meshes from MuJoCo and
+    Fluent, and grids with fields that meshio does not know.
     """
     with path.open("rb") as file:
         start = file.read(_START)

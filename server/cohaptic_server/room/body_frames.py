@@ -16,7 +16,10 @@ from cohaptic_server.numeric import Floats, Ints, vec3
 
 
 def describe(body: Body) -> BodyInfo:
-    """Name and size of a body for a welcome; the sphere is centred on the body's bounding box."""
+    """Describe a body for a client: name, contact radius, and a sphere round the body.
+
+    The centre of the sphere is that of the bounding box.
+    """
     x = body.mesh.vertices
     center = 0.5 * (x.min(axis=0) + x.max(axis=0))
     radius = float(((x - center) ** 2).sum(axis=1).max() ** 0.5)
@@ -72,7 +75,7 @@ class BodyFrames:
         return self._rest_mesh
 
     def shown_mesh(self) -> bytes:
-        """Frame of the quantised resting mesh; of the exact mesh if a face repeats a vertex."""
+        """Frame of the quantised resting mesh; of the exact mesh if quantised faces degenerate."""
         if self._shown_mesh is None:
             mesh = self._touched_body.body.mesh
             quantised = QuantisedMesh.of(mesh.vertices, mesh.faces.astype(np.int64))
@@ -92,7 +95,7 @@ class BodyFrames:
         return self._touch_mesh
 
     def prepare(self) -> None:
-        """Encode the possible frames of the body in advance, so that users do not wait for them.
+        """Encode in advance all frames that the body's size allows; no user then waits for them.
 
         The method also prepares the contact search, which takes longer than a tick on a fine mesh.
         """

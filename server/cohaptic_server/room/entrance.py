@@ -21,9 +21,9 @@ class Entrance:
 
     Args:
         sources: Budgets of addresses, which limit the rate of joins.
-        admission: Admission of the server; None if everybody may come in.
+        admission: The server's check of tokens; None if everybody may come in.
         room: Name of the room; None for the name of the main room.
-        keep: Function that stores records which must outlive this process.
+        keep: Function that stores records which must outlive this process; None for no storage.
 
     Attributes:
         removed: Users who were put out of the room.
@@ -58,7 +58,7 @@ class Entrance:
             peer: Peer that has sent its first message; its `guest` and `ends` are set.
             first: First message of the peer.
             now: Time [s].
-            to_wall: Offset of `now` to the machine's wall clock [s].
+            to_wall: Time on the machine's wall clock minus `now` [s].
 
         Returns:
             Token with which the client comes back; None if the client needs no token.
@@ -82,11 +82,11 @@ class Entrance:
         return self.check(peer, first.name if isinstance(first, Hello) else "", now, to_wall)
 
     def begin(self, peer: Peer, now: float, to_wall: float) -> None:
-        """Count the invitation of a client as used, once the client has a seat or a place."""
+        """Count a client's invitation as used, after it got a seat or a place in the queue."""
         self.admission.begin(peer.guest, now + to_wall)
 
     def check(self, peer: Peer, name: str, now: float, to_wall: float) -> str | None:
-        """Let a client in whose `guest` is known: a new client, or one that waited for a seat.
+        """Let in a client whose `guest` is known: a new client, or one that waited for a seat.
 
         Args:
             peer: Peer that comes in.

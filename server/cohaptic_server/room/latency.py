@@ -23,7 +23,7 @@ Data = str | bytes
 
 
 class UserLatency:
-    """The two directions of one user's path.
+    """Injected latency of one user, with one delay line for each direction.
 
     Args:
         seed: Seed of the jitter.
@@ -46,11 +46,11 @@ class UserLatency:
         return self.delay == self.jitter == 0.0 and not self._up and not self._down
 
     def push_up(self, data: Data, now: float) -> None:
-        """Accept a message from the user; raises LinkOverflow."""
+        """Accept a message from the user; raise LinkOverflow if too many are in flight."""
         self._up.push(data, now)
 
     def push_down(self, data: Data, now: float) -> None:
-        """Accept a message to the user; raises LinkOverflow."""
+        """Accept a message to the user; raise LinkOverflow if too many are in flight."""
         self._down.push(data, now)
 
     def due_up(self, now: float) -> list[Data]:

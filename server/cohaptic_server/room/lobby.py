@@ -68,7 +68,7 @@ class Lobby:
             now: Time [s].
             subprotocol: Subprotocol chosen for the websocket; None without one.
             offered: All subprotocols that the client offered; None if it offered none.
-            source: Address with which the connection is counted.
+            source: Network address whose budgets the connection spends.
         """
         session = ServerSession(now)
         if subprotocol != SUBPROTOCOL:
@@ -84,7 +84,7 @@ class Lobby:
             peer: Sender of the message.
             data: Message of the peer.
             now: Time [s].
-            to_wall: Offset of `now` to the machine's wall clock [s].
+            to_wall: Time on the machine's wall clock minus `now` [s].
         """
         session = peer.session
         if peer.user is not None and isinstance(data, bytes) and not isinstance(session, Watcher):
@@ -147,7 +147,7 @@ class Lobby:
         return [peer for peer in self.peers if peer.watches]
 
     def update_scene(self) -> None:
-        """Update the scene for all watchers to the newest tick, and tell news of the company."""
+        """Make the newest tick the scene for all watchers, and tell them news of the company."""
         self.audience.see(self.room.world, self.room.patches, self._ticked)
         self.gathering.step(self._ticked)
 
@@ -170,7 +170,7 @@ class Lobby:
         return outcome
 
     def report_scene(self) -> Outcome:
-        """Log once the reason why the scene cannot be shown."""
+        """Log the reason why the scene cannot be shown; the same reason is logged only once."""
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
@@ -180,7 +180,7 @@ class Lobby:
         return outcome
 
     def begin_mesh(self, peer: Peer) -> bytes:
-        """Frame of the resting mesh for a new watcher; queues the room's latencies behind it."""
+        """Return the frame of the mesh for a new watcher; queue the room's latencies behind it."""
         peer.needs_mesh = False
         assert isinstance(peer.session, Watcher)
         for latency in latencies(self.peers):
@@ -307,7 +307,7 @@ class Lobby:
 
 
 def _is_lost(peer: Peer, reason: str) -> bool:
-    """Whether a connection was lost, or ended for a reason in `_NO_FAULT`, so its name is kept.
+    """Whether the name is kept: the connection was lost, or ended for a reason in `_NO_FAULT`.
 
     A close by the client without a reason counts as a lost connection.
     """

@@ -22,9 +22,9 @@ class Member:
         user: Number of the user, which is never used twice.
         hello: Settings of the user, including later changes.
         heard: Time of the newest sample, or of joining [s].
-        claim: Claim of the user to the name.
-        max_force: Limit on the user's force on the body, by the device and the token [N].
-        muted: Whether the user's force is kept from the body.
+        claim: Claim of the user to the name in `hello`.
+        max_force: Limit that device and token set to the user's force on the body [N].
+        muted: Whether an administrator keeps the user's force from the body.
 
     Attributes:
         joined: Time at which the user joined [s].

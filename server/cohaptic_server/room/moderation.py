@@ -34,7 +34,7 @@ def moderate(
         admin: Peer that asks for the action.
         wish: Message with the action.
         now: Time [s].
-        to_wall: Offset of `now` to the machine's wall clock [s].
+        to_wall: Time on the machine's wall clock minus `now` [s].
         outcome: Receives the tasks of the shell.
     """
     if not admin.guest.grants.room_admin:
@@ -105,7 +105,7 @@ def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: 
 
 
 def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) -> None:
-    """Unfreeze the object after `FROZEN_ALONE` without an administrator; every tick while frozen.
+    """Unfreeze the object after `FROZEN_ALONE` without an administrator; called while frozen.
 
     A freeze lasts while any administrator is in the room, even if another one ordered it. The
     freeze outlasts the last administrator for a while, because a connection may be lost, and an

@@ -1,13 +1,13 @@
 """Queue of messages to one peer: events in order, the newest state, and the newest patch.
 
 A new patch replaces a patch that was not sent yet, so that a client that cannot keep up gets fewer
-patches but no outdated ones. Events (a welcome, an answer, an error) are never dropped; if more
-than `MAX_EVENTS` events would wait, the client is disconnected and told why.
+patches but no outdated ones. Events (such as a welcome message or an error) are never dropped; if
+more than `MAX_EVENTS` events would wait, the client is disconnected and told why.
 
 News about other users is state, not an event; otherwise the others could fill the queue and so
 disconnect this client. A user who came and left while nothing could be written is not mentioned.
-For each other user, one message of each kind waits at most. So the users of the room, before and
-now, bound the waiting state.
+For each other user, one message of each kind waits at most. So the waiting state is bounded by the
+number of users who are or were in the room.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Outbox:
     def __init__(self) -> None:
         self._waiting: dict[object, str | bytes] = {}  # in order; the key of an event is a number
         self._events = 0
-        self._newest_user = 0  # highest number that the client was told or will be; numbers rise
+        self._newest_user = 0  # highest number in messages sent or waiting; numbers rise
         self._unknown: set[int] = set()  # users whose joining the client was not told yet
         self._patch: bytes | None = None
         self.patches_skipped = 0
@@ -48,7 +48,7 @@ class Outbox:
         return self._patch is None and not self._waiting
 
     def put(self, message: ControlMessage) -> bool:
-        """Queue a message; the result is that of `put_event`."""
+        """Queue a message; return False if the queue has no room for one more event."""
         if isinstance(message, Welcome):
             self._newest_user = message.user
         elif isinstance(message, Watching):

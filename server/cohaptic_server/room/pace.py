@@ -1,8 +1,8 @@
-"""Due times of ticks, missed ticks, and whether the machine keeps up. Without a clock.
+"""Pace of the ticks: due times, missed ticks, and whether the machine keeps up. Reads no clock.
 
 A tick is missed when its patches leave after the next tick was due, since users then act on an
-outdated surface. A tick that is left out, because the previous tick ran until the tick after it was
-due, is missed as well.
+outdated surface. If a tick runs for longer than a period past its successor's due time, the
+successor is left out, and counts as missed as well.
 """
 
 from __future__ import annotations
@@ -56,19 +56,19 @@ def passed_over(due: float, now: float, period: float) -> tuple[float, int]:
 
 
 class TickMeters:
-    """Counts the ticks of a server, from zero.
+    """Counters of a server's ticks, which begin at zero.
 
     Attributes:
         ticks: Number of ticks due so far, including ticks that were left out or slept through.
         missed: Number of missed ticks among `ticks`.
         left_out: Number of the missed ticks that were left out.
-        slept: Number of the other ticks, which a room slept through.
+        slept: Number of the ticks that a room slept through, none of which is missed.
         cost: Time from each tick's start until its patches are written [s].
         late: Delay of each tick's start [s].
         watch_cost: Time for serving the watchers after a tick [s].
         costs, delays: `cost` and `late` in buckets with fixed edges, for monitoring.
-        deep, fast: Number of times that a tick limited a user's force, by the reasons in
-            `world.users.Applied`.
+        deep, fast: Number of times that a tick limited a user's force, for the two reasons that
+            `world.users.Applied` names.
     """
 
     def __init__(self) -> None:
@@ -112,7 +112,7 @@ class TickMeters:
 
 
 class Pace:
-    """Whether the machine keeps up, window by window.
+    """Judges for one window of ticks after the other whether the machine keeps up.
 
     Args:
         period: Simulation period [s].
@@ -124,7 +124,7 @@ class Pace:
         self._keeps_up = True
 
     def see(self, ticks: int, missed: int) -> str:
-        """Message about a change between keeping up and not keeping up; empty without a change.
+        """Count ticks; return a message if the machine begins or ceases to keep up, else "".
 
         Args:
             ticks: Number of ticks due since the last call.

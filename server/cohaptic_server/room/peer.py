@@ -22,7 +22,7 @@ class Peer:
         user: User number in the room; None before the client has joined, and for a watcher.
         latency: Injected delay and jitter, each way [s].
         needs_mesh: Whether the resting mesh must be sent next.
-        source: Address with which the connection is counted.
+        source: Network address whose budgets the connection spends.
         guest: Identity and grants of the client, known from its first message on.
         ends: Time at which the session is over [s], on the clock of this process, so that a change
             of the wall clock ends no session.
@@ -51,7 +51,7 @@ class LogLine:
     Args:
         text: Text of the line.
         warning: Whether the line reports a problem.
-        source: Address that the line is about; lines above the rate limit of one are left out.
+        source: Address that the line is about; lines above the address's rate limit are left out.
         event: Machine-readable name of the event.
         user: Name of the user whom the event concerns; empty if there is no name.
     """

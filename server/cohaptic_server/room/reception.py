@@ -58,7 +58,7 @@ class Reception:
             session: Protocol session of the peer.
             hello: Hello of the peer.
             now: Time [s].
-            to_wall: Offset of `now` to the machine's wall clock [s].
+            to_wall: Time on the machine's wall clock minus `now` [s].
             outcome: Receives the tasks of the shell.
         """
         try:

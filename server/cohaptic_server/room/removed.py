@@ -1,4 +1,4 @@
-"""Bounded list of the users who were put out of a room, and for how long."""
+"""Bounded list of the users who were put out of a room, each with the end of the removal."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Removed:
         return len(self._removals)
 
     def recall(self, removal: Removal, now: float, wall: float) -> None:
-        """Keep a user out whom an earlier process has put out.
+        """Keep out a user whom an earlier process has put out.
 
         Args:
             removal: Record of the earlier process.
@@ -54,8 +54,8 @@ class Removed:
         Args:
             guest: Identity of the user.
             name: Name that the user touched under.
-            source: Address with which the user's connection is counted; compared only for users
-                without a token.
+            source: Network address whose budgets the user's connection spends; compared only for
+                users without a token.
             now: Time [s].
             wall: Unix time [s].
             ban: Whether the user is kept out for good.
@@ -73,7 +73,7 @@ class Removed:
             self._keep(removal)
 
     def pardon(self, name: str, now: float, wall: float) -> bool:
-        """Let users come back who were put out under a name; returns whether there were any.
+        """Pardon all users who were put out under a name; return whether there were any.
 
         Args:
             name: Name that the users touched under, or one that looks like it; such names keep
@@ -113,7 +113,7 @@ class Removed:
         Args:
             guest: Identity of the user.
             name: Name that the user wants to touch under; empty if the user watches.
-            source: Address with which the user's connection is counted.
+            source: Network address whose budgets the user's connection spends.
             now: Time [s].
         """
         for one, until in self._removals:

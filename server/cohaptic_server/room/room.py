@@ -49,9 +49,9 @@ class Seating:
         instead: Text that tells a client without a seat what to do instead.
 
     Attributes:
-        held: Seats of the server that the room holds; None if the room does not share the seats.
-        wanted: Number of seats that the room should hold; the room gives back further seats that
-            are in use when somebody leaves.
+        held: Number of the server's seats that the room holds; None if rooms share no seats.
+        wanted: Number of seats that the room should hold; further seats that are in use are given
+            back when somebody leaves.
     """
 
     most: int
@@ -165,9 +165,9 @@ class Room:
 
         Args:
             now: Time [s].
-            source: Address with which the user's connection is counted.
+            source: Network address whose budgets the user's connection spends.
             guest: Identity and grants of the user.
-            called: Whether the user has waited, and the room keeps a seat for it.
+            called: Whether the user has waited in the queue and was called to a seat.
 
         Returns:
             The welcome for the user, the message for the others, and a leave message for each
@@ -214,7 +214,7 @@ class Room:
         return welcome, UserJoined(user=user, name=hello.name), left
 
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
-        """Store the newest sample of a user."""
+        """Store a sample as the newest one of its user, with the settings of that user."""
         member = self.members[user]
         hello = member.hello
         # Positional arguments, since keyword arguments would double the time of this method.
@@ -310,7 +310,7 @@ class Room:
         return len(self.members) + self.kept.seats(now) + self.queue.called
 
     def call(self, now: float) -> tuple[int, ...]:
-        """Keep free seats for people who wait; returns the queue numbers that are called."""
+        """Call waiting people to free seats; return the queue numbers of the called people."""
         taken = len(self.members) + self.kept.seats(now)
         self.queue, called = self.queue.call(self.seats.limit - taken, now)
         return called
@@ -326,7 +326,7 @@ class Room:
 
     @property
     def restraints(self) -> Restraints:
-        """Forces that an administrator keeps from the body: all (frozen), or of muted users."""
+        """Forces that an administrator keeps from the body: all (frozen) or those of the muted."""
         muted = tuple(user for user, member in self.members.items() if member.muted)
         return Restraints(frozen=self.frozen, muted=muted)
 
@@ -337,14 +337,14 @@ class Room:
         self.force_budget = before.force_budget
 
     def reset(self, now: float) -> None:
-        """Reset the body to its initial state, once every force has faded (`RESET_AFTER`)."""
+        """Reset the body to its initial state after `RESET_AFTER`, when every force has faded."""
         self._reset_at = now + RESET_AFTER
 
     def tick(self, now: float) -> dict[int, Patch]:
         """Advance the world by one period; returns the patch of each user by number.
 
-        A user whose samples have stopped exerts no force, but still gets patches, since the client
-        may still receive behind a stalled uplink.
+        The force of a user whose samples have stopped fades, but the user still gets patches, since
+        only the uplink of the client may have stalled.
         """
         if self._reset_at is not None and now >= self._reset_at:
             self.world, self._reset_at = WorldState(self.world.tick), None

@@ -60,7 +60,7 @@ class ServerSession:
 
     Attributes:
         state: State of the session.
-        close: Code and reason once the connection is to be closed; None before.
+        close: Code and reason when the connection is to be closed; None before.
         outbox: Messages that wait for the client.
         problem: Reason why the newest patch was left out; empty if it was sent.
     """
@@ -98,7 +98,7 @@ class ServerSession:
             self._end(1000, "bye")
 
     def receive_sample(self, data: bytes) -> ContactSample | None:
-        """Sample in a frame of a client that has joined; None once the session has ended.
+        """Decode a sample of a client that has joined; return None if the session has ended.
 
         Samples bypass the list of events, since they arrive at the rate of the simulation.
         """
@@ -127,10 +127,9 @@ class ServerSession:
         self.state = State.QUEUED
 
     def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
-        """Let the client join, once the room has accepted it.
+        """Let a client join that the room has accepted.
 
         Args:
-            welcome: Welcome for the client.
             rest_mesh: Frame of the touch mesh at rest, for a client of mesh patches; None for
                 other clients.
         """
@@ -216,5 +215,5 @@ class ServerSession:
 
 
 def close_frame(code: int, reason: str) -> tuple[int, str]:
-    """Code and reason as a close frame carries them: at most 123 bytes (RFC 6455)."""
+    """Cut the reason of a close code to the 123 bytes that a close frame allows (RFC 6455)."""
     return code, reason.encode()[:120].decode(errors="ignore")

@@ -1,1 +1,1 @@
-"""The only part of the server with sockets, processes and a clock; all decisions lie elsewhere."""
+"""Connects the server to sockets, processes and the clock; other packages make all decisions."""

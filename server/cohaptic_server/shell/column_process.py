@@ -1,4 +1,4 @@
-"""The process that `column_worker.py` starts: its input and its main function."""
+"""Input and main function of the process that `column_worker.py` starts to solve for columns."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ from cohaptic_server.numeric import Ints, Narrow
 
 
 class Task(NamedTuple):
-    """One request to solve.
+    """One request to the process: solve for the displacements under unit forces.
 
     Args:
-        vertices: Vertices with the unit forces.
-        rows: Number of rows in the inbox that are used; 0 for the block of one vertex for pages.
+        vertices: Vertices on which the unit forces act.
+        rows: Number of rows that the task uses in the inbox; 0 asks for the block of Green's
+            functions of one vertex, for pages.
     """
 
     vertices: list[int]
@@ -34,12 +35,12 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Inbox:
-    """Memory that both processes share; their pipe carries only a few bytes.
+    """Memory that the server and the solving process share, since their pipe carries few bytes.
 
     Args:
         nodes: Index of each surface vertex among the free nodes, as from `shared_ints`.
         rows: Vertices whose displacement is wanted.
-        values: The values that were solved for.
+        values: Displacements that the process has solved for, or the bytes of a block.
     """
 
     nodes: tuple[Any, tuple[int, ...]]
@@ -48,7 +49,7 @@ class Inbox:
 
     @classmethod
     def of(cls, nodes: Ints, rows: int, context: SpawnContext) -> Inbox:
-        """An inbox for this number of rows, counted over all columns of a batch."""
+        """Make an inbox for this number of rows, counted over all columns of a batch."""
         return cls(
             shared_ints(nodes, context),
             context.RawArray("q", rows),
@@ -60,27 +61,27 @@ class Inbox:
         np.frombuffer(self.rows, dtype=np.int64)[: len(rows)] = rows
 
     def rows_of(self, task: Task) -> Ints:
-        """The rows of a task."""
+        """Read the rows of a task."""
         return np.frombuffer(self.rows, dtype=np.int64)[: task.rows]
 
 
 def as_values(shared: Any) -> Narrow:
-    """Shared memory as numbers."""
+    """View shared memory as numbers of single precision."""
     return np.frombuffer(shared, dtype=np.float32)
 
 
 def as_bytes(shared: Any) -> Any:
-    """Shared memory as bytes."""
+    """View shared memory as bytes."""
     return np.frombuffer(shared, dtype=np.uint8)
 
 
 def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> None:
-    """Main function of the process: answer tasks until the pipe closes.
+    """Answer tasks until the pipe closes; the main function of the process.
 
-    The first answer is an empty text: the factor is there and intact. Any other text says why the
-    process ends.
+    The first answer is an empty text, which says that the process has read an intact factor. Any
+    other text says why the process ends.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends this process
     stand_back()
     try:
         with threadpool_limits(limits=1):
@@ -93,8 +94,8 @@ def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> 
             nodes = as_ints(inbox.nodes)
             while True:
                 task: Task = pipe.recv()
-                # The file is checked before the solve, since reading behind the end of a shortened
-                # file ends the process, and after it, since the file may have changed meanwhile.
+                # The factor's file is checked before the solve, since reading behind the end of a
+                # shortened file ends the process, and afterwards, since it may change meanwhile.
                 count = 0 if reader.problem() else _solve(factor, nodes, task, inbox)
                 problem = reader.problem()
                 pipe.send(problem or count)

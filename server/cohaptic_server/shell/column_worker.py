@@ -1,11 +1,11 @@
-"""Solves beside the tick for missing columns of a solid, and for Green's functions of pages.
+"""Solves for missing compliance columns of a solid and for pages' Green's functions off the tick.
 
-A process of lowest priority solves, and not a thread: a thread of low priority that is preempted
-while it holds Python's global lock would hold up the tick. Requests and answers are a few bytes in
-a pipe, so that neither side blocks; the solutions are in shared memory. There is one request at a
-time, and each is made from the newest needs of the solid. Until the process is ready the solid
+A separate process of lowest priority solves. A thread of low priority would delay the tick if the
+system preempted it while it holds Python's global lock. Requests and answers are a few bytes in a
+pipe, so that neither process blocks; the solutions are in shared memory. There is one request at a
+time, for the columns that the solid needs most at that time. Until the process is ready the solid
 answers from its far field. If the process ends (the system kills the largest process when memory
-is short), it is started again up to `_TRIES` times, with exponential back-off.
+is short), the worker starts it again up to `_TRIES` times, with exponential back-off.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ _LOG = logging.getLogger(__name__)
 _PAUSE = 1.0  # s until a process that has ended is started again; doubled after each try
 _TRIES = 5
 _LASTING = 60.0  # s; a process that was ready for longer resets the number of tries
-_TURN = 4  # solves, of which one is for a page even if hands need all of them
+_TURN = 4  # solves, of which one is for a page even if hands still need columns
 
 
 class Unsolved(CohapticError):
-    """The process that solves has ended for good."""
+    """Error: the process that solves for the columns has ended and is not started again."""
 
 
 @runtime_checkable
 class HasColumns(Protocol):
-    """A body that answers from columns of its compliance, which are solved for beside the tick."""
+    """A body that needs columns of its compliance, for which another process can solve."""
 
     @property
     def columns(self) -> GreenColumns:
-        """The known columns."""
+        """Store of the columns that are known so far, with the factorisation that yields more."""
         ...
 
     @property
@@ -64,23 +64,23 @@ class HasColumns(Protocol):
         ...
 
     def in_background(self, *, fill: bool = True) -> None:
-        """Solve for no columns from now on, and list the missing ones."""
+        """Stop solving for columns in the body itself, and list the missing columns instead."""
         ...
 
     def request(self, limit: int) -> ColumnRequest | None:
-        """The columns that are needed most, at most `limit`; None if none is missing."""
+        """Return a request for the `limit` most needed columns; None if no column is missing."""
         ...
 
     def deliver(self, columns: Iterable[Column]) -> None:
-        """Take columns that were solved for."""
+        """Take columns that the process has solved for."""
         ...
 
 
 class ColumnWorker:
-    """Delivers columns to one solid while it is served.
+    """Runs the process that solves for the compliance columns of one solid, and delivers them.
 
     Args:
-        body: Solid that answers from its far field until a column is there.
+        body: Solid that answers from its far field while a column is missing.
 
     Raises:
         OSError: There is not enough shared memory.
@@ -100,8 +100,8 @@ class ColumnWorker:
         self._starting: threading.Thread | None = None
         self._context = context = multiprocessing.get_context("spawn")
         columns = body.columns
-        # A factorisation that was made in this process and not stored moves to shared memory; this
-        # process no longer solves with it.
+        # A factorisation that exists only in the memory of this process moves to shared memory;
+        # this process no longer solves with it.
         if isinstance(columns.given, Factor):
             columns.given = SharedFactor(columns.given, context)
         self._inbox = Inbox.of(columns.nodes, BATCH * len(columns.places.order), context)
@@ -110,7 +110,7 @@ class ColumnWorker:
         self._filling = threading.Thread(target=columns.store.fill, daemon=True)
 
     def start(self) -> None:
-        """Start the process; it gets ready while the server already runs."""
+        """Start the process, which reads the factorisation while the server already runs."""
         self._filling.start()
         self._launch()
 
@@ -135,7 +135,7 @@ class ColumnWorker:
         self._theirs.close()
 
     def pump(self) -> None:
-        """Deliver solved columns and request more; called before each tick, does not block."""
+        """Deliver solved columns and request more, without blocking; called before each tick."""
         if self._dead:
             return
         if self._again < math.inf or self._starting is not None:
@@ -155,9 +155,9 @@ class ColumnWorker:
             self._lose("ended" + (f" by signal {-code}" if code is not None and code < 0 else ""))
 
     def green_block(self, vertex: int) -> bytes:
-        """Encoded Green's functions of a vertex for pages (`encode_block`).
+        """Return the Green's functions of a vertex, encoded for pages (`encode_block`).
 
-        The call waits for the process, and so belongs in another thread than the tick's.
+        The call waits for the process, so it must not come from the thread of the tick.
 
         Raises:
             Unsolved: The process has ended for good.
@@ -169,7 +169,7 @@ class ColumnWorker:
         return found.result()
 
     def _start_again(self) -> None:
-        """Start the process once it is due, in a thread, since a start takes longer than a tick."""
+        """Start the process after its pause, in a thread: a start takes longer than a tick."""
         if self._starting is not None:
             if not self._starting.is_alive():
                 self._starting = None
@@ -183,11 +183,11 @@ class ColumnWorker:
     def _launch_or_lose(self) -> None:
         try:
             self._launch()
-        except OSError:  # no memory for the process: `pump` takes the closed pipe for its end
+        except OSError:  # no memory for the process: `pump` finds the pipe closed and tries again
             self._theirs.close()
 
     def stop(self) -> None:
-        """Kill the process at any point of its work; it has nothing to clean up."""
+        """Kill the process, whatever it is doing, since it has nothing to clean up."""
         self._dead = True
         self._give_up()
         if self._starting is not None:
@@ -227,11 +227,11 @@ class ColumnWorker:
             self._pipe.send(Task(request.vertices.tolist(), len(rows)))
 
     def _found(self, request: ColumnRequest, count: int) -> list[Column]:
-        """The columns of a request with `count` values, without copying them."""
+        """Return the columns that answer a request, as views of `count` values in shared memory."""
         return columns_of(request, as_values(self._inbox.values)[:count])
 
     def _lose(self, what: str, *, for_good: bool = False) -> None:
-        """Handle the end of the process: start it again after a pause, or give up for good."""
+        """Handle the end of the process: plan its next start after a pause, or give up for good."""
         now = self._clock.now()
         if now - self._ready_since > _LASTING:
             self._tries = 0

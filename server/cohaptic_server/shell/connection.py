@@ -1,4 +1,4 @@
-"""One websocket: writes without waiting, and delays messages if latency is injected."""
+"""Writes to one websocket without waiting, and delays messages if latency is injected."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Connection:
             and the time at which the message counts as arrived [s].
 
     Attributes:
-        ready: Whether messages may be written; False while the resting mesh goes out in fragments.
+        ready: Whether messages may be written; False while a long message goes out in fragments.
     """
 
     def __init__(
@@ -108,8 +108,8 @@ class Connection:
     def receive_frame(self, frame: bytes) -> None:
         """Keep the frame of a sample until the tick, or until another kind of message comes.
 
-        No sample is used before the tick. Decoding all samples at once costs a third of the time
-        that decoding each one costs when the event loop wakes for it.
+        No sample is used before the tick. Decoding all samples at the tick takes a third of the
+        time that it takes to decode each sample when the event loop wakes for it.
         """
         if self._latency is not None:
             self.receive(unmask(frame))
@@ -155,7 +155,7 @@ class Connection:
                 self._deliver(self, data, self._clock.now())
 
     async def closed(self) -> None:
-        """Wait for the end of a close that has begun."""
+        """Wait until the connection is closed, if a close has begun."""
         if self._closing is not None:
             await self._closing
 

@@ -1,4 +1,4 @@
-"""Kinds of websocket connections that a server takes beside those of hands and watchers."""
+"""Further kinds of websocket connections, which a server takes beside hands and watchers."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass
 from cohaptic_server.shell.wire import Wire
 
 LEAVING = 5.0  # s
-SETTLING = 0.5  # s for a server that ends; less than it waits for clients to answer its close
+SETTLING = 0.5  # s to return when the server ends; less than the server waits for closing clients
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A kind of connection, which a client asks for by its subprotocol.
+    """A further kind of connection, which a client requests by its subprotocol.
 
     Args:
-        serve: Serves one connection. Once the connection has closed it has `leaving` to return,
-            and is cancelled then.
+        serve: Serves one connection. After the connection has closed, `serve` has the time
+            `leaving` to return, and is cancelled then.
         longest: Largest message that a client may send [bytes].
-        own_page_only: Whether only programs of the server's machine, its own page there and those
-            of `--allow-origin` there are let in. Others are let in by origin and host, as pages
-            are; nobody is asked for a token.
-        as_fast_as_served: Whether a client may send as much as `serve` takes. Otherwise its
-            messages spend the same budgets as those of a hand.
-        leaving: Time for `serve` to return after the close [s]; None where it ends by itself.
+        own_page_only: Whether only clients on the server's machine are let in: programs, the
+            server's own page and pages of `--allow-origin`. If not, origin and host are checked as
+            for the pages of hands. No client needs a token in either case.
+        as_fast_as_served: Whether a client may send as much as `serve` takes. If not, its messages
+            spend the same budgets as the messages of a hand.
+        leaving: Time for `serve` to return after the close [s]; None if `serve` ends by itself.
     """
 
     serve: Callable[[Wire], Awaitable[None]]

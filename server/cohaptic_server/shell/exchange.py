@@ -1,4 +1,4 @@
-"""Exchanges the object of a server for another one, together with its solving process."""
+"""Parts for replacing the object of a running server, and its process that solves for columns."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ OBJECT_CHANGED = "there is another object now; connect again to touch it"
 
 @dataclass(frozen=True, eq=False)
 class Exchange:
-    """A request for another object.
+    """A request to serve another object.
 
     Args:
-        build: Makes the body.
-        use: Called with the body once it can be served; returns the function that solves its
-            Green's functions for pages, None if the body itself solves.
+        build: Makes the new body.
+        use: Called with the new body when it can be served; returns the function that solves its
+            Green's functions for pages, or None if the body itself solves.
         done: Future that the requester waits for.
     """
 
@@ -29,18 +29,18 @@ class Exchange:
     done: asyncio.Future[None]
 
     def succeed(self) -> None:
-        """Report success to the requester, unless it waits no longer."""
+        """Report success to the requester, unless the requester has stopped waiting."""
         if not self.done.done():
             self.done.set_result(None)
 
     def fail(self, error: BaseException) -> None:
-        """Report the error to the requester, unless it waits no longer."""
+        """Report the error to the requester, unless the requester has stopped waiting."""
         if not self.done.done():
             self.done.set_exception(error)
 
 
 class ServedBody:
-    """The process that solves for the columns of the served body, if that is a solid.
+    """Runs the process that solves for the columns of the served body, if the body needs one.
 
     Args:
         body: First body that is served.
@@ -60,7 +60,7 @@ class ServedBody:
         return None if self._worker is None else self._worker.green_block
 
     def use(self, body: Body) -> Solve | None:
-        """Replace the body by another one, with a new process; returns its `solve`."""
+        """End the old body's process and start one for a new body; returns the new `solve`."""
         worker = _worker_of(body)
         if worker is not None:
             worker.start()

@@ -1,4 +1,4 @@
-"""Cuts the stream of a client into whole frames.
+"""Cuts the byte stream of a client into whole websocket frames.
 
 Samples are unmasked here; every other frame is passed on unchanged to `websockets`, which reads
 and checks it.
@@ -35,12 +35,12 @@ class ClientStream:
 
     Args:
         longest: Longest payload that is buffered until it is complete [bytes]. A longer payload, or
-            a frame without a mask, is an error that the library reports: from there on the stream
-            is not cut any more.
+            a frame without a mask, is an error that the library reports; the bytes from there on
+            are passed on uncut.
 
     Attributes:
         opened: Whether the whole request has come.
-        flooded: Whether one read had more than `MOST_FRAMES` frames; the rest of it is not cut.
+        flooded: Whether one read had more than `MOST_FRAMES` frames; the further ones are dropped.
     """
 
     def __init__(self, longest: int) -> None:
@@ -54,7 +54,7 @@ class ClientStream:
         self._longest = longest
 
     def cut(self, data: bytes) -> list[bytes]:
-        """The pieces that `data` completes, in order; joined, all pieces are the stream."""
+        """Return the pieces that `data` completes, in order; all pieces joined are the stream."""
         if not self._whole:
             return [data]
         if not self.opened:

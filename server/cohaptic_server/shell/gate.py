@@ -1,4 +1,4 @@
-"""Admits connections to this server by their budgets, which need its clock.
+"""Admits connections to this server while the budgets of their addresses last.
 
 The gate also counts bytes, refusals and spent budgets since the start of the server.
 """
@@ -30,7 +30,7 @@ _PEACEFUL = (1000, 1001, CloseCode.SERVER_STOPS.value, CloseCode.OBJECT_CHANGED.
 
 @dataclass(slots=True)
 class Traffic:
-    """Counters of one process, whose keys are this program's words and never a peer's.
+    """Counters of one process; their keys are words of this program, never text from a peer.
 
     Attributes:
         received: Bytes from all connections, after TLS decryption.
@@ -48,7 +48,7 @@ class Traffic:
         """Count the end of a session if the server has closed it as a refusal.
 
         Args:
-            close: Code and reason of the server's close; None if the peer has left by itself.
+            close: Code and reason with which the server closed; None if the peer left by itself.
         """
         if close is not None and close[0] not in _PEACEFUL:
             self.refused[_CAUSES.get(close[0], "other")] += 1
@@ -63,17 +63,17 @@ _REPORTED_AFTER = 10.0  # s from the first suppressed line until their number is
 
 
 class Gate:
-    """Gate of one server.
+    """Admits the connections of one server, counts them, and limits the log lines about them.
 
     Args:
         simulation_hz: Ticks of the server per second.
         proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
 
     Attributes:
-        limits: All budgets, with no more connections than the system has file descriptors for.
+        limits: All budgets; `open_in_all` is reduced to the file descriptors that are available.
         sources: State of the budgets of all addresses.
-        taken: Open connections, by file descriptor.
-        came: Event that is set when a connection is added to `taken`.
+        taken: Open connections that count against the budgets, by file descriptor.
+        came: Event that is set when a connection is added to `taken`; wakes a sleeping server.
         traffic: Counters of bytes, refusals and spent budgets.
     """
 
@@ -96,14 +96,14 @@ class Gate:
         self._simulation_hz = simulation_hz
 
     def source_of_peer(self, peername: Any) -> str:
-        """Source that a connection is counted with, from the peer name of its transport."""
+        """Return the source whose budgets a connection spends, from its transport's peer name."""
         # An IP socket has a tuple that begins with the address; other sockets have a text.
         if not peername or isinstance(peername, str):
             return UNKNOWN
         return self.proxies.source_of(str(peername[0]))
 
     def meter(self) -> Meter:
-        """Meter of a new connection."""
+        """Make the meter that checks the messages of a new connection."""
         return Meter(self.limits, self._simulation_hz)
 
     def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
@@ -131,13 +131,13 @@ class Gate:
         return sources.enter_proxy(source, now) if by_proxy else sources.enter(source, now)
 
     def keep(self, connection: Taken, source: str) -> None:
-        """Keep an admitted connection counted until it is closed."""
+        """Count an admitted connection against its source until its socket is closed."""
         connection.gate, connection.source = self, source
         self.taken[connection.fileno()] = connection
         self.came.set()
 
     def enter(self, connection: Taken, source: str) -> Refusal | None:
-        """Admit a connection and keep it; returns the refusal, or None if it is admitted."""
+        """Admit a connection and count it until its end; returns None, or the refusal."""
         refusal = self.admit(source)
         if refusal is None:
             self.keep(connection, source)
@@ -146,16 +146,16 @@ class Gate:
     def settle(
         self, file: int, proxy: str, said: Sequence[Sequence[str]], now: float
     ) -> str | Refusal:
-        """Count a proxy's connection with the visitor's address, which the proxy reports.
+        """Count a connection that a proxy forwards against the visitor's source instead.
 
         Args:
             file: File descriptor of the connection.
             proxy: Source of the proxy.
-            said: Values of X-Forwarded-For and those of Forwarded, in their order.
+            said: Values of the headers X-Forwarded-For and of the headers Forwarded, in order.
             now: Time [s].
 
         Returns:
-            Source that the connection is counted with, or the refusal.
+            Source whose budgets the connection spends from now on, or the refusal.
         """
         source = self.proxies.visitor(proxy, *said)
         if isinstance(source, Refusal):
@@ -172,7 +172,7 @@ class Gate:
         return source
 
     def report(self, after: float = _REPORTED_AFTER) -> None:
-        """Log the number of suppressed lines; called at every tick, does nothing in most."""
+        """Log the number of suppressed lines, at most once a second; called at every tick."""
         now = self.clock.now()
         if after and now < self._next_report:
             return
@@ -185,7 +185,7 @@ class Gate:
 class Turns:
     """Limits the TLS handshakes in one round of the event loop, so that ticks are not held up.
 
-    A handshake takes 0.75 ms, and the loop would serve all that are ready in one round: 256 from
+    A handshake takes 0.75 ms, and the loop would serve all ready handshakes in one round: 256 from
     one address take 0.2 s. Bytes that are not read now are ready again in the next round.
 
     Args:
@@ -197,7 +197,7 @@ class Turns:
         self._taken = 0
 
     def take(self) -> bool:
-        """Whether one more handshake may proceed in this round."""
+        """Count one handshake, and return whether it may proceed in this round."""
         if self._taken == 0:
             self._soon(self._go_on)
         self._taken += 1
@@ -210,13 +210,14 @@ class Turns:
 class Taken(socket.socket):
     """A connection that is counted until its socket is closed.
 
-    The socket itself counts, since a connection whose TLS handshake fails never has a protocol
-    that could report its end.
+    The socket itself reports its end to the gate, since a connection whose TLS handshake fails
+    never has a protocol that could report it.
 
     Attributes:
-        gate: Gate that counts the connection; None once it is no longer counted.
-        source: Source that the connection is counted with.
-        turns: Limit of handshakes during the connection's own; None otherwise and without TLS.
+        gate: Gate that counts the connection; None after the counting has ended.
+        source: Source whose budgets the connection spends.
+        turns: Limit on handshakes per round, while this connection's handshake runs; None after it
+            and without TLS.
     """
 
     gate: Gate | None = None
@@ -230,16 +231,17 @@ class Taken(socket.socket):
         return super().recv_into(buffer, nbytes, flags)
 
     def keep_counted(self) -> None:
-        """Stop counting at this socket, without `Sources.leave`: another process takes over.
+        """Keep the connection counted when this socket closes, since another process takes over.
 
-        The code that hands the connection over calls `Sources.leave` when it has ended there.
+        The code that hands the connection over calls `Sources.leave` when the other process has
+        ended the connection.
         """
         gate, self.gate = self.gate, None
         if gate is not None:
             gate.taken.pop(self.fileno(), None)
 
     def close(self) -> None:
-        """Close the connection and count its end."""
+        """Close the connection, and count its end if the gate still counts the connection."""
         gate = self.gate
         self.keep_counted()
         if gate is not None:
@@ -248,7 +250,7 @@ class Taken(socket.socket):
 
 
 def _files() -> int:
-    """Number of connections for which file descriptors are left beside the server's own."""
+    """Number of connections that the limit on open files allows beside the server's own files."""
     if sys.platform == "win32":
         return _MOST_FILES
     import resource

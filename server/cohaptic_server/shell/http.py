@@ -1,8 +1,8 @@
-"""The shell of the HTTP service: from requests of the websocket library to its responses.
+"""Answers the HTTP requests that the websocket library passes on.
 
 Green's functions for pages are solved one at a time beside the tick, and cached. A solve on a large
-solid takes longer than a tick. A separate thread solves, or waits for the process that does
-(`column_worker.py`); the request waits for that thread and the tick does not.
+solid takes longer than a tick, so a separate thread solves, or waits for the process that solves
+(`column_worker.py`). Only the request waits for that thread; the tick does not.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ _MAX_WAITING = 64  # solves that are queued; more than the vertices under one ha
 
 
 class GreenBlocks:
-    """Cache of encoded blocks by vertex; the least recently used are dropped first.
+    """Cache of each vertex's encoded Green's functions; drops the least recently used first.
 
     Args:
         solve: Finds the block of a vertex, in another thread than the tick's; raises `Unsolved`
-            once the process that solves has ended.
+            if the process that solves for the columns has ended for good.
         kept_bytes: Size of the cache [bytes].
 
     Attributes:
@@ -79,7 +79,7 @@ class GreenBlocks:
         return len(self._solving)
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
-        """Block of a vertex; None if it is not solved within `patience` [s], or never."""
+        """Block of a vertex; None if it was not solved within `patience` [s] or cannot be."""
         if vertex in self._kept:
             self._kept.move_to_end(vertex)
             return self._kept[vertex]
@@ -161,12 +161,12 @@ class HostCheck:
 
 
 class Web:
-    """HTTP service: files, Green's functions, and the check of a websocket's origin.
+    """HTTP service: serves files and Green's functions, and checks the origin of websockets.
 
     Args:
         body: Body whose Green's functions are served.
-        gate: Budgets of the server, with its clock.
-        solve: Finds a vertex's block of the functions; None lets the body itself solve.
+        gate: Gate with the budgets and the clock of the server.
+        solve: Finds the block of Green's functions of a vertex; None lets the body itself solve.
         endpoints: Further kinds of connections, by their subprotocols.
 
     Attributes:
@@ -195,7 +195,8 @@ class Web:
         """Serve the Green's functions of this body from now on; the call takes longer than a tick.
 
         Args:
-            solve: Finds a vertex's block of the functions; None lets the body itself solve.
+            solve: Finds the block of Green's functions of a vertex; None lets the body itself
+                solve.
         """
         source = green_source(body)
         model = None if source is None else model_name(source)
@@ -243,7 +244,7 @@ class Web:
         if isinstance(answer, BlockNeeded):
             assert self._blocks is not None
             block = await self._blocks.block(answer.vertex, _PATIENCE)
-            # The body may have been exchanged meanwhile for one that has no such model.
+            # Another body, without this model, may have replaced the body meanwhile.
             gone = block is None and self._site.answer(plain_request, ticking=ticking)
             answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
         return self._counted(connection, plain_request, answer)
@@ -256,7 +257,7 @@ class Web:
     def _is_of_this_machine(
         self, connection: Wire, request: HttpRequest, allowed: Collection[str] = ()
     ) -> bool:
-        """Whether a request comes from the server's machine and its own page, or an allowed one."""
+        """Whether a request comes from this machine, and from its own page or an allowed origin."""
         origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
         return len(origins) <= 1 and is_of_this_machine(
             origins[0] if origins else None,
@@ -287,7 +288,7 @@ class Web:
         return 0 if self._blocks is None else self._blocks.waiting
 
     def _counted(self, connection: Wire, request: Request, answer: Answer) -> Response:
-        """The answer, or a refusal if too many unread bytes already wait for this client."""
+        """Count a response's bytes; returns it, or a refusal if too many unread bytes wait."""
         size = len(answer.body)
         refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
         if refusal is None:
@@ -303,19 +304,19 @@ class Web:
 
 
 def _subprotocols(request: HttpRequest) -> list[str]:
-    """Subprotocols that a client asks for."""
+    """Names of the websocket subprotocols that a client offers."""
     listed = ",".join(request.headers.get_all("Sec-WebSocket-Protocol"))
     return [name.strip() for name in listed.split(",")]
 
 
 def _own_address(connection: ServerConnection) -> str | None:
-    """The address of this machine that a connection came to."""
+    """Address of this machine at which a connection came in; None if it is not known."""
     own: Any = connection.local_address
     return str(own[0]) if own and not isinstance(own, str) else None
 
 
 def too_many(request: Request, refusal: Refusal) -> Answer:
-    """The answer to a request that is refused, mostly because a budget is spent."""
+    """Make the response to a refused request; most refusals are due to a spent budget."""
     retry = ("Retry-After", str(int(refusal.retry) + 1))
     status = refusal.status
     return text(request, status.value, status.phrase, f"{refusal.why}\n", retry)
@@ -326,12 +327,12 @@ def _solver(source: GreenSource) -> Callable[[int], bytes]:
 
 
 def plain(request: HttpRequest) -> Request:
-    """The parts of a request that determine the response."""
+    """Convert a request of the library to the parts of it that determine the response."""
     # Before version 17 the library accepts only GET, and its requests have no method.
     method = str(getattr(request, "method", "GET"))
     return Request(method, request.path, ", ".join(request.headers.get_all("Accept-Encoding")))
 
 
 def response(answer: Answer) -> Response:
-    """An answer as the library sends it."""
+    """Convert an answer to a response of the library."""
     return Response(answer.status, answer.phrase, Headers(answer.headers), answer.body)

@@ -1,4 +1,4 @@
-"""Opens the port of a server, or raises an error that says how to get one."""
+"""Opens the port of a server and serves its connections."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, plain, response, too_ma
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
 TLS_BUFFER = 16 * 1024
-# s: the handshake has the time-out of the request; a peer that is slow to shut down is cut off.
+# In s: the handshake has the time-out of the request; a peer that is slow to shut down is cut off.
 TLS_OPTIONS = {"ssl_handshake_timeout": HEAD_TIMEOUT, "ssl_shutdown_timeout": 2.0}
 _ALL_INTERFACES = ("0.0.0.0", "::")
-# Errors for an address of a host name that this machine does not have, or whose family it lacks:
-# many machines have ::1 in their hosts file and IPv6 switched off.
+# Errors if this machine lacks an address of the host name, or the address family: many machines
+# have ::1 in their hosts file and IPv6 switched off.
 _NOT_HERE = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT)
 log = logging.getLogger("cohaptic.server")
 
@@ -66,14 +66,14 @@ async def listen(
     door: socket.socket | None = None,
     further: Collection[str] = (),
 ) -> tuple[Listener, str]:
-    """Open the port with the options of every websocket; returns the listener and its URL.
+    """Open the port and serve its connections; returns the listener and its URL.
 
     Args:
-        handle: Serves a websocket, which is closed when this function returns.
+        handle: Serves a websocket, which is closed when `handle` returns.
         process: Answers an HTTP request; returns None to let it become a websocket.
         gate: Gate that admits connections.
         tls: TLS settings of every connection; None without TLS.
-        door: Accepts connections in place of the port; None opens the port.
+        door: Listening socket to use in place of a new port; None opens the port.
         further: Subprotocols that the server takes besides its own.
 
     Raises:
@@ -94,7 +94,7 @@ async def serve_doors(
     base: str = "",
     further: Collection[str] = (),
 ) -> Listener:
-    """Serve the connections of some doors; arguments not listed are those of `listen`.
+    """Serve the connections of these listening sockets; other arguments are as for `listen`.
 
     Args:
         base: Path prefix that requests may have; `handle` and `process` see the path without it.
@@ -121,7 +121,7 @@ async def serve_doors(
     options: dict[str, Any] = WEBSOCKET_OPTIONS | {"open_timeout": DOWNLOAD_TIMEOUT + 5.0}
     if tls is not None:
         options |= TLS_OPTIONS
-        # asyncio keeps 256 KiB for each connection; a frame of TLS has 16.
+        # asyncio keeps 256 KiB for each connection; a TLS record has 16 KiB.
         asyncio.sslproto.SSLProtocol.max_size = TLS_BUFFER
     wire: Any = partial(Wire, gate=gate)  # the library's type is a class, which it only calls
     servers = [
@@ -150,7 +150,7 @@ async def open_doors(
     *,
     tls: bool = False,
 ) -> list[Door]:
-    """Sockets that listen on those addresses of a server's host name that this machine has.
+    """Open a listening socket on each address of the server's host name that this machine has.
 
     Args:
         gate: Gate that admits connections.
@@ -175,7 +175,7 @@ async def open_doors(
 
 
 def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
-    """URL of a server that listens at a door; without a port if the door is a unix socket."""
+    """URL of a server that listens on a socket; without a port for a unix socket."""
     name = f"[{host}]" if ":" in host else host
     address = door.getsockname()
     scheme = "wss" if tls else "ws"
@@ -185,7 +185,7 @@ def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
 async def _doors(
     host: str, port: int, gate: Gate, *, tls: bool
 ) -> tuple[list[Door], dict[str, OSError]]:
-    """Sockets that listen on the addresses of a name, on one port; raises OSError.
+    """Open listening sockets on the addresses of a host name, all on one port; raises OSError.
 
     Returns:
         The sockets, and the error of each address that this machine does not have.
@@ -228,7 +228,7 @@ def page_address(url: str) -> str:
 def _select_subprotocol(
     further: Collection[str], _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    """Our subprotocol or another version of it; without one a browser reports no reason."""
+    """Choose our subprotocol, or another version of it so that a browser can show the reason."""
     if (special := next((name for name in offered if name in further), None)) is not None:
         return special
     others = (name for name in offered if name.startswith(FAMILY))

@@ -1,4 +1,4 @@
-"""Admission of clients to a server, its encryption, and the proxies that it trusts."""
+"""Settings of a server's access control and encryption, and the proxies that the server trusts."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from cohaptic_server.credentials.reloading import Watched
 
 @dataclass(frozen=True, slots=True)
 class Protection:
-    """Protection of one server; without arguments, anybody comes in and nothing is encrypted.
+    """Access control and encryption of one server; by default, open to anybody, no encryption.
 
     Args:
         admission: Decides which clients may come in.
         certificate: Certificate for TLS; None without TLS.
         proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
-        watched: Files to be read again when they change.
-        state: Folder of state that outlives a process, bans and used tokens; None keeps none.
+        watched: Files that the server reads again when they change.
+        state: Folder for bans and used tokens, which outlive the process; None stores nothing.
     """
 
     admission: Admission = field(default_factory=Admission)

@@ -1,4 +1,4 @@
-"""Ends a websocket that does not get into a room: one sentence to the client, and a close code."""
+"""Refuses a websocket that asks for another room: sends one sentence and a close code."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from cohaptic_server.shell.wire import Wire
 
 
 async def refuse(ws: Wire, code: CloseCode, why: str) -> None:
-    """Tell the client why, and close the connection."""
+    """Send the client the reason `why`, and close the connection with `code`."""
     with contextlib.suppress(ConnectionClosed):
         await ws.send(encode_control(Error(code=code.value, message=why)))
         await ws.close(*close_frame(code.value, why))
 
 
 def why_not_here(target: str, room: str | None) -> str:
-    """Why an address does not lead to the room of this server; empty if it does.
+    """Reason why an address does not lead to the room of this server; empty if it does.
 
-    An address without a room does not fall back to the room at the root: it may name another room
-    in an unknown form, or come through a proxy that adds a path of its own.
+    An unknown path does not lead to the room at the root: it may name another room in an unknown
+    form, or a proxy may have added a path of its own.
 
     Args:
         target: Path and query of a request.
-        room: Name of the room of this server.
+        room: Name of the room of this server; None without a name.
     """
     asked, path = split_path(target)
     if asked not in (None, room):

@@ -1,9 +1,9 @@
-"""The shell: asyncio, websockets and the clock round a lobby, which makes all decisions.
+"""The server: connects a lobby, which makes all decisions, to asyncio, websockets and the clock.
 
-A tick never waits for a peer: frames are written to transports that have room, and the rest waits
-in each session's bounded outbox. Users come first; watchers are served once every patch of the
-tick has been written. While nobody is connected and the object is at rest there are no ticks, but
-their numbers go on.
+A tick never waits for a peer: frames are written to transports that have room, and the other frames
+wait in each session's bounded outbox. Users come first; watchers are served after every patch of
+the tick has been written. While nobody is connected and the object is at rest no ticks run, but the
+tick numbers go on.
 """
 
 from __future__ import annotations
@@ -49,27 +49,27 @@ from cohaptic_server.shell.wire import Wire, last_words
 log = logging.getLogger("cohaptic.server")
 
 _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]{1,60}")
-CLOSE_TIMEOUT = 1.0  # s for everybody to be told that the server stops
-NAP = 1.0  # s of sleep after which it is looked for what came beside connections
+CLOSE_TIMEOUT = 1.0  # s for clients to answer the close when the server stops
+NAP = 1.0  # s of sleep at most, since `before_tick` may have work even if nobody connects
 
 
 class CohapticServer:
-    """One body, its room and its connections.
+    """Server of one body, with its room and its connections.
 
     Args:
-        body: The deformable object.
-        settings: Settings of the server.
-        solve: Finds Green's functions for pages as `Web` takes them; the body itself if not given.
-        protection: Who comes in and how it is secured; anybody and not if not given.
+        body: Deformable object that the users touch.
+        solve: Finds Green's functions for pages, as for `Web`; None lets the body itself solve.
+        protection: Access control, encryption and trusted proxies; None admits anybody without
+            encryption.
 
     Attributes:
-        room: The users.
-        audience: The watchers.
-        entrance: Who comes in, and what for.
-        lobby: Both, as peers.
-        gate: Who may come in, and how much they may ask for.
-        meters: Meters of the ticks since the start, or since somebody put fresh ones here.
-        ending: Set once it takes nobody in any more.
+        room: Room with the users who touch the body.
+        audience: Watchers of the room.
+        entrance: Decides which clients may come into the room.
+        lobby: Handles the messages of all peers, users and watchers alike.
+        gate: Admits connections, and limits how much each address may ask for.
+        meters: Meters of the ticks since the start, or since other code assigned fresh meters.
+        ending: Set when the server begins to stop.
     """
 
     def __init__(
@@ -107,13 +107,13 @@ class CohapticServer:
         return self._connections.values()
 
     async def start(self, door: socket.socket | None = None) -> str:
-        """Listen; returns the URL.
+        """Start to listen for connections; returns the URL of the server.
 
         Args:
-            door: Accepts connections in place of the port of the settings.
+            door: Listening socket to use in place of the port of the settings; None opens the port.
 
         Raises:
-            SettingError: The address or port cannot be had, or the state file.
+            SettingError: The address or port is not available, or the state file cannot be used.
         """
         if self._journal is not None:
             kept = await asyncio.to_thread(self._journal.open)
@@ -126,11 +126,11 @@ class CohapticServer:
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
-        """Tick until cancelled, then tell everybody and close.
+        """Tick until cancelled, then send every client the close and stop.
 
         Args:
-            before_tick: Called before each tick, to deliver results that were computed beside it;
-                it must not take time.
+            before_tick: Called before each tick, to deliver results that were computed outside the
+                tick; has to return quickly.
         """
         keep_what_there_is()
         period = self.settings.simulation_period
@@ -158,14 +158,14 @@ class CohapticServer:
 
     @property
     def sleeps(self) -> bool:
-        """Whether nobody would notice that there are no ticks."""
+        """Whether ticks can be skipped unnoticed: no connection, no exchange, object at rest."""
         return self._exchange is None and not self.gate.taken and self.lobby.sleeps
 
     async def _nap(self, due: float, before_tick: Callable[[], None] | None) -> float:
-        """Sleep until somebody comes, or for `NAP`; returns when the newest tick was due [s].
+        """Sleep until a client connects, or for `NAP`; returns when the newest tick was due [s].
 
-        Whoever comes finds the room as if it had ticked, and the next tick is due when it would
-        have been.
+        The ticks that passed during the sleep are counted. A new client finds the room as if it had
+        ticked, and the next tick is due at the same time as without the sleep.
         """
         self.gate.came.clear()
         with contextlib.suppress(TimeoutError):
@@ -182,16 +182,16 @@ class CohapticServer:
     async def exchange(
         self, build: Callable[[], Body], use: Callable[[Body], Solve | None]
     ) -> None:
-        """Serve another body from the next tick on; everybody is closed and may come again.
+        """Serve another body; all clients are disconnected and may connect again.
 
         Args:
-            build: Makes the body, in a thread, while nobody is in the room.
-            use: Called in that thread with the body once it can be served, before anybody comes;
-                returns what `solve` is at the beginning.
+            build: Makes the new body, in a thread, while nobody is in the room.
+            use: Called in that thread with the new body when it can be served, before any client
+                comes; returns the function `solve`, as for this class.
 
         Raises:
-            CohapticError: It could not be made, or another one is being exchanged; the body of
-                before is served again.
+            CohapticError: The new body could not be made, or another exchange is running; the old
+                body is still served.
         """
         if self._exchange is not None:
             raise CohapticError("another object is being opened; try again in a minute")
@@ -210,7 +210,7 @@ class CohapticServer:
             log.warning("the object stays: %s", error)
             wanted.fail(error)
         else:
-            # Those who have not gone yet belong to the room before.
+            # Peers that have not gone yet belong to the old room.
             self._connections = {}
             log.info("the object is %s from now on", self.room.body.name)
             wanted.succeed()
@@ -220,7 +220,7 @@ class CohapticServer:
             self._open.set()
 
     def _furnish(self, wanted: Exchange) -> None:
-        """Make a room of another body; in a thread, while no tick runs."""
+        """Replace the room by one with another body; runs in a thread, while no tick runs."""
         body = wanted.build()
         room = Room(body, self.settings, self.room.next_user)
         room.frames.prepare()
@@ -231,7 +231,7 @@ class CohapticServer:
         self.lobby = Lobby(room, self.audience, self.entrance)
 
     def tick(self) -> float:
-        """Advance the world and write its patches; returns the time at which they have left [s]."""
+        """Advance the simulation and write the patches; returns the time after the writing [s]."""
         for connection in self._connections.values():
             connection.take_samples()
         now = self.web.ticked = self.clock.now()
@@ -249,7 +249,7 @@ class CohapticServer:
             log.warning("%s", line)
 
     def _show(self, now: float) -> None:
-        """Serve the watchers."""
+        """Send each watcher the newest scene, if it is due."""
         watching = self.lobby.watching
         if not watching:
             return
@@ -272,7 +272,7 @@ class CohapticServer:
             connections[peer].flush()
 
     def connect(self, ws: Wire) -> Connection:
-        """Take in a websocket that is open; its small binary messages are heard from now on."""
+        """Make an open websocket a peer of the lobby; its samples are received from now on."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
         peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered, ws.source)
         take = partial(self._take, self.lobby)
@@ -281,14 +281,15 @@ class CohapticServer:
         return connection
 
     def add_endpoint(self, subprotocol: str, endpoint: Endpoint) -> None:
-        """Take a further kind of connections.
+        """Accept a further kind of connections.
 
         Args:
-            subprotocol: Name by which clients ask for it.
-            endpoint: Serves them.
+            subprotocol: Name by which clients request this kind of connection.
+            endpoint: Serves the connections of this kind.
 
         Raises:
-            SettingError: The name is no token, is one of hands, or is another endpoint's.
+            SettingError: The name is no HTTP token, belongs to the protocol of hands and watchers,
+                or belongs to another endpoint.
         """
         if not _TOKEN.fullmatch(subprotocol):
             raise SettingError("subprotocol", repr(subprotocol[:60]), "a token of HTTP")
@@ -297,7 +298,7 @@ class CohapticServer:
         self._endpoints[subprotocol] = endpoint
 
     async def _serve_endpoint(self, ws: Wire, subprotocol: str) -> None:
-        """Serve a connection of a further kind, as long as it is open."""
+        """Serve a connection of a further kind until it ends, then close it."""
         endpoint = self._endpoints[subprotocol]
 
         async def serve() -> None:
@@ -324,7 +325,7 @@ class CohapticServer:
         await ws.close(1011 if isinstance(error, Exception) else 1000)
 
     def _tell_fault(self, ws: Wire, subprotocol: str, error: Exception) -> None:
-        """Write the error of an endpoint to the log, unless its client has only gone."""
+        """Log the error of an endpoint, unless the only error is that its client has left."""
         left: BaseException | None = error
         if ws.state is not State.OPEN:
             if isinstance(error, ExceptionGroup):
@@ -338,7 +339,7 @@ class CohapticServer:
         log.debug("%s", told, exc_info=left)
 
     async def _handle(self, ws: Wire) -> None:
-        """Serve one connection, from its first message to its close."""
+        """Serve one websocket, from its first message to its close."""
         tune(ws.transport.get_extra_info("socket"))
         if await refuse_other_room(ws, self.settings.room):
             return
@@ -373,7 +374,7 @@ class CohapticServer:
             self._carry_out(outcome)
 
     async def _send_mesh(self, connection: Connection) -> None:
-        """Send the resting mesh, then the scene at once. Only this peer's handler waits for it."""
+        """Send the resting mesh, then the scene; only the handler of this peer waits for them."""
         peer = connection.peer
         taken = await connection.send_whole(self.lobby.begin_mesh(peer), MESH_TIMEOUT)
         now, clear = self.clock.now(), connection.clear

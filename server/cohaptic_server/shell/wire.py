@@ -1,10 +1,11 @@
-"""A websocket whose samples bypass the library's parser and queue, and the handler's task.
+"""A websocket that delivers samples past the parser, the queue and the task of the library.
 
-At 60 messages per second and user, those cost more than all that the server does with a sample.
-Here the frame of a sample is delivered unchanged. Every other message goes through the library, and
-while one of them waits for the handler, samples do so too: messages stay in order.
+At 60 messages per second and user, these three take more time than all that the server does with a
+sample. Here the frame of a sample is delivered unchanged. Every other message goes through the
+library. While such a message waits for the handler, samples go through the library as well, so
+that messages stay in order.
 
-A client that exceeds its budgets is told so, is not read any more, and is disconnected.
+If a client exceeds its budgets, the server reads no more from it, sends the reason and disconnects.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from cohaptic_server.shell.frames import MOST_FRAMES, ClientStream, is_small_bin
 from cohaptic_server.shell.gate import Gate
 
 MAX_INBOUND_BYTES = 4096  # several times the largest inbound message, a hello
-MAX_UNREAD_BYTES = 256 * 1024  # not read by a peer that sends; more than any one message
+MAX_UNREAD_BYTES = 256 * 1024  # sent but not read by a peer that pings; more than any one message
 HEAD_TIMEOUT = 5.0  # s for the request that opens a connection, as for a hello
 _LAST_WORDS = 0.3  # s for the close frame to leave this machine; then the connection is cut
 _CONTROL = 0x08  # bit of the opcode of a ping, pong or close
@@ -40,14 +41,14 @@ class Wire(ServerConnection):
     """The connection to one client.
 
     Args:
-        gate: Budgets of the server; None makes a gate for this connection alone.
+        gate: Gate with the budgets of the server; None makes a gate for this connection alone.
 
     Attributes:
         deliver: Called with the frame of each small binary message that comes while no message
             waits for the handler; None leaves all messages to `recv`.
-        dismiss: Called with the reason why the peer is not read any more; has to close the
+        dismiss: Called with the error when the server stops reading from a peer; has to close the
             connection.
-        source: Source that the connection is counted with.
+        source: Source whose budgets the connection spends.
     """
 
     def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
@@ -71,23 +72,24 @@ class Wire(ServerConnection):
 
         Args:
             longest: Largest message [bytes].
-            as_fast_as_served: Whether the handler alone limits the rate; no budget is spent.
+            as_fast_as_served: Whether the handler alone limits the rate of longer messages, so that
+                these spend no budget.
         """
         self._stream.allow(longest)
         self.protocol.max_message_size = longest
         self._brings_files = as_fast_as_served
 
     def count_response(self, size: int) -> None:
-        """Count a response that `Sources.respond` has let pass, of `size` bytes."""
+        """Count the `size` bytes of a response that `Sources.respond` has allowed."""
         self._unread += size
         self._traffic.sent += size
 
     def come_from(self, headers: Headers) -> Refusal | None:
-        """Count a proxy's connection with the visitor that its headers name.
+        """Count a connection from a trusted proxy against the visitor whom its headers name.
 
         Args:
-            headers: Headers of the request. They count only if a trusted proxy has sent them, since
-                any other client may write into them what it likes.
+            headers: Headers of the request; used only if a trusted proxy has sent them, since any
+                other client can write arbitrary addresses into them.
 
         Returns:
             The refusal; None if the connection is admitted.
@@ -103,11 +105,11 @@ class Wire(ServerConnection):
         return settled
 
     def taken(self) -> None:
-        """Note that the handler has handled a message from `recv`."""
+        """Note that the handler is done with a message from `recv`; samples may bypass it again."""
         self._waiting -= 1
 
     def write(self, messages: list[str | bytes]) -> None:
-        """Write messages without waiting, in one system call; drop them once the close begins."""
+        """Write messages in one system call, without waiting; drop them if the close has begun."""
         if messages and self.state is State.OPEN:
             data = b"".join(map(make_frame, messages))
             self._traffic.sent += len(data)
@@ -126,7 +128,7 @@ class Wire(ServerConnection):
         return self._unsent()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Start the time-out of the request; called by the event loop at the beginning."""
+        """Start the time-out of the request; the event loop calls this for a new connection."""
         self.source = self._gate.source_of_peer(transport.get_extra_info("peername"))
         taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
         if taken is not None:
@@ -136,7 +138,7 @@ class Wire(ServerConnection):
         self._head_due = loop.call_later(HEAD_TIMEOUT, self._cut)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Clear timers and counters of the connection; called by the event loop at the end."""
+        """Clear timers and counters; the event loop calls this when the connection has ended."""
         if self._head_due is not None:
             self._head_due.cancel()
         self._gate.sources.taken(self.source, self._unread)
@@ -144,7 +146,7 @@ class Wire(ServerConnection):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Deliver, or pass to the library, bytes of the client; called by the event loop."""
+        """Deliver samples and pass other bytes to the library; the event loop calls this."""
         if self._deaf:
             self.transport.pause_reading()  # the library may have resumed it
             return
@@ -153,8 +155,8 @@ class Wire(ServerConnection):
         error: ProtocolError | None
         alone = len(pieces) == 1 and is_small_binary(pieces[0])
         if alone and not self._stream.flooded:
-            # `is_small_binary` ensures a whole frame of 6 bytes and the payload. This fast path
-            # avoids function calls, since each would be made once per sample.
+            # `is_small_binary` ensures a whole frame: 6 bytes and the payload. This fast path
+            # avoids function calls, since each call would be made once per sample.
             self._traffic.received += 6 + (pieces[0][1] & 0x7F)
             error = self._meter.sample(self._now())
             deliver = self.deliver
@@ -179,7 +181,7 @@ class Wire(ServerConnection):
             super().data_received(piece)
 
     def _excess(self, pieces: Sequence[bytes], *, in_head: bool) -> ProtocolError | None:
-        """The error if the pieces that have come exceed a budget; None if they do not."""
+        """Count the pieces of one read; returns the error if they exceed a budget, or None."""
         if self._stream.flooded:
             limit = f"at most {MOST_FRAMES}"
             return RemoteProtocolError("frames in one read", "more", limit, CloseCode.TOO_MANY)
@@ -212,7 +214,8 @@ class Wire(ServerConnection):
         if self.state is not State.OPEN:
             self.transport.abort()
             return
-        # The last message may still leave; no answer to the close can come, since nothing is read.
+        # The last message gets time to leave. No answer to the close can come, since nothing is
+        # read any more.
         asyncio.get_running_loop().call_later(_LAST_WORDS, self.transport.abort)
         self.dismiss(error)
 
@@ -230,11 +233,11 @@ class Wire(ServerConnection):
 
 
 def last_words(closed: ConnectionClosed) -> tuple[bool, str]:
-    """Whether the peer closed a connection, and the reason in one line.
+    """Return whether the peer closed a connection, and the reason of the close in one line.
 
-    The reason is the peer's own, or the error that the library found in the peer's messages. The
-    text is empty if there is none, and for a peer that has answered no ping: its connection was
-    lost.
+    The reason comes from the peer, or is the error that the library found in the peer's messages.
+    The text is empty if there is no reason, or if the connection was lost because the peer has
+    answered no ping.
     """
     rcvd, sent = closed.rcvd, closed.sent
     if rcvd is not None and closed.rcvd_then_sent is not False:

@@ -13,7 +13,7 @@ _GRADING = 1.8  # exponent that moves layers of the core towards its face
 
 
 def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
-    """Fill each cell of a grid with six tetrahedra about the diagonal that points from x = y = 0.
+    """Fill each cell of a grid with six tetrahedra about its diagonal away from x = y = 0.
 
     Args:
         xs, ys, zs: Rising positions of the planes across x, y and z [m].

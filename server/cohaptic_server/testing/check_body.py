@@ -1,4 +1,4 @@
-"""The laws of an elastic body as one check, for the bodies of this package and for others.
+"""Checks the laws of elasticity on a body, of this package or of any other.
 
     check_body(MyBody())              # a linear body: displacements add up
     check_body(MyRubber(), linear=False)
@@ -23,7 +23,7 @@ from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.contacts import depth, depths, pressed, settled, soft_contacts
 
 _EXACT = 1e-6  # relative tolerance; columns are kept in single precision
-_TANGENT = 2e-3  # relative; for differences of a nonlinear body, dropped loads of a viscous body
+_TANGENT = 2e-3  # relative; for finite differences, and for loads that a viscous body drops
 _TABLE = 0.05  # relative; a client scales the table by the exact C_ii of each patch
 _TABLE_PRESSES = 12  # vertices of the table that are pressed on, roughly
 _DIFFERENCE = 0.02  # step of a force difference over the force
@@ -48,7 +48,7 @@ class Subject:
 
 
 def rest_is_rest(subject: Subject) -> None:
-    """Without force nothing moves and no energy is stored; C needs no force."""
+    """Without force nothing moves and no energy is stored; C has its usual shape."""
     body, c = subject.body, len(subject.loads)
     for loads in ([], pressed(subject.loads, np.zeros(c))):
         response = body.respond(loads)
@@ -58,7 +58,7 @@ def rest_is_rest(subject: Subject) -> None:
 
 
 def compliance_is_symmetric_and_definite(subject: Subject) -> None:
-    """C = C' (Maxwell and Betti), and no combination of forces moves against itself."""
+    """C is symmetric (Maxwell and Betti) and has no negative eigenvalue."""
     for response in (subject.body.respond(subject.loads), settled(subject.body, subject.loads)):
         C = response.compliance
         size = np.abs(C).max()
@@ -115,7 +115,7 @@ def displacements_add_up(subject: Subject) -> None:
 
 
 def compliance_does_not_depend_on_load(subject: Subject) -> None:
-    """The K_o of a linear body does not change with load."""
+    """The compliance C of a linear body, and so K_o, does not change with load."""
     at_rest = subject.body.respond(pressed(subject.loads, np.zeros(len(subject.loads))))
     C, loaded = at_rest.compliance, settled(subject.body, subject.loads).compliance
     _near(loaded, C, _EXACT * np.abs(C).max(), "C under load and at rest")
@@ -173,7 +173,7 @@ def order_of_loads_does_not_matter(subject: Subject) -> None:
 
 
 def response_depends_on_its_arguments_only(subject: Subject) -> None:
-    """The same loads and earlier response give the same response, whatever was asked in between."""
+    """The same loads and earlier response give the same response, whatever calls lie between."""
     body, loads = subject.body, subject.loads
     before = body.respond(loads[:1])
     earlier = np.array(before.displacement)
@@ -189,7 +189,7 @@ def response_depends_on_its_arguments_only(subject: Subject) -> None:
 
 
 def steady_state_does_not_depend_on_the_way(subject: Subject) -> None:
-    """The equilibrium from rest is the same as from another press."""
+    """A body reaches the same equilibrium from rest as from another press."""
     body, loads = subject.body, subject.loads
     cold = settled(body, loads)
     warm = settled(body, loads, settled(body, loads[:1]))
@@ -214,7 +214,7 @@ def parts_of_a_response_agree(subject: Subject) -> None:
 
 
 def a_hand_comes_to_rest(subject: Subject) -> None:
-    """Proportional law, K_h = K_o / 2: eq. (8) promises rest at eq. (11), at every delay."""
+    """By eq. (8), a proportional hand with K_h = K_o / 2 rests at eq. (11) at every delay."""
     body, load = subject.body, subject.loads[0]
     own = float(settled(body, [load]).compliance[0, 0])
     k_h, reach = 0.5 / own, 1.5 * depth(load, settled(body, [load]))
@@ -230,7 +230,7 @@ def a_hand_comes_to_rest(subject: Subject) -> None:
 
 
 def table_is_of_contacts(subject: Subject) -> None:
-    """The `vertex_compliance` of a body that has one is C_ii of presses centred at the vertices."""
+    """A table `vertex_compliance`, if any, holds C_ii of presses centred at the vertices."""
     body = subject.body
     if not isinstance(body, Surveyed):
         return
@@ -294,7 +294,7 @@ class BrokenLawError(AssertionError):
 
     Args:
         law: Name of the law.
-        reason: The observation.
+        reason: Observation that contradicts the law.
     """
 
     def __init__(self, law: str, reason: object) -> None:

@@ -1,4 +1,4 @@
-"""Contacts for checks and tests: where a body is soft, how far a press went, when it settled."""
+"""Contacts for checks and tests: finds soft places, measures depths, finds steady states."""
 
 from __future__ import annotations
 

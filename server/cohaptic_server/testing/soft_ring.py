@@ -1,4 +1,4 @@
-"""A ring of soft tissue of any size: fine at its surface, coarse inside.
+"""Tetrahedral mesh of a ring of soft tissue, of any fineness: fine outside, coarse inside.
 
 Most vertices lie on the surface, which is touched; each layer below has half as many vertices.
 Tests and benchmarks press on the ring, as on the meshes of `blocks.py`.
@@ -14,7 +14,7 @@ from cohaptic_server.numeric import Floats, Ints, Mask
 RING, TUBE = 0.06, 0.025  # m; radius of the ring's centre line, and of the tube
 FOOT = -0.9 * TUBE  # m; vertices below this height stand on a table and are fixed
 
-_FLATNESS = 0.7  # depth of a layer over the width of its cells
+_FLATNESS = 0.7  # ratio of the depth of a layer to the width of its cells
 _CORE = 6  # vertices round the innermost tube
 
 

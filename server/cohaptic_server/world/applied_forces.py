@@ -1,7 +1,7 @@
 """The forces that the body gets in a tick, from those that users request (science 3.8).
 
-A request is limited, passes the room's lag, and is slowed down where it would move other hands too
-fast. When a probe jumps, its force stays at the old contact and fades there.
+A requested force is limited, passes the room's lag, and is slowed down if it would move other hands
+too fast. When a probe jumps, its force stays at the old contact and fades there.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow
 def update_releases(
     state: WorldState, tracked: Tracked, fade: float, *, max_move: float
 ) -> tuple[Release, ...]:
-    """Forces that fade where probes have left them: those still fading, and new ones.
+    """Return the forces that fade where probes have left them: those still fading, and new ones.
 
     Args:
         state: The world after the last tick.
         tracked: Users with their contacts in this tick.
-        fade: Decrease in one tick of the share of a force that is left.
+        fade: Decrease per tick of the share of each force that still acts.
         max_move: Distance that a hand can move a contact in one tick [m].
 
     Returns:
@@ -83,7 +83,7 @@ def apply_forces(
     if not n:
         return Applied(tracked.presence, tracked.requested, tracked.tangential)
     C = _previous_coupling(state, *_rows_before(state, tracked, max_move))
-    # Infinite for a contact whose coupling is not known yet.
+    # C_ii is infinite for a contact whose coupling is not known yet.
     c_ii = C.diagonal().copy()
     presence, requested, previous = tracked.presence, tracked.requested, np.zeros(n)
     here = tracked.before >= 0
@@ -92,7 +92,7 @@ def apply_forces(
     if released:
         present[[touch.user in released for touch in tracked.touches]] = 0.0
         presence, requested, previous = present * presence, present * requested, present * previous
-    # Unbounded where the coupling is not known.
+    # A force is unbounded if its coupling is not known.
     max_force = MAX_INDENTATION * body.mesh.size / np.maximum(c_ii, 1e-12)
     max_force = np.where(c_ii < np.inf, max_force, np.inf)
     limited = limit_forces(requested, max_force)
@@ -112,7 +112,7 @@ def apply_forces(
         along = low_pass(was, along, lag[:, None], dt)
         aside = along - was
         change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
-    # K of each hand, at most 1 / C_ii where that is known.
+    # Stiffness K of each hand, at most 1 / C_ii if C_ii is known.
     device = tracked.settings[1]
     stiffness = np.where(c_ii < np.inf, np.minimum(device, 1.0 / c_ii), device)
     # A hand that feels no force cannot be moved, so no user is slowed down for its sake.
@@ -126,7 +126,7 @@ def apply_forces(
 def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:
     """Row of each user in the last tick, shape (n,), and whether any contact is new at its place.
 
-    The row is -1 for a user who was not there or further away than a hand can move a contact.
+    The row is -1 for a user who was not there, or whose contact moved further than a hand can.
     """
     rows = np.empty_like(tracked.before)
     old = state.users.tracked.contacts.frames
@@ -134,7 +134,7 @@ def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[
 
 
 def _lags(state: WorldState, tracked: Tracked) -> Floats:
-    """Lag of each force, shape (n,) [s]: the room's, and a short one for a user who has left."""
+    """Lag of each force, shape (n,) [s]: the room's lag, cut short for a user who has left."""
     lag = state.room.lag
     return np.where(tracked.settings[3] > 0.0, lag, min(lag, MAX_RELEASE_LAG))
 
@@ -159,16 +159,16 @@ def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Fl
 
 
 def _previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
-    """C between users in the last tick, shape (n, n) [m/N].
+    """Compliance C between users in the last tick, shape (n, n) [m/N].
 
-    C is not known for a user who was not at its contact then. The effect of such a user on others
-    is set to infinity; the effect of others on that user to zero, since it holds no force there
-    yet.
+    C is not known for a user who was not at the present contact then. The effect of such a user on
+    others is set to infinity. The effect of others on that user is set to zero, since the user has
+    no force at the contact yet.
 
     Args:
         state: The world after the last tick.
-        rows: Row of each user in that tick; -1 for one who was not at its contact, shape (n,).
-        anybody: Whether there is such a user.
+        rows: Row of each user in that tick; -1 if the user was not at the contact, shape (n,).
+        anybody: Whether any row is -1.
     """
     n = len(rows)
     if not anybody and n == len(state.coupling) and (rows[1:] > rows[:-1]).all():

@@ -1,10 +1,10 @@
-"""Contact of a probe with a body: its point on the surface, the pressure under it, the normal.
+"""Contact of a probe with a body: the contact point, the pressure around it, and the normal.
 
 A contact is found on the surface *free of the client's own force*, so that pressing harder does not
-move the contact point. From the contact point, the probe lies along the normal; point, displacement
+move the contact point. The probe lies on the normal through the contact point; point, displacement
 and normal are averaged over the pressure. The nearest point of a faceted surface would jump from
-face to face under a probe that sinks in; the average slides. Points of the surface are given on the
-resting mesh, and the search subtracts the displacement there from the probe's position.
+face to face under a probe that sinks in; the average slides smoothly. Points of the surface are
+given on the resting mesh, and the search subtracts their displacement from the probe's position.
 
 Facets lie below the smooth surface that they approximate, by half a millimetre on a balloon of 642
 vertices. The contact point is therefore lifted to the smooth surface through the vertices with
@@ -51,7 +51,7 @@ class Contact:
             under a deep probe.
 
     Attributes:
-        places: Foot [m], contact point [m] and normal, for arithmetic without arrays.
+        places: Foot [m], contact point [m] and normal as tuples, for arithmetic without arrays.
     """
 
     frame: Final[Floats]
@@ -93,7 +93,7 @@ class Contact:
 
 
 class Contacts(NamedTuple):
-    """Contacts of the users of a room, in the order in which compiled loops take them.
+    """Contacts of a room's users as arrays, in the order in which compiled loops take them.
 
     Args:
         frames: Frame of each contact, as in `Contact`, shape (n, 3, 3).
@@ -183,7 +183,7 @@ def locate(
 
 
 def place_on(mesh: SurfaceMesh, contact: Contact, free: Field) -> Vec3:
-    """Contact point on a displaced surface [m]; quicker than `moved` where the field is known."""
+    """Contact point on a displaced surface [m]; faster than `moved` where the field is known."""
     if isinstance(free, CachedField):
         search = mesh.contacts.search
         search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
@@ -209,7 +209,7 @@ def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
 
 
 class _Known(NamedTuple):
-    """A field where it is known: at some vertices, or at all of them in order."""
+    """Known values of a field: at some vertices, or at all vertices in order (`whole`)."""
 
     vertices: Ints
     values: Floats
@@ -233,7 +233,7 @@ def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
 
 
 def _found(mesh: SurfaceMesh, same: Contact | None) -> Contact:
-    """Return the contact found, with the vertices and weights of `same` unless that is None."""
+    """Return the contact that the search found, with the pressure of `same` if that is given."""
     found = mesh.contacts
     frame, search = found.frame.copy(), found.search
     if same is not None:

@@ -35,9 +35,9 @@ from cohaptic_server.world.users import Tracked, WorldState, settings_of, vector
 _MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
 _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
 # Relaxation factor of the surface on which a contact is tracked: the share of the body's change of
-# one tick that it follows. If it followed all of it, several contacts on a body that softens under
-# load would each slide to where the last tick's forces took the surface and push each other to and
-# fro; `equilibrium` takes half steps for the same reason.
+# one tick that it follows. If the surface followed all of the change, several contacts on a body
+# that softens under load would each slide to where the last tick's forces took the surface and push
+# each other to and fro; `equilibrium` takes half steps for the same reason.
 RELAXATION = 0.5
 _NOT_MEASURED = LoopDelay()
 _USUAL = 48  # vertices under a contact for which arrays have room at first
@@ -89,7 +89,7 @@ def track_contacts(
 def _follow(
     body: Body, state: WorldState, before: Ints, tips: Floats, dt: float
 ) -> tuple[Contacts, KnownFields, Floats]:
-    """Follow each contact on its relaxed surface.
+    """Find each contact on its relaxed surface, from the contact of the last tick.
 
     Returns:
         The contacts; the surfaces on which they were found, by the rows of the last tick; and the
@@ -138,9 +138,10 @@ def _places_to_follow(
 ) -> Floats:
     """Place that each contact follows: the tip, or the point that a finger holds, (n, 3) [m].
 
-    A finger that sticks must stay on its material point, however far its own force and the others
-    have moved both, and the surface may turn under the finger (science 3.10). The contact follows
-    the finger's anchor, displaced as the others have displaced its contact point.
+    A finger that sticks must stay on its material point, however far its own force and the other
+    users have moved finger and point, and although the surface may turn under the finger (science
+    3.10). The contact follows the finger's anchor, displaced as others have displaced its contact
+    point.
     """
     held = [i for i, touch in enumerate(touches) if touch.anchor is not None and before[i] >= 0]
     observed = state.users.observed
@@ -180,7 +181,7 @@ def _loop_delay(
         late = (time.number - touch.tick) * time.period
         # The first sample after an outage names a patch from before, which does not time the loop.
         return delay.measured(late, time.now) if faded_in or late <= TOO_LONG else delay
-    # The sample names no patch, as before the first one, or a patch that was never made.
+    # The sample names no patch, since there was none yet, or a patch that was never made.
     return delay.waited(time.period) if faded_in else delay
 
 

@@ -4,14 +4,14 @@ A tick evaluates the surface round its contacts only, so that its cost does not 
 Vertices near a contact are evaluated once for all readers (`CachedField`); others are evaluated
 each time that they are asked for.
 
-The free surface round a contact is shown as it is, except for a bulge that its probe would slide
-off. Of two fingers that pinch a thin part, each would find the bulge that the other would make
-alone: on a plate of 3 mm that 1.5 N pinch by 1 mm the bulge is 18 mm high and as sharp as a
-fingertip, while the plate itself stays flat. A probe that lies deeper below a bulge than the
+The free surface round a contact is shown as it is, except for a bulge off which the probe would
+slide. When two fingers pinch a thin part, each would find the bulge that the other finger would
+make alone: on a plate 3 mm thick that 1.5 N pinch by 1 mm, the bulge is 18 mm high and as sharp as
+a fingertip, while the plate itself stays flat. A probe that lies deeper below a bulge than the
 bulge's radius of curvature has its nearest point beside the bulge: the two contacts run away from
 each other, and come back a loop delay later. In the theory of small displacements no surface turns
-so far. The bulge is therefore shown flatter about the contact, whose own place and compliance stay
-as they are.
+so far. The bulge is therefore shown flatter around the contact; the place and the compliance of
+the contact stay as they are.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from cohaptic_server.world.loops.free_surfaces import flatten
 # by q / (1 - q) of the distance that the contact on the other side moves: by a third here, so that
 # both come to rest whatever the delay. From q = 1/2 on the two drive each other away.
 LARGEST_PRODUCT = 0.25
-_BULGE_ROOM = np.zeros((6, 8))  # room for the equations of one bulge after the other
+_BULGE_ROOM = np.zeros((6, 8))  # working memory for one bulge after the other
 
 
 class Field(Protocol):
@@ -57,8 +57,8 @@ class FreeField:
     Args:
         response: Response of the body to all loads.
         forces: Magnitudes of the user's own loads, shape (k,) [N].
-        loads: Position of these loads among the response's; an empty slice gives the displacement
-            with every force.
+        loads: Position of these loads among the response's loads; an empty slice gives the
+            displacement with every force.
     """
 
     response: Response
@@ -105,7 +105,7 @@ class CachedField:
 
 
 class KnownFields(NamedTuple):
-    """Fields of several users, each known at some vertices, as compiled loops take them.
+    """Fields of several users, each known at some vertices, as arrays for compiled loops.
 
     Args:
         starts: Where each user's vertices begin, and where the last ones end, shape (n + 1,).
@@ -130,7 +130,7 @@ class FlatterField:
     Args:
         field: Field before the reduction.
         moved: Displacement of the contact, shape (3,) [m].
-        share: Share of the differences, 0 to 1.
+        share: Share of the differences that is left, 0 to 1.
     """
 
     field: Field
@@ -164,7 +164,7 @@ def flatten_bulges(
         contact_radius: Radius of the pressure under a contact [m].
 
     Returns:
-        Displacement of each contact [m], and the share of the differences from it that is left, 1
+        Displacement of each contact [m], and the share that is left of the differences from it, 1
         for a surface that stays as it is, shape (n, 4).
     """
     shown = np.empty((len(frames), 4))

@@ -4,7 +4,9 @@ Each hand is a spring between its intention and its tip; the body is the one tha
 simulates, touched through the same contacts. There is no law, gain or delay, only forces f_i >= 0
 such that every tip lies on the surface that it presses,
 
-    n_i . (x_o,i(f) - intention_i - f_i n_i / k_i) = 0    wherever f_i > 0.
+    n_i . (x_o,i(f) - intention_i - f_i n_i / k_i) = 0    wherever f_i > 0,
+
+with the normal n_i, the surface point x_o,i and the stiffness k_i of each hand.
 """
 
 from __future__ import annotations
@@ -46,9 +48,9 @@ class RestingHand:
     Args:
         intention: Position that the hand wants for its tip [m].
         stiffness: Stiffness of the hand [N/m].
-        start: Position from which the hand came [m]; it touches the surface that it met first. In a
-            wall pressed by more than its thickness the surface nearest to the tip may be the far
-            one. None for the nearest surface.
+        start: Position from which the hand came [m], to touch the surface that the hand met first:
+            in a wall pressed by more than its thickness, the surface nearest to the tip may be the
+            far one. None to touch the nearest surface.
     """
 
     intention: Vec3
@@ -66,9 +68,9 @@ class Equilibrium:
         tip: Tip of each hand, shape (c, 3) [m].
         place: Contact point of each hand on the resting surface, shape (c, 3) [m].
         compliance: C of the contacts, shape (c, c) [m/N].
-        turning: Largest share of a shift along the surface that is added to it again: the normal
-            turns with the shift, and body and hands yield to the turned force. At 1 a tip slides
-            off.
+        turning: Largest share of a shift of contacts along the surface that comes back as a further
+            shift: the normals turn with the shift, and body and hands yield to the turned forces.
+            At 1 a tip slides off.
     """
 
     force: Floats
@@ -91,9 +93,9 @@ def solve(
     """Find the equilibrium of a body and hands.
 
     For given contacts this is a linear complementarity problem with a positive definite matrix,
-    which is solved exactly; then contacts are located again at the tips, until both agree. The
-    equilibrium found is disturbed once, and hands and body have to return to it: this test finds
-    most unstable equilibria, but not all. A tip on top of a facet may stay there.
+    which is solved exactly; then contacts are located again at the tips, until contacts and forces
+    agree. The equilibrium is then disturbed once, and hands and body have to return to it: this
+    test finds most unstable equilibria, but not all. A tip on top of a facet may stay there.
 
     Args:
         hands: All hands that touch the body.
@@ -153,7 +155,7 @@ def solve(
 
 
 def _first(body: Body, hand: RestingHand) -> Contact | None:
-    """Contact of a hand that has reached the resting surface and not pressed yet; None for none."""
+    """Contact of a hand at its `start` with the resting surface; None if it has no start."""
     if hand.start is None:
         return None
     return locate(body.mesh, hand.start, ZeroField(), radius=body.contact_radius)
@@ -166,7 +168,7 @@ def _located(
     before: Sequence[Contact | None],
     tolerance: float | None,
 ) -> list[Contact]:
-    """Find the contact of each hand on the surface without its own force, from the last contact."""
+    """Find each hand's contact on the surface without its own force, from its last contact."""
     radius = body.contact_radius
     return [
         locate(body.mesh, x, moved, radius=radius, hint=hint, tolerance=tolerance)
@@ -175,7 +177,7 @@ def _located(
 
 
 def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats:
-    """Force on each hand if it held its tip there and no other hand touched, shape (c,) [N]."""
+    """Force on each hand with its tip held at `tip` and no other hand on the body, (c,) [N]."""
     depth = np.array([c.normal @ (c.point - t) for c, t in zip(contacts, tip, strict=True)])
     return np.asarray(np.maximum(0.0, depth) / np.diag(C))
 
@@ -187,7 +189,7 @@ def _turning(
     contacts: Sequence[Contact],
     force: Floats,
 ) -> float:
-    """Largest eigenvalue of S_tt of science 3.12, with the compliance of the hands."""
+    """Largest eigenvalue of S_tt of science 3.12, where hands yield by their own compliance."""
     pressing = np.flatnonzero(force > 0.0).tolist()
     if not pressing:
         return 0.0
@@ -199,7 +201,7 @@ def _turning(
     root = np.zeros_like(between)
     for k, i in enumerate(pressing):
         own = slice(2 * k, 2 * k + 2)
-        between[own, own] = np.eye(2) / hands[i].stiffness  # its own dent takes no part in it
+        between[own, own] = np.eye(2) / hands[i].stiffness  # a contact's own dent does not turn it
         root[own, own] = root_of_gain(body.mesh, contacts[i]) / math.sqrt(C[3 * k, 3 * k])
     return float(np.linalg.eigvalsh(root @ between @ root.T)[-1])
 
@@ -209,7 +211,7 @@ def _largest(change: Floats) -> float:
 
 
 def _nonlinearity(contact: Contact, response: Response, i: int, force: Floats) -> float:
-    """Displacement of contact i against its normal, less C f; zero on a linear body [m]."""
+    """Displacement of contact i against its normal, minus C f; zero on a linear body [m]."""
     moved = contact.normal @ (contact.moved(response.displacement) - contact.point)
     return float(-moved - response.compliance[i] @ force)
 

@@ -1,11 +1,11 @@
-"""Limits of the forces that the body gets in a tick: their sum, and how fast they may change.
+"""Limits on the sum and on the rate of change of the forces that the body gets in a tick.
 
-A hand that presses with 6 N within 0.1 s moves a neighbour that shares all of its compliance by
-60 N/s, and is not limited. Where several users together would move another faster, the largest
-changes are cut to a common cap and smaller ones are left alone, so that the user who shakes the
-body is the one who is slowed down. A contact that slides over the body also changes the forces on
-others, without a change of its own force; that is left to the clients, whose own limit is stricter
-(`cohaptic_client.loop.slew`).
+A press that grows to 6 N within 0.1 s changes the force on a neighbour that shares all of the
+hand's compliance by 60 N/s, and is not limited. If several users together would change the force on
+another user faster, the largest changes are cut to a common cap and smaller changes stay as they
+are, so that only the user who shakes the body is slowed down. A contact that slides over the body
+also changes the forces on others, without a change of its own force; this is left to the clients,
+whose own limit is stricter (`cohaptic_client.loop.slew`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cohaptic_server.world.state import Touch
 # N/s by which all others together may change the force on one hand. Fingers that tap reach about
 # 100 N/s on their own force, and a neighbour feels the share that it has of their compliance.
 EFFECT_RATE = 60.0
-MAX_SUM = 160.0  # N on a body: sixteen hands at the 10 N of a usual device
+MAX_SUM = 160.0  # N, of all forces on a body: sixteen hands at the 10 N of a usual device
 # Largest change of the force on one hand per change of another's force. A hand at a stiff place
 # beside a soft one can be moved by several times the other's force; ten bounds that ratio where
 # the coupling is not known yet.
@@ -31,7 +31,7 @@ MAX_COUPLING_RATIO = 10.0
 
 
 def fair_cap(demands: Floats, total: float) -> float:
-    """Return the max-min fair cap at which demands sum to `total`; infinite if they need no cut.
+    """Return the max-min fair cap that cuts demands to the sum `total`; infinite if none is cut.
 
     Args:
         demands: Demands of the users, none negative, shape (n,).
@@ -61,11 +61,11 @@ def limit_forces(requested: Floats, max_force: Floats) -> Floats:
 
 
 def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: float) -> Floats:
-    """Share of its change that each user may make in this tick, shape (n,), 0 to 1.
+    """Share of each user's change of force that is allowed in this tick, shape (n,), 0 to 1.
 
     Args:
         change: Magnitude of each user's change of force, shape (n,) [N].
-        stiffness: K of each hand, shape (n,) [N/m].
+        stiffness: Stiffness K of each hand, shape (n,) [N/m].
         C: Compliance between contacts, infinite where it is not known yet, shape (n, n) [m/N].
         max_effect: Largest change of the force on one hand by all others together [N].
     """
@@ -85,7 +85,7 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
 
 
 def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Floats:
-    """Forces behind a first-order lag after one tick, any shape [N].
+    """Return the forces after one tick of a first-order lag, any shape [N].
 
     Args:
         previous: Forces applied in the last tick [N].

@@ -1,7 +1,7 @@
 """The loads that users put on a body, and the compliance C between users.
 
-A user without friction is one load, along the normal. A user with friction is three, along the
-normal and two tangents, so that the body answers with the 3x3 compliance of the contact
+A user without friction has one load, along the normal. A user with friction has three loads, along
+the normal and two tangents, so that the body answers with the 3x3 compliance of the contact
 (`control.friction`).
 """
 
@@ -125,12 +125,12 @@ def contact_axes(normal: Floats) -> Floats:
 def without_tangents(
     compliance: Floats, spans: Sequence[slice], users: Sequence[int]
 ) -> tuple[Floats, list[slice]]:
-    """Return C without the directions along the surface of some users, who have no friction.
+    """Return C without the tangents of some users, who have no friction.
 
     Args:
         compliance: C between all loads, shape (loads or more, loads or more) [m/N].
         spans: Loads of each user.
-        users: Rows of the users whose normal alone is kept.
+        users: Rows of the users of whom only the normal is kept.
 
     Returns:
         C of the loads that are left, and the loads of each user in it.
@@ -147,10 +147,10 @@ def without_tangents(
 def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
     """C between users for the choice of gains, shape (users, users) [m/N].
 
-    The diagonal holds the normal compliance of each contact. Any other entry is the largest sum of
-    |C| from any direction of the one contact to all directions of the other, scaled by normal
-    compliance over that direction's own: a gain that is safe by this row is safe for every
-    direction of a contact.
+    The diagonal holds the normal compliance of each contact. For any other entry, |C| is summed
+    from one direction of the one contact to all directions of the other, and multiplied by the
+    ratio of the normal compliance to that direction's own; the entry is the largest such value. A
+    gain that is safe by this row is therefore safe for every direction of a contact.
 
     Args:
         compliance: C between all loads of the users, shape (loads, loads) [m/N].
@@ -173,11 +173,12 @@ def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
 
 
 def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
-    """C of all loads of the users, its diagonal from `MIN_COMPLIANCE` to `MAX_COMPLIANCE` [m/N].
+    """Bound the diagonal of C of the users' loads to `MIN_COMPLIANCE` and `MAX_COMPLIANCE` [m/N].
 
-    A contact on a fixed or very stiff place then has a positive definite compliance like any other,
-    and is as stiff as a device can show. In three directions the smallest eigenvalue is raised. A
-    place too soft to be felt is made stiffer, by one factor in all of its rows and columns.
+    A contact on a fixed or very stiff place then has a positive definite compliance like any other
+    contact, and is as stiff as a device can show. For a contact of three directions, the smallest
+    eigenvalue of its block is raised. A place too soft to be felt is made stiffer, by one factor in
+    all rows and columns of its contact.
 
     Args:
         compliance: C between all loads, shape (loads or more, loads or more) [m/N].

@@ -1,8 +1,8 @@
-"""The part of the free surface that a mesh patch carries: all that the probe can reach in time.
+"""Vertices that a mesh patch carries: all that the probe can reach while the patch is in use.
 
-These are the vertices of the touch mesh (`touch_mesh.py`) round the contact and, for a hand that
+They are vertices of the touch mesh (`touch_mesh.py`) round the contact and, for a hand that
 slides, along its path over the surface for as long as the patch will be in use. If a frame cannot
-hold all of them, the nearest are taken.
+hold all of them, the nearest vertices are taken.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_fit.SU
 # than the mean spacing.
 _DISC_MARGIN = 1.3
 _UNITS = np.array([2.0**15 - 1.0, 2.0**16 - 1.0])  # largest displacement, compliance in units
-_SMALLEST = 2.0**-126
+_SMALLEST = 2.0**-126  # smallest normal number in single precision; smaller scales become 0
 _UNUSABLE = Neighbourhood(math.nan, math.nan, b"")
 
 
@@ -42,7 +42,7 @@ def _half_widths(mesh: TouchMesh, horizons: Floats) -> Floats:
 def quantised(
     starts: Ints, vertices: Ints, displacement: Floats, c_ii: Floats
 ) -> list[Neighbourhood]:
-    """`Neighbourhood.of` for the arrays of several neighbourhoods, in two compiled loops.
+    """Encode several neighbourhoods as `Neighbourhood.of` does one, in two compiled loops.
 
     Args:
         starts: Where each of n neighbourhoods begins, and where the last ends, shape (n + 1,).
@@ -51,8 +51,8 @@ def quantised(
         c_ii: Compliance of each vertex, finite and not negative, shape (k,) [m/N].
 
     Returns:
-        The neighbourhoods. One with a value out of range is made unusable, so that `encode`
-        refuses it: the value costs one user its patch, and no other user the tick.
+        The neighbourhoods. A neighbourhood with a value out of range is made unusable, so that
+        `encode` refuses it: only the user concerned loses a patch, and the tick goes on.
 
     Raises:
         ValueError: The vertices are out of order or range, or the shapes do not fit.
@@ -81,7 +81,7 @@ def quantised(
 
 
 def _scales(most: Floats) -> Floats:
-    """`Neighbourhood.scales` of several neighbourhoods, shape (n, 2); values below 0 stay below."""
+    """`Neighbourhood.scales` of each row of `most`, shape (n, 2); negative scales stay negative."""
     wanted = most / _UNITS
     single = (wanted * (1.0 + 1e-7)).astype(np.float32).astype(np.float64)
     return np.where(np.abs(wanted) < _SMALLEST, 0.0, single)

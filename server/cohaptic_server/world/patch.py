@@ -1,4 +1,4 @@
-"""The patches of all users: free surfaces at their contacts, stiffness of the body there, gains."""
+"""Builds patches: the free surface and the body's stiffness at each user's contact, and gains."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def build_patches(
     room: RoomLag,
     time: TickTime,
 ) -> dict[int, Patch]:
-    """Build the patch of each connected user, with the geometry that it asked for.
+    """Build the patch of each connected user, with the geometry that the user asked for.
 
     Args:
         touched_body: The deformable object and its touch mesh.
         connected: Numbers of the users who get a patch.
-        rows: C between users, each other user weighted by nearness, shape (n, n) [m/N].
+        rows: Rows of C between users, the other users weighted by nearness, shape (n, n) [m/N].
         delays: Loop delays for which gains are chosen [s].
         compliance: 3x3 compliance of each contact; None without friction.
     """

@@ -1,4 +1,4 @@
-"""Geometries of the patches that users asked for, from the planes at their contacts."""
+"""Shape of the free surface round each contact: a plane, a sphere or a mesh, as the user asked."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Windows(NamedTuple):
 
     Args:
         geometry: Geometry of the patches, as on the wire, shape (n,).
-        keys: Foot of each contact on the resting surface [m], slide of the probe while the patch
-            is in use [m], and the time for which the patch is in use [s], when the window was
-            chosen; shape (n, 7).
+        keys: Values for which each window was chosen: foot of the contact on the resting surface
+            [m], slide of the probe while the patch is in use [m], and time for which the patch is
+            in use [s]; shape (n, 7).
         starts: Where each window begins, and where the last ends, in `vertices`, in `fitted`, and
             in `touched` and `carried`; shape (3, n + 1).
         vertices: Vertices of the surface, those of each window ascending, shape (k,) or longer.
-        fitted: Vertices of a window that the touch mesh has and that face as the contact does,
-            counted from the window's first vertex; none for a plane.
+        fitted: Positions in the window of the vertices that the touch mesh has, too, and that face
+            the same way as the contact; none for a plane.
         touched: Vertices of the touch mesh that a mesh patch carries, ascending; none for other
             geometries.
         carried: Positions of the `touched` vertices in `vertices`.
@@ -58,7 +58,7 @@ class Windows(NamedTuple):
 
     @classmethod
     def room_for(cls, geometry: Ints, vertices: int) -> Windows:
-        """Return windows with room for a number of vertices in all."""
+        """Return empty windows with room for `vertices` vertices in all windows together."""
         n = len(geometry)
         starts, flat = np.zeros((3, n + 1), dtype=np.int64), np.empty((4, vertices), dtype=np.int64)
         return cls(geometry, np.empty((n, _KEY)), starts, *flat)
@@ -143,7 +143,8 @@ def free_shapes(
     Args:
         touched_body: The deformable object and its touch mesh.
         windows: Windows of the contacts, with the geometries to be made.
-        displacement: Displacement at their vertices without each user's own force, (k, 3) [m].
+        displacement: Displacement at the windows' vertices without each user's own force, shape
+            (k, 3) [m].
         x_free: Contact points on the free surfaces, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).
     """

@@ -1,7 +1,7 @@
-"""Rest: a world that all users have left becomes the initial world again, except for its number.
+"""Rest: a world that all users have left becomes the initial world again, except its tick number.
 
-At rest a tick changes the number and nothing else, so ticks without any client need not be
-computed: a room that slept through them and one that did not have the same state.
+At rest a tick changes only the number, so ticks without any client need not be computed: a room
+that sleeps through these ticks ends in the same state as a room that computes them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def pass_over(state: WorldState, ticks: int) -> WorldState:
 
 
 def settled(state: WorldState, now: float) -> WorldState:
-    """Return the initial world if too little is left to be felt, else the same state.
+    """Return the initial world if no hand could feel what remains of `state`, else `state`.
 
     Args:
         state: State of the world after a tick.

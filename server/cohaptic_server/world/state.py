@@ -46,10 +46,10 @@ class Touch:
 
     Args:
         user: Number of the user.
-        law: Control law of its client's local model.
-        max_stiffness: Largest stiffness of its device [N/m].
-        max_force: Largest force of its device [N].
-        damping_budget: Damping that its passivity layer may add [N s/m].
+        law: Control law of the client's local model.
+        max_stiffness: Largest stiffness of the device [N/m].
+        max_force: Largest force of the device [N].
+        damping_budget: Damping that the client's passivity layer may add [N s/m].
         probe: Position of the tip [m].
         force: Force on the hand [N].
         seq: Number of the sample; 0 before the first.
@@ -57,11 +57,11 @@ class Touch:
         t_client: Time stamp of the sample on the client's clock [s].
         arrived: Arrival of the sample on the server's clock [s].
         fresh: Whether samples still arrive; a stale user's force is released.
-        fixed_gains: Gains that the user chose itself, where the server allows it.
+        fixed_gains: Gains that the user chose, if the server allows it.
         geometry: Geometry of the patches that the user asked for.
-        friction: Whether its force may have a tangential part.
-        anchor: Point of the resting surface that its finger holds by friction [m]; None if it
-            holds none.
+        friction: Whether the force may have a tangential part.
+        anchor: Point of the resting surface that the finger holds by friction [m]; None if it
+            holds no point.
     """
 
     user: int
@@ -89,7 +89,7 @@ class UserState:
     Args:
         touch: Newest sample of the user.
         presence: Share of the user's force that counts, 0 to 1.
-        force: Normal force that the body carries, behind the room's lag [N].
+        force: Normal force that the body carries, after the room's lag [N].
         tangential: Tangential force that the body carries, shape (3,) [N]; None without friction.
         requested: Normal force of the user before lag and limits [N].
         requested_tangential: Tangential force before lag and limits, shape (3,) [N]; None without
@@ -142,7 +142,7 @@ class Release:
     share: float
 
     def faded(self) -> Press:
-        """The press that the body carries now."""
+        """The press with the share of its force that the body still carries."""
         tangential = self.press.tangential
         return Press(
             self.press.contact,
@@ -182,7 +182,8 @@ class Anticipation:
         users: Numbers of the users who take part, shape (k,).
         owner: Owner of each load as a position in `users`, shape (l,).
         axes: Direction of each load on the hand, shape (l, 3).
-        part: X, the change of each load's force per force of the others [N/N], shape (l, l).
+        part: X, the change of the force of each load (row) per change of the force of another
+            (column), shape (l, l) [N/N].
         solve: (1 + X)^-1, shape (l, l).
     """
 

@@ -5,9 +5,9 @@ the forces of all users have displaced that point,
 
     intention_i + f_i / k_i = point_i + u_i(f),    u(f) = -C f on a linear body,
 
-with f the force on each hand and C the compliance of all contacts in 3x3 blocks (science 3.10): a
-linear system, solved directly, without network, law or gain. For a nonlinear body, Newton's method
-is applied to its tangent.
+with f the force on each hand, k the stiffness of the hand, and C the compliance of all contacts in
+3x3 blocks (science 3.10). This linear system is solved directly, without network, law or gain. For
+a nonlinear body, Newton's method solves it with the body's tangent.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class StickingEquilibrium:
 
 
 def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> StickingEquilibrium:
-    """Find the equilibrium of a body and hands that all stick.
+    """Find the equilibrium of a body and of hands whose fingers all stick.
 
     Raises:
         BodyError: Newton's method does not converge.
@@ -101,7 +101,7 @@ def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> StickingEquilib
 
 
 def compliance_of(body: Body, hands: Sequence[StickingHand]) -> Floats:
-    """C of the contacts of hands on a body at rest, in world axes, shape (n, 3, n, 3) [m/N]."""
+    """Compliance C between contacts on a body at rest, in world axes, (n, 3, n, 3) [m/N]."""
     presses = [_press(hand.contact, np.zeros(3)) for hand in hands]
     response = body.respond([load for press in presses for load in press.loads()])
     return _in_space(response.compliance, presses).reshape(len(hands), 3, len(hands), 3)
@@ -153,7 +153,7 @@ def _displaced(contact: Contact, response: Response) -> Floats:
 
 
 def _in_space(compliance: Floats, presses: Sequence[Press]) -> Floats:
-    """C between contact forces in world axes, from C along their own axes, (3 n, 3 n) [m/N]."""
+    """Transform C from the axes of the contacts to world axes, shape (3 n, 3 n) [m/N]."""
     axes = np.zeros(compliance.shape)
     for i, press in enumerate(presses):
         axes[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = press.axes

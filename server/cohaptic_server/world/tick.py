@@ -1,4 +1,4 @@
-"""One simulation period of the world: forces in, patches out. No I/O.
+"""Advances the world by one simulation period: takes forces, returns patches. No I/O.
 
 A tick has five steps:
 
@@ -6,13 +6,13 @@ A tick has five steps:
 2. decide the forces that the body gets from those that users request (`applied_forces.py`);
 3. let the body respond to all of them at once;
 4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
-5. choose the lags of the next tick and the share of a swing that it shows (`lags/`), and build one
-   patch per user (`patch.py`).
+5. choose the lags of the next tick and the share of the swing that it shows (`lags/`), and build
+   one patch per user (`patch.py`).
 
 Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
 
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
-a pulled cable makes no other user's force jump. Once no user, response or fading force is left, the
+a pulled cable makes no other user's force jump. When no user, response or fading force is left, the
 world is at rest, and a tick without touches changes only its number (`rest.py`).
 """
 
@@ -83,7 +83,7 @@ def advance(
     Args:
         touched_body: The deformable object and its touch mesh.
         state: The world after the last tick.
-        touches: One for every connected user who has sent a sample.
+        touches: Newest sample of every connected user who has sent one.
         now: Time of this tick on the server's clock [s].
         dt: Simulation period N T [s].
 
@@ -167,10 +167,10 @@ def advance(
 def _participants(
     state: WorldState, connected: Mapping[int, Touch], fade: float
 ) -> tuple[list[Touch], Ints, Floats]:
-    """Users who take part in this tick: samples, rows in the last tick, shares that count.
+    """Return samples, rows in the last tick, and presence of the users who take part in this tick.
 
-    The share of a user whose samples arrive and whose loop is not too slow rises towards 1 by
-    `fade`; all other shares fall to 0.
+    The presence is the share of a force that counts. It rises towards 1 by `fade` for a user whose
+    samples arrive and whose loop is not too slow, and falls to 0 for any other user.
     """
     last, applied = state.users.tracked, state.users.applied
     touches: list[Touch] = [
@@ -216,7 +216,7 @@ def _vertices_ahead(body: Body, users: Tracked) -> Ints:
 
 
 def _weighted_rows(coupling: Floats, weight: Floats) -> Floats:
-    """Rows of C for the choice of gains: other users weighted by nearness, the user in full."""
+    """Rows of C for the choice of gains: all entries but the diagonal weighted by nearness."""
     rows = coupling * weight
     rows.reshape(-1)[:: len(rows) + 1] = coupling.diagonal()
     return rows

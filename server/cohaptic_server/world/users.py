@@ -35,7 +35,7 @@ from cohaptic_server.world.state import NOTHING, Anticipation, Carried, Release,
 
 
 def vectors(rows: Sequence[Sequence[float]]) -> Floats:
-    """Vectors of the users, shape (n, 3)."""
+    """Return one vector per row as an array, also for no rows, shape (n, 3)."""
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 
@@ -47,11 +47,10 @@ class Observed:
         response: Response of the body to all loads.
         spans: First load of each user, and the end of the last user's loads, shape (n + 1,).
         forces: Forces of these loads, shape (l,) [N].
-        windows: Vertices round the contacts at which the surfaces are known.
+        windows: Vertices at which the surfaces are known, round the contacts.
         free: Displacement at these vertices, shape (k, 3) [m].
-        shown: Displacement of each contact [m], and the share of the differences from it with which
-            the surface is shown beyond its window, shape (n, 4); None where all are shown as they
-            are.
+        shown: Displacement of each contact [m], and the share to which differences from that
+            displacement are reduced beyond the window, shape (n, 4); None if none is reduced.
         x_free: Contact points on these surfaces, shape (n, 3) [m].
     """
 
@@ -106,8 +105,8 @@ class Tracked:
         rough: Rows of the users who may have a tangential force.
         delays: Measured delays of the users' loops.
         velocity: Velocity of the probes, smoothed, shape (n, 3) [m/s].
-        surfaces: Relaxed free surfaces on which the contacts are tracked, by the rows of the tick
-            before.
+        surfaces: Relaxed free surfaces on which the contacts are tracked, one for each row of the
+            tick before.
     """
 
     touches: Sequence[Touch]
@@ -125,10 +124,10 @@ class Tracked:
 
     @classmethod
     def of(cls, users: Sequence[UserState], before: Iterable[int] = ()) -> Tracked:
-        """Return the arrays of users that are given as values.
+        """Return the arrays of users that are given as `UserState` values.
 
         Args:
-            before: Numbers of the users of the tick before.
+            before: Numbers of the users in the tick before, in the order of its rows.
         """
         touches, rows = [user.touch for user in users], {k: i for i, k in enumerate(before)}
         return cls(
@@ -164,7 +163,7 @@ class Applied(NamedTuple):
         force: Normal force of each user, shape (n,) [N].
         tangential: Tangential force of each user, zeros without friction, shape (n, 3) [N].
         deep: Whether the force was cut to the limit of its contact or of the body, shape (n,).
-        fast: Whether the force was slowed down for the sake of others, shape (n,).
+        fast: Whether the change of the force was cut for the sake of other users, shape (n,).
     """
 
     presence: Floats
@@ -175,7 +174,7 @@ class Applied(NamedTuple):
 
     @classmethod
     def of(cls, users: Sequence[UserState]) -> Applied:
-        """Return the arrays of users that are given as values."""
+        """Return the arrays of users that are given as `UserState` values."""
         return cls(
             np.array([user.presence for user in users], dtype=np.float64),
             np.array([user.force for user in users], dtype=np.float64),
@@ -185,7 +184,7 @@ class Applied(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Users(Mapping[int, UserState]):
-    """The users of a room after a tick, as a mapping from their numbers.
+    """The users of a room after a tick, as a mapping from user numbers to `UserState` values.
 
     Args:
         observed: Surfaces of the users; None before the first tick is over.
@@ -202,7 +201,7 @@ class Users(Mapping[int, UserState]):
 
     @classmethod
     def of(cls, users: Sequence[UserState]) -> Users:
-        """Return the mapping of users given as values, without surfaces that a tick observes."""
+        """Return the mapping of some `UserState` values; it has no observed surfaces."""
         return cls(Tracked.of(users), Applied.of(users))
 
     @cached_property
@@ -227,7 +226,7 @@ class Users(Mapping[int, UserState]):
         return len(self.tracked.touches)
 
     def _state(self, i: int) -> UserState:
-        """Return the user of a row as a value."""
+        """Return the `UserState` of the user in a row."""
         tracked, applied, observed = self.tracked, self.applied, self.observed
         rough = tracked.touches[i].friction
         return UserState(
@@ -263,8 +262,8 @@ class WorldState:
         response: Response of the body at that tick; None before the first.
         releases: Forces that fade where their probes have left them.
         room: Lag of the room, with the coupling and margin that it comes from.
-        coupling: C between the users, in their order, shape (n, n) [m/N].
-        turning: Time constant with which others turn steep contacts [s].
+        coupling: Compliance C between the users, in the order of `users`, shape (n, n) [m/N].
+        turning: Time constant with which users turn the steep contacts of others [s].
         anticipation: Part of the coupling that the next tick anticipates.
         past: Forces that the body carried in ticks that samples may still answer, oldest first.
         unknown_at: Last time at which a tick could not know the coupling [s].

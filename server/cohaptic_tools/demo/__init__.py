@@ -1,15 +1,17 @@
 """`cohaptic demo`: a server and simulated users as processes, shown live and measured.
 
-scene.py       positions and actions of the hands, and the reference equilibrium of a press
-places.py      places on any surface at which hands feel each other
-set_up.py      the body, and the hands on it
-processes.py   starts and ends the processes (the only file here that does)
-live_view.py   the live view of all users
+scene.py          defines where the hands are and what they do, and their equilibrium in a press
+places.py         finds places on any surface at which hands feel each other
+settled.py        chooses places and a depth at which the hands come to rest
+set_up.py         builds the body and places the hands on it
+processes.py      starts and ends the server and the clients
+live_view.py      shows all users live
+demonstration.py  performs a demonstration with these parts
 
-analysis.py    recordings on one time grid, and the windows that are measured
-comparison.py  the measured force on each hand beside its reference
-lateness.py    the delay of a force
-rest.py        whether a force rests, creeps or oscillates
-result.py      the result as a value, and as JSON
-summary.py     the result as a table on the terminal
+analysis.py       puts recordings on one time grid, and finds the windows to measure
+comparison.py     compares the measured force on each hand with its reference
+lateness.py       measures the delay of a force
+rest.py           judges whether a force rests, creeps or oscillates
+result.py         evaluates the recordings; the result is a value, and JSON
+summary.py        shows the result as a table on the terminal
 """

@@ -1,4 +1,4 @@
-"""Recordings on one time grid, and the windows that are measured. Pure functions of arrays."""
+"""Puts recordings on one time grid, and finds the windows to measure. Functions of arrays."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from cohaptic_tools.demo.scene import MEASURE
 
 STEP = 0.001  # s; step of the time grid
 AROUND = 0.5  # s; part of a window before a press, at rest
-_AFTER = 1.0  # s; least part of a window after the press began, beside the injected delay, within
-# which a change of force is complete
+# Least part of a window after the start of the press, in addition to the injected delay [s]; a
+# change of force is complete by then.
+_AFTER = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One user's recording.
+    """Recording of one user.
 
     Args:
         name: Name of the user.
@@ -47,7 +48,7 @@ class Timeline:
 
     Args:
         t: Grid [s], shape (n,).
-        columns: Each column, one row per user, shape (users, n).
+        columns: Each column of the recordings, shape (users, n).
     """
 
     t: Floats
@@ -93,7 +94,7 @@ class Timeline:
 
     @property
     def felt(self) -> Floats:
-        """Part of each force that is due to the other users, shape (users, n) [N]."""
+        """Part of the force on each hand that is due to the other users, shape (users, n) [N]."""
         return np.asarray(self.columns["scale"] * self.columns["felt_from_others"])
 
     @property
@@ -104,10 +105,10 @@ class Timeline:
 
 
 def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[slice]:
-    """The stretches of time in which the first hand stays pressed, or stays off.
+    """Find the stretches of time in which the first hand stays pressed, or stays off.
 
     Args:
-        pressed: Whether to return the stretches with the hand pressed, or those with the hand off.
+        pressed: Whether to return the stretches with the hand pressed; if not, with the hand off.
         expected: Length of a complete stretch [s]; stretches below 80 % of it are left out.
     """
     level = timeline.columns["level"][0]
@@ -121,7 +122,7 @@ def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[sli
 
 
 def measured(stretch: slice) -> slice:
-    """The last part of a stretch, over which forces are averaged."""
+    """Return the last part of a stretch, over which forces are averaged."""
     length = round(MEASURE / STEP)
     return slice(stretch.stop - min(length, (stretch.stop - stretch.start) // 2), stretch.stop)
 
@@ -143,9 +144,10 @@ def mean_over(values: Floats, windows: Sequence[slice]) -> Floats:
 
 
 def press_windows(timeline: Timeline, *, injected: float) -> list[slice]:
-    """A window for each press of the first hand, from `AROUND` before it until the release begins.
+    """Find a window for each press of the first hand, from `AROUND` before it until the release.
 
-    Releases are left out: a law with an integral drops a force much faster than it builds one.
+    Releases are left out: a control law with an integral term reduces a force much faster than it
+    builds up a force.
 
     Args:
         injected: Injected delay of a round trip [s].

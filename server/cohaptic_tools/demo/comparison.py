@@ -1,21 +1,21 @@
 """Compares the measured force on each hand with the reference, for a press or a drag.
 
-In a drag both fingers stick, and the reference consists of forces along the surface and their
-delay. `right` touches down first, and `left` on the surface as deformed by `right`; from then on
+In a drag both fingers stick, and the reference consists of the tangential forces in equilibrium.
+`right` touches down first, and then `left`, on the surface that `right` has deformed; from then on
 the equilibrium is linear (`world/sticking_equilibrium.py`). The position of the material under a
-hand follows from the hand's own tip and force,
+hand follows from the hand's own tip, its force f and the compliance C of its contact,
 
     material = tip + C f,
 
 whatever the network does. The measured delay is the delay of this position, relative to the
 position that the force of the other hand would cause at the same instant.
 
-In a press, the force on each hand due to the others, without a network, is computed from recorded
-tips and forces. At each instant the recorded forces of all users at that instant are applied to the
-body, and each contact is located on the surface displaced by all forces but its own. There is no
-delay, no lag of the room and no rate limit. The force on a hand is computed from the body with and
-without the other users. The delay of the recorded force is measured against this force
-(`lateness.py`); both contain the same motion of the hands.
+In a press, the reference is the force on each hand due to the others without a network. It is
+computed from the recorded tips and forces: at each instant the forces that all users have at that
+instant act on the body, and each contact is located on the surface displaced by all forces but its
+own. There is no delay, no lag of the room and no rate limit. The force due to the others is the
+difference between the body with and without the other users. The delay of the recorded force is
+measured against this force (`lateness.py`); both contain the same motion of the hands.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from cohaptic_tools.demo.lateness import LEAST, felt_delay
 from cohaptic_tools.demo.scene import Scene, reference
 
 _FINE, _COARSE = 0.01, 0.05  # s between instants while forces change, and while they rest
-_CHANGE = 1.0  # s from the start of a press in which forces change without a network
+_CHANGE = 1.0  # s from the start of a press during which forces change without a network
 _SETTLE = 30  # iterations of the contacts at the first instant
 _AROUND = 0.02  # m around a contact; radius of the window of displacements
 
@@ -73,10 +73,10 @@ class _Hand:
 
 
 def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats, Floats]:
-    """Force on each hand due to the others, without a network.
+    """Compute the force on each hand due to the others, without a network.
 
     Args:
-        body: The touched body at rest.
+        body: Touched body, at rest.
         window: Indices of the grid around a press.
 
     Returns:
@@ -116,7 +116,7 @@ def _locate(body: Body, tip: Floats, before: _Hand | None) -> _Hand:
 
 
 def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
-    """The hand with the field for the next instant, relaxed towards the body's as on the server."""
+    """Move a hand's displacement field towards the body's free field, by `RELAXATION`."""
     near = body.mesh.near(hand.contact.foot, body.contact_radius + _AROUND)
     previous = hand.surface[near]
     return _Hand(
@@ -125,7 +125,7 @@ def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
 
 
 def _felt(contact: Contact, tip: Floats, free: Field, compliance: float) -> float:
-    """Force of the body on a tip, minus the force without the other users [N]."""
+    """Normal force of the body on a tip, minus the force without the other users [N]."""
     depth = float(contact.normal @ (contact.moved(free) - tip))
     alone = float(contact.normal @ (contact.point - tip))
     return (max(0.0, depth) - max(0.0, alone)) / compliance
@@ -136,7 +136,7 @@ LEFT, RIGHT = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class Drag:
-    """The reference of a drag.
+    """Equilibria of a drag, to which the measured forces are compared.
 
     Args:
         rest: Equilibrium before the drag.
@@ -150,12 +150,12 @@ class Drag:
 
     @property
     def change(self) -> Floats:
-        """Change of each tangential force by the drag, shape (2, 3) [N]."""
+        """Change of each hand's tangential force by the drag, shape (2, 3) [N]."""
         return self.along(self.dragged.force - self.rest.force)
 
     @property
     def friction_needed(self) -> Floats:
-        """Coefficient of friction below which a finger slips at either end, shape (2,)."""
+        """Coefficient of friction below which each finger slips before or after the drag, (2,)."""
         return np.maximum(self.rest.friction_needed, self.dragged.friction_needed)
 
     def along(self, forces: Floats) -> Floats:
@@ -165,13 +165,13 @@ class Drag:
         return np.asarray(forces - np.einsum("ui,u...->ui...", n, pressed))
 
     def felt(self, change: Floats) -> Floats:
-        """Measured change of each force along the reference change, shape (2,) [N]."""
+        """Component of each hand's measured `change` along the reference change, shape (2,) [N]."""
         expected = self.change
         projected = np.einsum("ui,ui->u", change, expected)
         return np.asarray(projected / np.linalg.norm(expected, axis=1))
 
     def delay(self, timeline: Timeline, window: slice) -> float:
-        """Delay with which `right` is dragged in a window; NaN if its force hardly changes [s]."""
+        """Delay with which `right` is dragged in a window [s]; NaN if it is hardly dragged."""
         direction = self.change[RIGHT] / np.linalg.norm(self.change[RIGHT])
         forces, tips = timeline.forces[:, :, window], timeline.tips[:, :, window]
         C = self.compliance
@@ -184,7 +184,7 @@ class Drag:
 
 
 def reference_drag(scene: Scene, body: Body) -> Drag:
-    """Equilibria of a scene in which the first hand drags and the second sticks beside it.
+    """Solve for the equilibria of a scene in which `left` drags and `right` sticks beside it.
 
     Raises:
         BodyError: A hand meets no surface on its way, or there is no equilibrium.
@@ -213,15 +213,15 @@ _REPLAYED = 4  # windows from which delays are measured; each takes seconds of c
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """Measured and reference forces of one user; NaN where a value is not known.
+    """Measured and reference forces of one user; unknown values are NaN.
 
     Args:
         felt: Measured force due to the other users [N].
         reference: Force due to the other users in the equilibrium of body and hands [N].
-        error: Difference of the two over the reference, or over `LEAST` if that is larger.
+        error: Difference of the two divided by the reference, or by `LEAST` if that is larger.
         force: Measured force on the hand [N].
         reference_force: Force on the hand in equilibrium [N].
-        delay: Delay of the force [s].
+        delay: Delay of the measured force, relative to the force without a network [s].
         friction_needed: Coefficient of friction below which the finger slips.
     """
 
@@ -245,10 +245,10 @@ def compare(
     """Compare every user's forces with the reference, and measure the delays.
 
     Args:
-        body: The touched body at rest.
-        pressed: Stretches in which the first hand stays pressed, or stays dragged.
-        off: Stretches in which the first hand stays off, or has not dragged yet.
-        windows: Windows around the presses, or drags.
+        body: Touched body, at rest.
+        pressed: Stretches of time in which the first hand stays pressed, or stays dragged.
+        off: Stretches of time in which the first hand stays off, or has not dragged yet.
+        windows: Windows of time around the presses or drags.
     """
     windows = windows[-_REPLAYED:]
     if scene.drags:
@@ -327,7 +327,7 @@ def _drags(
 
 
 def _median(delays: Callable[[slice], list[float]], windows: Sequence[slice], users: int) -> Floats:
-    """Median over the windows in which a force changed; NaN without any, shape (users,)."""
+    """Median delay over windows in which a force changed, shape (users,) [s]; NaN without any."""
     values = np.array([delays(window) for window in windows]).reshape(-1, users)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # no force changed in any window

@@ -1,8 +1,8 @@
-"""Performs a demonstration: its processes, its live view, and the comparison with the reference.
+"""Performs a demonstration: runs its processes, shows them live, and compares the forces.
 
-In a checkout, a process of the lowest priority (`compiling/beside.py`) compiles modules beside the
-demonstration, for the next one (docs/decisions/0075). That process ends with the demonstration,
-which goes on even if the process fails.
+In a checkout, a process of the lowest priority (`compiling/beside.py`) meanwhile compiles modules,
+which make the next demonstration faster (docs/decisions/0075). That process ends with the
+demonstration, and the demonstration goes on even if the process fails.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ def demonstrate(
     nonlinear: bool,
     browser: bool,
 ) -> bool:
-    """Show a scene on a body, and print the result.
+    """Perform a scene on a body, and print the result.
 
     Args:
-        scene: Scene without places of the hands.
+        scene: Scene in which the places of the hands are not chosen yet.
         body: Name of the body, or path of a file.
         options: Options of an object from a file.
-        json: Path that the result is written to; None writes none.
-        keep: Folder that keeps recordings and logs; None keeps none.
-        nonlinear: Whether the deformation is finite.
+        json: Path of the file for the result; None writes no file.
+        keep: Folder in which recordings and logs stay; None deletes them at the end.
+        nonlinear: Whether the body is nonlinear (finite deformation).
         browser: Whether to open the page.
 
     Returns:
@@ -111,7 +111,7 @@ def _perform(
         def tell(words: str) -> None:
             console.print(words, highlight=False)
 
-        # The stage is left first, so that the compiling process is waited for after the hands.
+        # The exit of the stage comes first: the hands end before the compiling process is awaited.
         with (
             contextlib.ExitStack() as beside,
             Stage(scene, folder, serve_arguments, tell) as stage,
@@ -134,7 +134,7 @@ def _perform(
 
 @contextlib.contextmanager
 def _recordings_folder(keep: Path | None) -> Generator[Path, None, None]:
-    """The folder of recordings and logs: the one to keep, or a temporary one."""
+    """Yield the folder for recordings and logs: `keep`, or a temporary folder if it is None."""
     if keep is not None:
         keep.mkdir(parents=True, exist_ok=True)
         yield keep
@@ -144,7 +144,7 @@ def _recordings_folder(keep: Path | None) -> Generator[Path, None, None]:
 
 
 def _stop_on_interrupt() -> threading.Event:
-    """An event that the first Ctrl-C sets; a second one raises KeyboardInterrupt as usual."""
+    """Return an event that the first Ctrl-C sets; a second Ctrl-C raises KeyboardInterrupt."""
     stop = threading.Event()
 
     def interrupted(_number: int, _frame: object) -> None:
@@ -157,7 +157,7 @@ def _stop_on_interrupt() -> threading.Event:
 
 
 def open_page(address: str) -> bool:
-    """Open the page; returns False if it was not built, or no graphical browser is found.
+    """Open the page in a graphical browser; returns False without a built page or such a browser.
 
     A browser that runs in the terminal would hide the live view.
     """
@@ -177,7 +177,8 @@ def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
     )
 
 
-COMPILE = "COHAPTIC_COMPILE"  # 0: never beside a demonstration; `hatch_build.py` reads it, too
+# Environment variable: 0 turns off compiling during a demonstration. `hatch_build.py` reads it too.
+COMPILE = "COHAPTIC_COMPILE"
 CHECKOUT = Path(__file__).parents[3]
 
 
@@ -185,12 +186,12 @@ CHECKOUT = Path(__file__).parents[3]
 def compiling_beside(
     tell: Callable[[str], None], log: Path, checkout: Path = CHECKOUT
 ) -> Generator[None, None, None]:
-    """Compile modules that are not compiled yet, in a process beside the block.
+    """Context in which another process compiles modules that are not compiled yet.
 
     Args:
-        tell: Called by a thread with one line, if there is something to compile.
+        tell: Called in another thread with one line, if there is something to compile.
         log: File for the standard error of the process.
-        checkout: Folder of the sources, if this is a checkout.
+        checkout: Folder of the sources; without `compiling/beside.py` in it nothing is compiled.
     """
     if not _wanted(checkout):
         yield

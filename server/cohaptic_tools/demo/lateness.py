@@ -1,4 +1,4 @@
-"""The delay of a force: the time of half its change, relative to the force without a network."""
+"""Measures the delay of a force: when half of its change is made, relative to no network."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 from cohaptic_server.numeric import Floats
 
 LEAST = 0.05  # N; a smaller change is not perceived
-_REST = 0.2  # s at either end of a window; the difference of their mean forces is the change
+_REST = 0.2  # s at both ends of a window; the change is the difference of the two mean forces
 _SMOOTH = 11  # ms; width of a centred moving average of a recorded force
 
 
 def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> float:
     """Time from half of the change of `at_once` to half of the change of `felt` [s].
 
-    Each half is relative to the force's own change, so that a law which loses a part of the force
-    does not count as late. The result is NaN if either force changes by less than `LEAST`.
+    Each half refers to the change of the same force, so that a control law which loses a part of
+    the force does not count as late. The result is NaN if either force changes by less than
+    `LEAST`.
 
     Args:
         t: Times of a window around one press, evenly spaced, shape (n,) [s].
@@ -32,9 +33,10 @@ def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> f
 
 
 def half_change(t: Floats, force: Floats) -> float:
-    """Time at which a force has made half of its change from start to end of a window [s].
+    """Time at which a force has made half of its change between the ends of a window [s].
 
-    The result is NaN if the force changes by less than `LEAST`, or starts beyond the half.
+    The result is NaN if the force changes by less than `LEAST`, or has already made half of its
+    change at the first sample.
 
     Args:
         t: Increasing times, shape (n,) [s].

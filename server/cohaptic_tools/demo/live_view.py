@@ -1,4 +1,4 @@
-"""The live view of a demonstration: each user's state, and force over the last seconds."""
+"""Shows a demonstration live: the state of each user, and each force over the last seconds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cohaptic_tools.demo.scene import DRAG, Scene
 
 TRACE = 60  # readings of a force in a sparkline
 REFRESH = 0.1  # s between two readings
-GATHER = 45.0  # s within which every client must be engaged
+GATHER = 45.0  # s after the start within which every client must be touching or free
 _BLOCKS = "▁▂▃▄▅▆▇█"
 _TOP, _TOP_TANGENTIAL = 6.0, 2.0  # N at the top of a sparkline
 
@@ -35,7 +35,7 @@ def watch(
         stop: Event that ends the view.
 
     Returns:
-        The last statuses, and the faults that switched forces off, by name of the user.
+        The last status of each user, and the faults that switched forces off, by name of the user.
 
     Raises:
         DemoFailed: A client has ended, or not all clients were engaged in time.
@@ -104,13 +104,13 @@ class Monitor:
         return self.since is not None and duration is not None and now - self.since >= duration
 
     def picture(self, now: float, width: int) -> Group:
-        """The live view of the last reading, for a terminal of `width` characters."""
+        """Draw the live view of the last reading, for a terminal of `width` characters."""
         since = None if self.since is None else now - self.since
         return picture(self._scene, self.statuses, self._traces, since, width, every=REFRESH)
 
 
 def traced(scene: Scene, status: TouchStatus) -> float:
-    """The force in the sparkline: tangential in a scene with friction, else the magnitude [N]."""
+    """Force for the sparkline: tangential in a scene with friction, else the magnitude [N]."""
     return (status.along or 0.0) if scene.drags else status.force
 
 
@@ -123,12 +123,12 @@ def picture(
     *,
     every: float,
 ) -> Group:
-    """The live view.
+    """Draw the live view: a headline, a table of the users, and a sparkline of each force.
 
     Args:
-        statuses: Each user's last status.
-        traces: The last readings of each user's force, by name [N].
-        since: Time since all users are engaged; None before [s].
+        statuses: Last status of each user.
+        traces: Last readings of each user's force, by name [N].
+        since: Time for which all users have been engaged [s]; None before.
         width: Width of the terminal [characters].
         every: Time between two readings [s].
     """
@@ -148,7 +148,7 @@ def picture(
 
 
 def _action(scene: Scene) -> str:
-    """The actions of the first hand, and of the others, in words."""
+    """Describe the actions of the first hand and of the others in words."""
     every = f"every {scene.rhythm.period:.1f} s"
     if scene.drags:
         action = f"drags {1e3 * DRAG:g} mm along the surface and back"
@@ -165,7 +165,7 @@ def _progress(scene: Scene, since: float | None) -> str:
 
 
 def sparkline(values: deque[float], top: float = _TOP) -> str:
-    """Forces as block characters of growing height, one for each.
+    """Draw forces as block characters, one for each force, whose heights show the forces.
 
     Args:
         values: Forces, shape (n,) [N].

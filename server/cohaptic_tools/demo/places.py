@@ -1,10 +1,10 @@
-"""Places on the surface of any body at which hands feel each other.
+"""Finds places on the surface of any body at which hands feel each other.
 
 At an admissible place no other part of the body is within a hand's width in front of the surface,
 no fixed vertex is near, the fixed part lies behind the surface, and the body is thick enough to
-press into. Among these places, the pressing hand is felt most where C_ij is large relative to C_ii,
-and best where C_ij is negative: there the surface moves outwards under a press, as on the far side
-of a balloon.
+press into. C_ii is the compliance at a press i, and C_ij the displacement at place j per force at
+i, both inwards. The pressing hand is felt most where C_ij is large relative to C_ii, and best where
+C_ij is negative: there a press moves the surface outwards, as on the far side of a balloon.
 
 Places near a rim are left out, since a finger there would touch the neighbouring face instead.
 """
@@ -37,18 +37,19 @@ from cohaptic_tools.demo.settled import Placement, first_that_rests
 _CANDIDATES = 400  # vertices, spread over the surface
 _PRESSED = 6  # admissible candidates at which a press is tried
 _FINGER = 0.03  # m; width of a hand, along the surface and in front of it
-_OUTWARD_WEIGHT = 1.5  # weight of a hand that is pushed out, relative to one that sinks in
-_MAX_COMPLIANCE = 1.5  # relative to the median candidate: a softer one is a flap that bends
-_MAX_COUPLING = 0.3  # larger ratios count as this one, so that the stiffer place is preferred
+_OUTWARD_WEIGHT = 1.5  # weight of a hand that is pushed out, relative to a hand that sinks in
+_MAX_COMPLIANCE = 1.5  # relative to the median candidate: a softer place is a flap that bends
+_MAX_COUPLING = 0.3  # larger ratios count as this value, so that the stiffer place is preferred
 # Least distance to the held region, in contact radii; the next value is tried if there are too few
-# places. On a frame of thin tubes that lies on its side, only protruding parts are further away.
+# places. On a frame of thin tubes that lies on its side, only protruding parts are further away
+# from the held region than a few contact radii.
 _FROM_HELD = (2.0, 1.0, 0.5)
 # Least distance between two hands, in contact radii; the next value is tried if there is no room.
 # At 2 radii two contacts on the same side meet; on a bottle of 133 tetrahedra with a fingertip of
 # 28 mm there is no place further away.
 _APART = (3.0, 2.2, 1.5)
-_MAX_DEPTH = 0.6  # of a press, as a share of the depth of the body under the place
-# A thin wall yields as a whole, so that it may be pressed deeper than it is thick: until the hand
+_MAX_DEPTH = 0.6  # largest depth of a press, as a share of the depth of the body under the place
+# A thin wall yields as a whole, so that a hand may press deeper than the wall is thick: until it
 # gets the force `_FELT` [N], three times the perception threshold, but at most by `_MAX_SHARE` of
 # `SurfaceMesh.size`. Without this rule two hands on a bottle's wall of 1.2 mm felt 3 mN.
 _FELT = 0.15
@@ -56,7 +57,7 @@ _MAX_SHARE = 0.15
 
 
 def _silent(share: float) -> None:
-    """Do nothing; the progress callback if none is given."""
+    """Do nothing; default for a progress callback."""
 
 
 def place_hands(
@@ -77,7 +78,7 @@ def place_hands(
 
 
 def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Placement]:
-    """Possible placements of the hands, the best first.
+    """Return possible placements of the hands, the best first.
 
     Args:
         body: The body at rest.
@@ -136,7 +137,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
 def _groups(
     x: Floats, pressed: Ints, admissible: Ints, score: Floats, users: int, apart: float
 ) -> list[Ints]:
-    """Groups of vertices for all hands, the pressing hand first in each; the best group first.
+    """Choose groups of vertices for all hands, the best group first; its first vertex is pressed.
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
@@ -173,7 +174,7 @@ def is_open(mesh: SurfaceMesh, vertices: Ints, room: float) -> npt.NDArray[np.bo
 def supported(
     mesh: SurfaceMesh, vertices: Ints, held: npt.NDArray[np.bool_], margin: float
 ) -> npt.NDArray[np.bool_]:
-    """Whether the nearest fixed vertex is beyond `margin` [m] and behind the surface, (k,)."""
+    """Whether the fixed vertex nearest to each vertex is beyond `margin` [m] and behind, (k,)."""
     if not held.any():
         return np.ones(len(vertices), dtype=np.bool_)
     x = mesh.vertices[held]
@@ -184,7 +185,7 @@ def supported(
 
 
 def _distance(mesh: SurfaceMesh, points: Floats) -> Floats:
-    """Distance of points to the nearest sample of the surface, shape points.shape[:-1] [m]."""
+    """Distance from points to the nearest sample of the surface, shape points.shape[:-1] [m]."""
     return np.asarray(mesh.quadrature.tree.query(points)[0])
 
 
@@ -196,7 +197,7 @@ def _press(body: Body, vertex: int) -> Load:
 
 
 def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
-    """Compliance C_ii of presses, shape (p,), and C_ij with other places, shape (p, f) [m/N]."""
+    """Compliance C_ii at each press, shape (p,), and C_ij at the felt places, (p, f) [m/N]."""
     response = body.respond([_press(body, int(k)) for k in pressed])
     inward = -body.mesh.normals[felt]
     C = np.empty((len(pressed), len(felt)))
@@ -208,14 +209,14 @@ def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
 
 
 def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> Placement:
-    """A placement of hands at chosen vertices.
+    """Make a placement of the hands at chosen vertices, with a depth for the first hand.
 
     Args:
         body: The body at rest.
-        chosen: Vertex of each hand; the first one presses, shape (users,).
+        chosen: Vertex of each hand, shape (users,); the first hand presses.
         under: Least depth of the body under these vertices [m].
-        felt: Least force that the first hand should feel [N], as far as `_MAX_SHARE` of the size
-            and `PRESS_DEPTH` allow.
+        felt: Least force that the first hand should feel [N]; `_MAX_SHARE` of the size and
+            `PRESS_DEPTH` still bound the depth.
     """
     C = body.respond([_press(body, int(k)) for k in chosen]).compliance
     x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]
@@ -233,14 +234,14 @@ def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> P
     )
 
 
-# Positions of the tested tip below the surface and beside the vertex, in contact radii: on the
-# middle of a rim alone a finger would stand as on the edge of a knife.
+# Positions of the tested tip below the surface and beside the vertex, in contact radii. A test at
+# the vertex alone would accept the middle of a sharp rim, where no finger can stand.
 _INSIDE, _ASIDE = 0.05, 0.1
-_SQUARE = 0.9  # cosine, about 25 degrees: a finger that is this oblique still presses
+_SQUARE = 0.9  # cosine of about 25 degrees: a finger that is this oblique still presses
 
 
 def is_met_squarely(body: Body, vertices: Ints) -> npt.NDArray[np.bool_]:
-    """Whether a finger that presses in along each vertex's normal touches there, shape (k,).
+    """Whether a finger that presses along a vertex's normal meets the surface squarely, (k,).
 
     On a rim that is narrower than a fingertip the contact slides to the neighbouring face, and a
     hand that comes from the side presses past the object.

@@ -1,7 +1,7 @@
-"""The processes of a demonstration: a server and a client for each user, on loopback.
+"""Runs the processes of a demonstration: a server and a client for each user, on loopback.
 
 Each process is the ordinary `cohaptic serve` or `cohaptic touch` with a pipe as its lifeline: the
-process ends by itself when the pipe closes, also if this process dies.
+process ends by itself when the pipe closes, which also happens if this process dies.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
 from cohaptic_tools.demo.scene import Scene
 
-_START = 30.0  # s after which, and at which interval, a silent starting process is reported
+_START = 30.0  # s between two reports that a process is still starting
 _JOIN = 20.0  # s for which a client tries to reach the server
 _END = 8.0  # s within which a process must end by itself
 
 
 class DemoFailed(CohapticError):
-    """A process of the demonstration failed."""
+    """Error: a process of the demonstration has failed."""
 
 
 class Process:
-    """A subcommand of cohaptic with a lifeline; its output is read by a thread.
+    """A running subcommand of cohaptic with a lifeline; a thread reads its output.
 
     Args:
-        arguments: The subcommand and its options.
-        log: File for standard error of the process.
-        module: Module that is run in place of cohaptic.
+        arguments: Name of the subcommand, and its options.
+        log: File for the standard error of the process.
+        module: Module to run in place of cohaptic.
         folder: Working folder, which is also searched for modules; None for the present folder,
             which is not added to the search path.
 
     Attributes:
-        first: First line of standard output; empty before it has come.
-        line: Newest line of standard output; empty before the first.
+        first: First line of standard output; empty before there is one.
+        line: Newest line of standard output; empty before there is one.
     """
 
     def __init__(
@@ -76,12 +76,13 @@ class Process:
         self._first.set()
 
     def first_line(self, tell: Callable[[str], None] = lambda words: None) -> str:
-        """Wait for the first line of output, as long as the process lives.
+        """Wait for the first line of output, without a time-out while the process lives.
 
-        A server whose object could not be stored prepares it once more, which takes minutes.
+        If the object of a server could not be stored, the server prepares the object once more,
+        which takes minutes.
 
         Args:
-            tell: Called with a sentence every `_START`, while the process is still starting.
+            tell: Called with a sentence every `_START` while the process is still starting.
 
         Raises:
             DemoFailed: The process ended without output; the error quotes the last line of its log.
@@ -93,7 +94,7 @@ class Process:
         return self.first
 
     def words(self) -> str:
-        """The last line of the process's log."""
+        """Return the last line of the process's log; empty if there is none."""
         lines = self._log.read_text(errors="replace").strip().splitlines()
         return lines[-1] if lines else ""
 
@@ -127,7 +128,7 @@ class Process:
 
 
 class Stage:
-    """All processes of a scene, as a context manager; leaving it ends them, the clients first.
+    """Context in which all processes of a scene run; at its end the clients end, then the server.
 
     Args:
         folder: Folder for recordings and logs.
@@ -151,7 +152,7 @@ class Stage:
         self.users: dict[str, Process] = {}
         self.server = Process(
             "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
-            # Only this machine can reach the server, and the page's tour shows unstable settings.
+            # The tour of the page shows unstable settings; only this machine can reach the server.
             "--allow-latency", "--allow-fixed-gains",
             *body,
             log=folder / "server.log",
@@ -184,9 +185,9 @@ class Stage:
             "touch", self.url,
             "--name", name,
             "--law", scene.law.value,
-            # A plane is enough for hands that do not slide, and costs the least.
+            # A plane is enough for hands that do not slide, and takes the least time.
             "--geometry", "plane",
-            # A busy server may answer slowly at first; the end of a server is noticed separately.
+            # A busy server may answer slowly at first; the end of the server is detected elsewhere.
             "--wait", f"{_JOIN:g}",
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
@@ -208,7 +209,7 @@ class Stage:
         return self._folder / f"{name}.npz"
 
     def statuses(self) -> list[TouchStatus]:
-        """The current status of each user."""
+        """Return the current status of each user."""
         return [self._status(name, process) for name, process in self.users.items()]
 
     @staticmethod
@@ -238,6 +239,6 @@ def _placement_options(script: HandScript) -> list[str]:
 
 
 def _with_modules_of(folder: Path) -> dict[str, str]:
-    """The environment with a folder added to the search path of Python's modules."""
+    """Return the environment with a folder added to Python's search path for modules."""
     places = filter(None, (str(folder), os.environ.get("PYTHONPATH")))
     return {**os.environ, "PYTHONPATH": os.pathsep.join(places)}

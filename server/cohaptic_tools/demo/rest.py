@@ -1,8 +1,9 @@
-"""Whether a force comes to rest, still creeps to its value, or oscillates.
+"""Judges whether a force comes to rest, still creeps to its value, or oscillates.
 
-Three cases must be told apart: a loop whose oscillation does not decay is *unstable*, and waiting
-does not help; a loop whose force still approaches its value is *slow*, and waiting helps; a hand
-whose device is softer than the object feels less force, at rest (`TouchStatus.soft`).
+There are three cases with different remedies. A loop whose oscillation does not decay is
+*unstable*, and waiting does not help. A loop whose force still approaches its value is *slow*, and
+waiting helps. A hand whose device is softer than the object feels less force, but the force rests
+(`TouchStatus.soft`).
 """
 
 from __future__ import annotations
@@ -14,14 +15,15 @@ import numpy as np
 
 from cohaptic_server.numeric import Floats
 
-RIPPLE = 0.02  # N peak to peak in a force at rest, below a fingertip's threshold; or
-RIPPLE_SHARE = 0.01  # this share of the force, whichever is larger
+# A force counts as at rest if it varies by no more than the larger of these, peak to peak.
+RIPPLE = 0.02  # N; below the perception threshold of a fingertip
+RIPPLE_SHARE = 0.01  # share of the force
 DYING = 0.9  # largest ratio of successive swings in a decaying oscillation
 AT_LIMIT = 0.999  # share of the device's largest force
 
 
 class Rest(Enum):
-    """The classification of a force."""
+    """Verdict on a force: it rests, approaches its value slowly, or is unstable."""
 
     RESTS = "rests"
     SLOW = "slow"
@@ -31,7 +33,7 @@ class Rest(Enum):
 def judge(
     force: Floats, stretches: Sequence[slice], measured: Callable[[slice], slice], limit: float
 ) -> list[Rest | None]:
-    """Classify each hand's force; None without a stretch to judge from.
+    """Classify the force on each hand; None if there is no stretch of time to judge from.
 
     In the measured part of a stretch a force at rest varies by at most `RIPPLE` or `RIPPLE_SHARE`
     of itself peak to peak, drift included. A force that varies more is slow if it changes
@@ -41,7 +43,7 @@ def judge(
     Args:
         force: Force on each hand, shape (users, n) [N].
         stretches: Stretches of time in which no hand intends to move.
-        measured: Gives the part of a stretch in which a force must be at rest.
+        measured: Returns the part of a stretch in which a force must be at rest.
         limit: Largest force of the device [N].
     """
     return [_worst(row, stretches, measured, limit) for row in force]
@@ -66,7 +68,7 @@ def judge_stretch(force: Floats, end: Floats) -> Rest:
 
     Args:
         force: Force in the stretch, shape (n,) [N].
-        end: Force in its measured part, shape (m,) [N].
+        end: Force in the measured part of the stretch, shape (m,) [N].
     """
     allowed = max(RIPPLE, RIPPLE_SHARE * abs(float(end.mean())))
     if np.ptp(end) <= allowed:

@@ -1,4 +1,4 @@
-"""The result of a demonstration as a value, which is also its JSON."""
+"""Evaluates the recordings of a demonstration; the result is a value that is written as JSON."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ MAX_FORCE = 10.0  # N; largest force of a simulated device
 
 
 class UserResult(BaseModel):
-    """Result of one user; None where the demonstration was too short to tell.
+    """Result of one user; a field is None if the demonstration was too short to measure it.
 
     Fields:
         felt_from_others_n: Mean force due to the other users while the first presses; in a scene
             with friction the change of the tangential force by the drag [N].
         truth_from_others_n: The same force in the equilibrium of body and hands, without a network;
-            None if a finger slips, since this equilibrium then does not exist [N].
-        force_error: Difference of these two forces over the latter, or over 0.05 N if that is
+            None if a finger slips, since there is no such equilibrium then [N].
+        force_error: Difference of these two forces divided by the second, or by 0.05 N if that is
             larger.
         force_n, truth_force_n: Force on the hand, measured and in equilibrium [N].
         k_o: Stiffness of the body at the contact [N/m].
-        k_h: Gain at the end [N/m].
+        k_h: Gain of the user's haptic loop at the end [N/m].
         max_stiffness: Largest stiffness that the device renders [N/m].
         soft: Whether the device is softer than the body at the contact.
         friction_needed: Coefficient below which the finger slips; None in a scene without friction.
@@ -46,12 +46,13 @@ class UserResult(BaseModel):
         loop_late_p99_us: Lateness of a period, 99th percentile [us].
         loop_missed: Periods of the haptic loop that were left out.
         round_trip_ms: Round trip between client and server, measured [ms].
-        felt_delay_ms: Delay of half of the force's change, relative to the force without a network;
-            None for the first hand, which makes the change, and if there is no change [ms].
+        felt_delay_ms: Delay with which the force makes half of its change, relative to the force
+            without a network [ms]; None for the first hand, which causes the change, and if the
+            force does not change.
         patch_hz: Received patches per second.
-        stable: Whether the force rests, or its oscillation decays, within the device's limit.
+        stable: Whether the force rests, or its oscillation decays, below the device's limit.
         rest: Whether the force rests, is slow, or is unstable.
-        faults: Reasons for which the force was switched off in the meantime.
+        faults: Reasons for which the force was switched off during the demonstration.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -79,7 +80,7 @@ class UserResult(BaseModel):
 
 
 class DemoResult(BaseModel):
-    """Result of a demonstration."""
+    """Result of a demonstration, with the settings that it was performed with."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -102,11 +103,11 @@ def evaluate(
     statuses: Sequence[TouchStatus],
     faults: dict[str, set[str]],
 ) -> DemoResult:
-    """Compare recordings with the reference.
+    """Compare the recordings of all users with the reference.
 
     Args:
-        body: The touched body at rest.
-        recordings: Path of each user's recording, in the scene's order.
+        body: Touched body, at rest.
+        recordings: Path of each user's recording, in the order of the scene's names.
         statuses: Last status of each user.
         faults: Faults of each user, by name.
     """
@@ -119,7 +120,7 @@ def evaluate(
     rests = judge(timeline.force, [*pressed, *off] if pressed else [], measured, MAX_FORCE)
     if scene.duration is not None and scene.duration < scene.enough:
         # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and
-        # every force seems to creep; only rest and the limit of the device can be judged.
+        # every force seems to creep. Only two verdicts hold: the force rests, or is at the limit.
         most = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
         rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, most, strict=True)]
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
@@ -144,7 +145,7 @@ def evaluate(
         friction=scene.friction,
         lag_ms=1e3 * max(status.lag for status in statuses),
         presses=len(pressed),
-        # If even that duration was not enough for a whole press, the machine is slow.
+        # If no whole press fits into that duration, the machine is slow and needs a longer one.
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )

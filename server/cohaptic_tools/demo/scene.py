@@ -1,4 +1,4 @@
-"""A scene: positions and actions of the hands, and their equilibrium without a network."""
+"""Defines the positions and actions of the hands, and their equilibrium without a network."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cohaptic_server.world.equilibrium import MAX_ITERATIONS, Equilibrium, Resti
 PRESS_DEPTH = 0.02  # m; intended depth of the first user's press; the others press half as deep
 DRAG = 0.006  # m; length of a drag with friction: perceptible, and no finger slips at mu = 0.6
 BESIDE = math.radians(30.0)  # angle around the balloon between two hands of which one drags
-_SETTLE = 1.5  # s in which a press is made and hands come to rest, without any delay
+_SETTLE = 1.5  # s in which a hand presses and all hands come to rest, without any delay
 _ROUND_TRIPS = 5.0  # round trips after which the mutual response of two hands has decayed
 MEASURE = 0.6  # s at the end of each press and release over which forces are averaged
 _JOIN = 3.0  # s within which the hands are engaged and at the body
@@ -24,10 +24,10 @@ _JOIN = 3.0  # s within which the hands are engaged and at the body
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A demonstration.
+    """Settings of a demonstration: what the hands do, and the injected delay.
 
     Args:
-        users: Number of hands; the first presses, the others rest.
+        users: Number of hands; the first hand presses, the others rest.
         delay: Injected delay, one way, in both directions [s].
         jitter: Largest extra delay, one way [s].
         law: Control law of every client.
@@ -36,8 +36,9 @@ class Scene:
         duration: Duration of the demonstration [s]; None without an end.
         places: Places of the hands on the surface; empty to stand evenly around the body.
         depth: Intended depth of the first hand; the others press half as deep [m].
-        friction: Coefficient mu of every finger; 0 without friction. With it two hands stand side
-            by side and press alike; the first drags along the surface, the second sticks to it.
+        friction: Coefficient of friction of every finger; 0 without friction. With friction two
+            hands stand side by side and press equally deep; the first drags along the surface, and
+            the second sticks to the surface.
     """
 
     users: int = 2
@@ -68,12 +69,12 @@ class Scene:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the users: left, right, and numbers for the rest."""
+        """Names of the users: left, right, user3, user4 and so on."""
         return ("left", "right", *(f"user{i}" for i in range(3, self.users + 1)))
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Angle of each user [rad]; `right` is opposite `left`, the rest fill the circle.
+        """Angle of each user [rad]; `right` is opposite `left`, the others fill the circle.
 
         In a scene with friction `right` stands beside `left`, to its right.
         """
@@ -85,9 +86,10 @@ class Scene:
 
     @property
     def rhythm(self) -> Rhythm:
-        """Rhythm of the first hand, so that forces can settle and a whole period is seen.
+        """Rhythm of the first hand; its period is long enough for forces to settle.
 
-        In a short demonstration the period is shortened, and forces may not settle.
+        In a short demonstration the period is shorter, so that a whole period is seen, and forces
+        may not settle.
         """
         half = self._half
         if self.duration is not None:
@@ -101,16 +103,16 @@ class Scene:
 
     @property
     def _half(self) -> float:
-        """Time of a press, or of a release, in which forces can settle [s]."""
+        """Duration of one part of a period in which forces can settle [s]."""
         return _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
 
     @property
     def _parts(self) -> float:
-        """Parts of a period: two, off and pressed, or three: off, pressed and dragged."""
+        """Number of parts of a period: 2 (off, pressed), or 3 (off, pressed, dragged)."""
         return 3.0 if self.drags else 2.0
 
     def script(self, user: int) -> HandScript:
-        """The script of user number `user` (from 0)."""
+        """Return the script of user number `user` (from 0)."""
         first = user == 0
         return HandScript(
             angle=self.angles[user],
@@ -124,16 +126,16 @@ class Scene:
 def reference(
     scene: Scene, body: Body, *, pressed: bool, iterations: int = MAX_ITERATIONS
 ) -> Equilibrium:
-    """Equilibrium of body and hands, with the first hand pressed or off, without a network.
+    """Solve for the equilibrium of body and hands without a network.
 
     Args:
         scene: Scene with the places and depths of the hands.
-        body: The body at rest.
-        pressed: Whether the first hand presses.
-        iterations: Iterations after which contacts that still slide count as not coming to rest.
+        body: Body at rest.
+        pressed: Whether the first hand presses, or is off the body.
+        iterations: Largest number of iterations for the contacts to come to rest.
 
     Raises:
-        BodyError: Contacts do not come to rest.
+        BodyError: The contacts still slide after these iterations.
     """
     info = describe(body)
     hands: list[RestingHand] = []

@@ -18,14 +18,14 @@ from cohaptic_tools.demo.places import place_hands
 from cohaptic_tools.demo.scene import Scene
 from cohaptic_tools.demo.settled import Placement
 
-FIX = "z < 15%"  # default held region of an object, which then stands on its foot
+FIX = "z < 15%"  # default held region of an object: its foot
 
 
 def check_body(scene: Scene, name: str) -> None:
-    """Check that a body can be shown in a scene, before a file is read.
+    """Check that a scene can be performed on a body, before any file is read.
 
     Raises:
-        SettingError: The body cannot be shown.
+        SettingError: The scene cannot be performed on the body.
     """
     if name in names() and name != BALLOON:
         why = f"{BALLOON} or a file: on this one no places for the hands are known"
@@ -43,11 +43,11 @@ def set_up(
     The hands stand evenly around the balloon; on other bodies places are chosen.
 
     Args:
-        scene: The scene without places.
+        scene: Scene in which the places of the hands are not chosen yet.
         name: Name of the body, or path of a file.
-        source: The file and its options.
-        nonlinear: Whether the deformation is finite.
-        progress: Called with the phase and the share of it that is done.
+        source: File of the object, and its options.
+        nonlinear: Whether the body is nonlinear (finite deformation).
+        progress: Called with the name of each phase and the share of it that is done.
 
     Returns:
         The body, the scene with places, and a sentence on the places; for the balloon the scene is
@@ -72,7 +72,7 @@ def set_up(
     progress("places for the hands", 0.0)
     elastic = elastic_of(body)
     assert isinstance(elastic, Shaped)  # true for all bodies from files
-    # Beside other work on the same cores two BLAS threads wait for each other.
+    # With other work on the same cores, two BLAS threads would wait for each other.
     with threadpool_limits(limits=1):
         placement = place_hands(
             elastic,
@@ -86,7 +86,7 @@ def set_up(
 
 
 def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
-    """A sentence on the places of the hands and on the coupling between them."""
+    """Describe the places of the hands and the coupling between them in one sentence."""
     presses = f"{names[0]} presses up to {1e3 * placement.depth:.0f} mm deep"
     others = [
         f"{name} is {1e3 * distance:.0f} mm away and {'pushed out' if c < 0.0 else 'sinks in'}"

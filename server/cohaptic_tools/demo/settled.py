@@ -1,8 +1,8 @@
 """Chooses a placement and a depth of the hands for which pressing hands come to rest.
 
-A finger without friction slides off if the surface under it turns away: beside the dent of another
-finger, at an edge, and sooner on rubber, whose surface turns more than that of a linear body. If
-body and hands have no equilibrium near the places, there are no reference forces.
+A finger without friction slides off if the surface under the finger tilts: beside the dent of
+another finger, or at an edge, and sooner on rubber, whose surface tilts more than the surface of a
+linear body. If body and hands have no equilibrium near the places, there are no reference forces.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from cohaptic_server.world.equilibrium import Equilibrium
 from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.scene import Scene, reference
 
-# Contact radii: a hand that is further from its place has slid off, and a surface that the other
-# hands displace further has moved away; 12 mm for a finger. On a knot's loop of 1 N/m two hands
-# that pressed 3 mm deep also had an equilibrium of 0.25 N, wedged 80 mm away from their places.
+# Distance in contact radii, 12 mm for a finger: a hand that is further from its place has slid off,
+# and a surface that the other hands displace further has moved away. On a knot's loop of 1 N/m two
+# hands that pressed 3 mm deep also had an equilibrium of 0.25 N, 80 mm away from their places.
 _SLID = 1.5
-# Iterations of `solve`. If hands rest, 35 to 60 are needed, half of them for the check; hands that
-# creep for longer oscillate in a session.
+# Largest number of iterations of `solve`. If hands rest, `solve` needs 35 to 60 iterations, half of
+# them for its check; hands that creep for longer oscillate in a session.
 _PATIENCE = 80
-# A place gives way if its compliance exceeds this multiple of that at rest. On rubber with a few
-# elements under a hand some sessions with 2.1 times, and all with 3.7 and more, wandered about and
-# never came to rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 all rested.
+# A place gives way if its compliance exceeds this multiple of the compliance at rest. On rubber
+# with a few elements under a hand, some sessions with 2.1 times, and all with 3.7 times and more,
+# never came to rest (five meshes, 5 to 20 mm deep, 0 and 250 ms each way); up to 1.7 times all did.
 _GIVES_WAY = 1.5
 # Largest `Equilibrium.turning` at which hands hold their tips. From 1 on the hands slide off, or
-# the limb between them moves away sideways; just below 1 they take long to rest.
+# the limb between them moves away sideways; just below 1 the hands take long to come to rest.
 _HOLDS = 0.5
 _TRIED = 3  # placements at each depth; if none of them rests, few others do
 _DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12)  # shares of the intended depth
@@ -45,8 +45,9 @@ class Placement:
     Args:
         places: Place of each hand; the first one presses.
         depth: Intended depth of the first hand's press [m].
-        coupling: C_1j / C_jj of each hand with the first, shape (users,): displacement under hand
-            j by a force of the first, relative to that by its own; 1 for the first.
+        coupling: C_1j / C_jj of each hand j with the first hand, shape (users,): displacement under
+            hand j by a force of the first hand, over the displacement by the same force of hand j;
+            1 for the first hand.
         distances: Distance of each hand from the first, shape (users,) [m].
     """
 
@@ -59,7 +60,7 @@ class Placement:
 def first_that_rests(
     body: Body, placements: Sequence[Placement], progress: Callable[[float], None]
 ) -> Placement:
-    """The first of several placements, at the largest depth, at which the hands come to rest.
+    """Choose the largest depth at which the hands rest, and the first good placement at that depth.
 
     Args:
         body: The body at rest.
@@ -67,9 +68,9 @@ def first_that_rests(
         progress: Called with the completed share.
 
     Returns:
-        At the largest depth at which hands rest with a force, the first placement whose pressing
-        hand feels at least `LEAST`; without one, the placement with the largest force. If hands
-        rest nowhere, the first placement at its smallest depth; the demonstration then says so.
+        At the largest depth at which the hands rest with a force, the first placement whose
+        pressing hand feels at least `LEAST`, or else the placement with the largest force. If the
+        hands rest nowhere, the first placement at its smallest depth; the result then shows that.
     """
     first, tried = placements[:_TRIED], _TRIED * len(_DEPTHS)
     for k, share in enumerate(_DEPTHS):
@@ -88,7 +89,7 @@ def first_that_rests(
 
 
 def rests(body: Body, placement: Placement) -> bool:
-    """Whether hands come to rest at a placement, by `force_at_rest`."""
+    """Whether the hands come to rest at a placement, judged by `force_at_rest`."""
     return force_at_rest(body, placement) is not None
 
 
@@ -117,7 +118,8 @@ def force_at_rest(body: Body, placement: Placement) -> float | None:
         off = found.tip - point
         along = off - np.einsum("ui,ui->u", off, inward)[:, None] * inward
         touching = found.force > 0.0
-        # A hand that has passed through the body touches no more; others may be pushed off.
+        # A hand that has passed through the body no longer touches it; while the first hand
+        # presses, it may push the others off.
         if not (touching[0] if pressed else touching[1:].all()):
             return None
         if not held_fast(found):
@@ -136,5 +138,5 @@ def force_at_rest(body: Body, placement: Placement) -> float | None:
 
 
 def held_fast(found: Equilibrium) -> bool:
-    """Whether hands can hold their tips at an equilibrium that was found (science 3.12)."""
+    """Whether the hands can hold their tips at the equilibrium `found` (science 3.12)."""
     return found.turning <= _HOLDS

@@ -1,4 +1,4 @@
-"""The result of a demonstration as a table on the terminal."""
+"""Shows the result of a demonstration as a table on the terminal."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from cohaptic_tools.demo.rest import Rest
 from cohaptic_tools.demo.result import DemoResult, UserResult
 
 GOOD_ERROR = 0.05  # relative error; half of the just noticeable difference of forces
-_PUNCTUAL = 0.8  # share of patches received; below it the machine is judged, not the method
+_PUNCTUAL = 0.8  # share of patches received; if it is lower, the machine is too slow for a verdict
 
 
 def show(result: DemoResult) -> Panel:
-    """The result as a panel."""
+    """Draw the result: a verdict, a table of the users, and remarks."""
     felt = "drag felt" if result.friction else "felt of the others"
     table = Table(box=None, pad_edge=False)
     for name in ("user", felt, "truth", "off by", "felt after", "stable", "loop"):
@@ -72,12 +72,12 @@ def _notes(result: DemoResult) -> list[Text]:
 
 
 def soft(user: UserResult) -> str:
-    """The stiffness of a user's device beside the object's, in words."""
+    """Compare the stiffness of a user's device with the stiffness of the object, in words."""
     return soft_words(user.max_stiffness, user.k_o)
 
 
 def _to_stick(user: UserResult) -> str:
-    """The friction that a slipping finger would need, in words."""
+    """Describe the friction that a slipping finger would need."""
     needed = user.friction_needed or 0.0
     return f"to stick it needs {needed:.2f}" if needed <= MAX_FRICTION else "no finger could stick"
 
@@ -88,7 +88,7 @@ def slipping(result: DemoResult) -> list[UserResult]:
 
 
 def verdict(result: DemoResult) -> str:
-    """One sentence on the demonstration as a whole."""
+    """Sum up the demonstration in a sentence or two."""
     how = f"{result.law} law, {result.delay_ms:g} ms each way, {result.simulation_hz:g} Hz"
     swinging = _names(u for u in result.users if u.rest is Rest.UNSTABLE)
     if swinging:
@@ -121,7 +121,7 @@ def verdict(result: DemoResult) -> str:
 
 
 def _outcome(result: DemoResult) -> str:
-    """Whether the forces came to rest, and how far they are from the equilibrium."""
+    """Describe whether the forces came to rest, and how far they are from the equilibrium."""
     errors = [user.force_error for user in result.users if user.force_error is not None]
     off = f"at most {max(errors):.1%} from the truth" if errors else "and there is no truth to it"
     creeping = _names(u for u in result.users if u.rest is Rest.SLOW)

@@ -1,1 +1,1 @@
-"""Properties of an object before anybody touches it: quality, cost, model limits, a picture."""
+"""Inspects an object before anybody touches it: quality, cost, limits of the model, a picture."""

@@ -1,4 +1,4 @@
-"""Properties of an object from a file, in numbers and sentences, for `cohaptic body inspect`.
+"""Determines the properties of an object, as numbers and sentences, for `cohaptic body inspect`.
 
 The properties include the quality of the tetrahedra, and the duration of a tick, measured on this
 machine.
@@ -41,12 +41,12 @@ _PERIOD = 1.0 / 60.0  # s
 
 @dataclass(frozen=True, slots=True)
 class TickCost:
-    """Times of one solid on one machine.
+    """Measured times of the ticks of one solid on one machine.
 
     Args:
         ticks: Median duration of a tick for each number of users, with all columns known [s].
         column_latency: Time until the columns of a new contact are known [s].
-        users: Numbers of users.
+        users: Numbers of users for which `ticks` was measured.
     """
 
     ticks: tuple[float, ...]
@@ -55,9 +55,9 @@ class TickCost:
 
 
 def tick_cost(solid: Solid, clock: Clock, users: tuple[int, ...] = USERS) -> TickCost:
-    """Time ticks with presses spread over the surface.
+    """Measure the duration of ticks with presses spread over the surface.
 
-    From then on the solid answers from its far field until columns are there.
+    From then on the solid answers from its far field while columns are missing.
     """
     mesh = solid.mesh
     free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
@@ -98,7 +98,7 @@ def _ticks(
         start = clock.now()
         state, _ = advance(TouchedBody(solid), state, touches, now=tick * _PERIOD, dt=_PERIOD)
         times.append(clock.now() - start)
-        # On a server a process beside the tick solves for the missing columns.
+        # On a server, another process solves for the missing columns.
         while len(solid.missing) and not solid.pending:
             solid.solve_missing(64)
     return times
@@ -112,15 +112,15 @@ def _vec(a: Floats) -> Vec3:
 class Quality:
     """Dihedral angles and volume ratios of a mesh of tetrahedra.
 
-    A volume ratio is the volume of a tetrahedron over that of the regular one with the same longest
-    edge: 1 for a regular tetrahedron, 0 for a flat one.
+    A volume ratio is the volume of a tetrahedron over the volume of a regular tetrahedron with the
+    same longest edge: 1 for a regular tetrahedron, 0 for a flat one.
 
     Args:
         min_dihedral: Smallest dihedral angle [degrees]; 70.5 in a regular tetrahedron.
         max_dihedral: Largest dihedral angle [degrees].
         median_ratio: Median volume ratio.
         min_ratio: Least volume ratio.
-        slivers: Number of tetrahedra whose ratio is below 0.01.
+        slivers: Number of tetrahedra whose volume ratio is below 0.01.
     """
 
     min_dihedral: float
@@ -131,7 +131,7 @@ class Quality:
 
 
 def quality(tets: TetMesh) -> Quality:
-    """Measure the quality of a mesh."""
+    """Measure the dihedral angles and volume ratios of a mesh of tetrahedra."""
     g = gradients(tets.vertices, tets.tets)
     n = g / np.linalg.norm(g, axis=2, keepdims=True)
     # The gradient of a corner's shape function points inwards, normal to the opposite face.
@@ -150,25 +150,25 @@ def quality(tets: TetMesh) -> Quality:
     )
 
 
-# Share of the lowest natural frequency up to which a model without mass errs by at most 4 %.
+# Share of the lowest natural frequency up to which the error of a model without mass is below 4 %.
 QUASI_STATIC = 0.2
 _THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
-_THIN = 2.0  # contact radii; a thinner part bends under a finger rather than being dented
+_THIN = 2.0  # contact radii; a thinner part bends as a whole under a finger, without a dent
 
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """Properties of an object.
+    """Properties of an object from a file.
 
     Args:
-        solid: The object.
+        solid: The object as a solid that can be touched.
         prepared: Tetrahedra of the object, and the report on the surface in the file.
         quality: Quality of the tetrahedra.
         density: Mass density of each tetrahedron, shape (m,) [kg/m^3].
         frequency: Lowest natural frequency [Hz].
-        stiffness: K_o at each vertex of the surface, infinite where it is fixed, (n,) [N/m].
+        stiffness: Stiffness K_o at each surface vertex, infinite at fixed vertices, (n,) [N/m].
         thinnest: Least thickness over the vertices that were sampled [m].
-        cost: Durations of a tick.
+        cost: Measured durations of a tick.
         parts: Parts of the tetrahedra; None if there are none.
         hz: Ticks per second for which the cost is judged.
     """
@@ -191,7 +191,7 @@ class Inspection:
         return float(self.density @ volumes(tets.vertices, tets.tets))
 
     def lines(self, source: ObjectFile) -> list[tuple[str, str]]:
-        """A heading and a sentence for each property."""
+        """Return a heading and a sentence for each property."""
         shape, q, solid = self.solid.shape, self.quality, self.solid
         free = self.stiffness[np.isfinite(self.stiffness)]
         low, middle, high = np.percentile(free, [0.0, 50.0, 100.0])
@@ -244,7 +244,7 @@ class Inspection:
         ]
 
     def _parts(self, source: ObjectFile) -> list[tuple[str, str]]:
-        """A line for each part: its name, volume and material."""
+        """Return a heading and a sentence for each part: its name, material and volume."""
         if self.parts is None:
             return []
         sizes = self.parts.volumes(self.solid.shape.tets)
@@ -252,7 +252,7 @@ class Inspection:
         return [("part", f"{words}, {1e6 * size:.4g} cm3") for words, size in lines]
 
     def _sways(self, source: ObjectFile) -> str:
-        """Remark on a low natural frequency, at which hands set the body swinging, and a remedy."""
+        """Remark if hands could make a real body of this lowest frequency swing; "" if not."""
         if self.frequency >= HIGHEST:
             return ""
         if source.inertia.given:
@@ -263,7 +263,7 @@ class Inspection:
         )
 
     def _slow(self) -> str:
-        """Advice on ticks that take too long; empty if they do not."""
+        """Advice if ticks take too long for the users; empty if they do not."""
         allowed = SHARE_OF_PERIOD / self.hz
         if self.cost.ticks[1] < allowed:
             return ""
@@ -291,14 +291,13 @@ def inspect_object(
     progress: Callable[[str, float], None] = lambda phase, share: None,
     demand: Demand | None = None,
 ) -> Inspection:
-    """Inspect an object; its solid then answers from its far field until columns are there.
+    """Inspect an object; afterwards its solid answers from its far field while columns are missing.
 
     Args:
-        source: The file and its options.
+        source: File of the object, and its options.
         built: Solid that was built from the file.
-        clock: Clock for the cost of a tick.
-        progress: Called with the phase and the share of it that is done.
-        demand: Load that the object is prepared for; None for 8 users at 60 Hz.
+        progress: Called with the name of each phase and the share of it that is done.
+        demand: Load for which the duration of a tick is judged; None for 8 users at 60 Hz.
 
     Raises:
         SettingError: A density names no part.
@@ -307,7 +306,7 @@ def inspect_object(
     each = source.inertia.of_elements(built.parts, len(solid.shape.tets.tets))
     shape, mesh = solid.shape, solid.mesh
     compliance = solid.vertex_compliance()
-    # A vertex counts as fixed, too, if the contact there covers only fixed vertices.
+    # A vertex also counts as fixed if a contact there covers only fixed vertices.
     fixed = shape.fixed[shape.surface] | (compliance == 0.0)
     stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
@@ -333,7 +332,7 @@ def inspect_object(
 
 
 def part_words(source: ObjectFile, parts: Parts) -> list[str]:
-    """Name and material of each part."""
+    """Return the name and material of each part, in words."""
     return [
         f"{name}: E {young:g} Pa, \N{GREEK SMALL LETTER NU} {nu:g}"
         for name in parts.names
@@ -342,7 +341,7 @@ def part_words(source: ObjectFile, parts: Parts) -> list[str]:
 
 
 def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
-    """Phrases on the surface in a file, its defects and their repair."""
+    """Describe the surface in a file, its defects and their repair, in several phrases."""
     if prepared.surface is None:
         return [f"a volume mesh, taken as it is{_in_parts(prepared)}"]
     phrases = ["a label map", *prepared.words] if prepared.words else []

@@ -32,8 +32,8 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
     Args:
         file: Path of the mesh.
         options: Options as they were given.
-        users: Number of users that the object is prepared for; None if it is not given.
-        hz: Ticks per second for these users.
+        users: Number of users for whom the mesh is chosen; None if it is not given.
+        hz: Ticks per second with these users.
 
     Raises:
         CohapticError: An option is out of its range, or the file holds no touchable object.
@@ -62,8 +62,8 @@ def show_object(
     Args:
         file: Path of the mesh or scan.
         options: Options as they were given.
-        users: Number of users that the object is judged for; None if it is not given.
-        hz: Ticks per second for these users.
+        users: Number of users for whom the duration of a tick is judged; None if it is not given.
+        hz: Ticks per second with these users.
         out: Path of the picture; None for no picture.
 
     Raises:
@@ -101,7 +101,7 @@ def show_object(
 
 
 def _list_labels(file: Path, labels: LabelMap) -> None:
-    """Print the labels of a scan, and how to choose them."""
+    """Print a table of the labels of a scan, and the options that choose among them."""
     table = Table("label", "name", "cm3", "box [mm]", box=None, pad_edge=False, header_style="dim")
     for label in labels.labels:
         name = "" if label.name == str(label.value) else label.name
@@ -120,7 +120,7 @@ def _list_labels(file: Path, labels: LabelMap) -> None:
 
 
 def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
-    """Draw the stiffness and, if there are parts, a second picture with sections of them."""
+    """Draw a picture of the stiffness and, if there are parts, one with sections through them."""
     fixed = ~np.isfinite(inspection.stiffness)
     m = source.material
     notes = "" if inspection.parts else f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; "

@@ -1,4 +1,4 @@
-"""A picture of the stiffness over an object: four views coloured by K_o, the fixed part in grey."""
+"""Draws four views of an object, coloured by its stiffness K_o, with the fixed part in grey."""
 
 # pyright: reportUnknownMemberType=false, reportMissingTypeStubs=false
 
@@ -27,11 +27,11 @@ _VIEWS = (
     ("above", -90.0, 88.0),
     ("below", -90.0, -62.0),
 )
-_LIGHT = np.array([-0.45, 0.65, 0.62])  # right, up, towards the eye
+_LIGHT = np.array([-0.45, 0.65, 0.62])  # direction of the light: right, up, towards the eye
 _FIXED_COLOR = (0.80, 0.80, 0.79)
 _INK, _DIM = "#1F2937", "#6B7280"
 _TALL = 0.72  # height of a view over its width
-_MARGIN = 1.03  # round the object, in its size
+_MARGIN = 1.03  # half-width of a view over the half-width of the object
 _FINE = 40_000  # triangles; a coarser surface is subdivided for smooth shading
 _ENDS = (2.0, 98.0)  # percentiles of the stiffness at the ends of the colour scale
 
@@ -48,7 +48,7 @@ def draw(
     """Draw the stiffness of a surface to a PNG file.
 
     Args:
-        stiffness: K_o at each vertex, shape (n,) [N/m].
+        stiffness: Stiffness K_o of the object at each vertex, shape (n,) [N/m].
         fixed: Whether each vertex is fixed, shape (n,).
         notes: A line under the title.
 
@@ -96,14 +96,14 @@ def draw(
 
 
 def _swatch(figure: Figure) -> Artist:
-    """A patch of the grey of the fixed part, beside the colour scale."""
+    """Patch beside the colour scale that explains the grey of the fixed part."""
     from matplotlib.patches import Rectangle
 
     return Rectangle((0.895, 0.075), 0.018, 0.02, transform=figure.transFigure, color=_FIXED_COLOR)
 
 
 def _ticks(axes: Axes, norm: LogNorm) -> None:
-    """Label the colour scale with round numbers; decades alone would be too few."""
+    """Label the colour scale with round numbers, since powers of ten alone would be too few."""
     low, high = float(norm.vmin or 1.0), float(norm.vmax or 1.0)
     rounds = [m * 10.0**e for e in range(-3, 10) for m in (1, 1.5, 2, 3, 4, 5, 7)]
     inside = [r for r in rounds if low * 0.999 <= r <= high * 1.001] or [low, high]
@@ -113,7 +113,7 @@ def _ticks(axes: Axes, norm: LogNorm) -> None:
 
 
 def _scale_bar(axes: Axes, size: float) -> None:
-    """Draw a scale bar."""
+    """Draw a bar of a round length, with its label, into a view of half-width `size` [m]."""
     rounds = [m * 10.0**e for e in range(-4, 2) for m in (1, 2, 5)]
     length = max(r for r in rounds if r <= 0.6 * size)
     y = -0.92 * _TALL * size
@@ -133,7 +133,7 @@ def _view(
     azimuth: float,
     elevation: float,
 ) -> None:
-    """Draw the triangles that face the eye in orthographic projection, the nearest last."""
+    """Draw the triangles that face the eye, the nearest last, in orthographic projection."""
     from matplotlib.collections import TriMesh
     from matplotlib.tri import Triangulation
 
@@ -160,7 +160,7 @@ def _view(
 
 
 def _frame(azimuth: float, elevation: float) -> Floats:
-    """Right, up and towards the eye, unit vectors as rows, of a view from two angles [degrees]."""
+    """Unit vectors of a view as rows: right, up and towards the eye; angles in [degrees]."""
     a, e = np.radians([azimuth, elevation])
     eye = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -168,12 +168,12 @@ def _frame(azimuth: float, elevation: float) -> Floats:
 
 
 def _seen(x: Floats, frame: Floats) -> Floats:
-    """Points as the eye sees them, from the middle of their box, shape (n, 3) [m]."""
+    """Coordinates of points in a view, from the middle of their bounding box, (n, 3) [m]."""
     return np.asarray((x - 0.5 * (x.min(axis=0) + x.max(axis=0))) @ frame.T)
 
 
 def _half_width(x: Floats, azimuth: float, elevation: float) -> float:
-    """Half of the width of a view in which all points are seen [m]."""
+    """Half of the width that a view needs to show all points [m]."""
     right, up, _ = np.abs(_seen(x, _frame(azimuth, elevation))).max(axis=0)
     return float(max(right, up / _TALL))
 

@@ -1,4 +1,4 @@
-"""A picture of the parts of an object: three sections through it, a colour for each part."""
+"""Draws the parts of an object: three sections through the object, with a colour for each part."""
 
 # pyright: reportUnknownMemberType=false, reportMissingTypeStubs=false
 
@@ -20,7 +20,7 @@ _LISTED = 12  # parts in the legend
 
 
 def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, title: str) -> None:
-    """Draw sections across x, y and z, each through the middle of a small part, to a PNG file.
+    """Draw sections normal to x, y and z, each through the middle of a small part, to a PNG file.
 
     Args:
         tets: Tetrahedra of the object.
@@ -42,7 +42,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
     # Colours are assigned by size, so that the largest part has the pale first colour.
     order: list[int] = np.argsort(-sizes, kind="stable").tolist()
     colors = [_COLORS[order.index(k) % len(_COLORS)] for k in range(len(order))]
-    # All but the largest part, the smallest first; each section goes through one of them.
+    # Each section goes through one of these parts: all but the largest, the smallest first.
     within = order[:0:-1] or order
     middles = [_middle(tets, parts.of == within[k % len(within)]) for k in range(3)]
     figure = Figure(figsize=(10.0, 4.6), facecolor="white")
@@ -74,7 +74,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
 
 
 def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
-    """Polygons in which a plane cuts tetrahedra, and the tetrahedron of each.
+    """Cut tetrahedra with a plane; returns the polygons and the tetrahedron of each polygon.
 
     Args:
         tets: Tetrahedra of the object.

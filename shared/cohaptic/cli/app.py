@@ -55,7 +55,7 @@ def _check_secrets() -> None:
 
 
 def build_app(only: str | None = None) -> typer.Typer:
-    """Collect the subcommands into one application.
+    """Make one application of the subcommands that installed packages add.
 
     Args:
         only: The only subcommand to load, if it exists, so that `touch` starts without the server's

@@ -1,4 +1,4 @@
-"""Help of a command with its options in chapters, those that most people need first.
+"""Help of a command with its options in chapters; options that most people need come first.
 
 The boxes of typer take twice as many lines and interpret `[s]` in a sentence as a style.
 """

@@ -9,7 +9,7 @@ from cohaptic.errors import SettingError
 
 
 def check_output(option: str, path: Path | None, suffix: str = "") -> None:
-    """Refuse an output file that could not be written at the end.
+    """Raise for an output file that could not be written at the end of the work.
 
     Args:
         option: Option by which the user named the file, such as --json.

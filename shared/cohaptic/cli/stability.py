@@ -1,4 +1,4 @@
-"""The command `cohaptic stability`, which judges given gains and names safe ones."""
+"""The command `cohaptic stability`, which judges given gains and names safe gains."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def stability(
 
 
 def _numbers(name: str, text: str) -> Floats:
-    """An array from JSON text; raises SettingError, which quotes the text, if it is invalid."""
+    """An array from JSON text; raises SettingError, which quotes the text, if that is invalid."""
     import numpy as np
 
     try:

@@ -33,14 +33,14 @@ def alone(
     haptic_period: float,
     delay: float,
 ) -> dict[str, Any]:
-    """Stability of one contact: by the lifted system, and by the closed condition if one applies.
+    """Judge one contact by the lifted system, and by the paper's closed condition if one applies.
 
     Args:
         law: Local model.
         k_o: Stiffness of the object [N/m].
         k_h: Gain K_h [N/m].
-        integral_gain: I [N/(m s)].
-        b_o: Damping over the simulation period, eq. (9) [N/m].
+        integral_gain: Integral gain I [N/(m s)].
+        b_o: Damping of the object over the simulation period, eq. (9) [N/m].
         sim_period: N T [s].
         haptic_period: T [s].
         delay: Network round trip beyond one simulation period [s].
@@ -101,9 +101,9 @@ def _in_samples(sim_period: float, delay: float, haptic_period: float) -> tuple[
 def area_corners(
     k_o: float, b_o: float, sim_period: float, rate_ratio: int, delay: float
 ) -> list[list[float]]:
-    """Corners (K_h [N/m], I [N/(m s)]) of the stable set, Fig. 8.
+    """Corners (K_h [N/m], I [N/(m s)]) of the stable set, as in Fig. 8.
 
-    Delays of whole periods are computed without haptic samples, which is quicker.
+    For a delay of whole simulation periods one haptic sample per period suffices and is quicker.
     """
     periods = delay / sim_period
     whole = abs(periods - round(periods)) < 1e-6
@@ -116,7 +116,7 @@ def area_corners(
 def several(
     law: Law, C: Floats, k_h: Floats, integral_gain: float, sim_period: float, delay: float
 ) -> dict[str, Any]:
-    """Stability of several contacts, without delay and under any delay; and their safe gains.
+    """Judge several contacts without delay and under any delay, and give safe gains.
 
     Args:
         law: Local model of all users.

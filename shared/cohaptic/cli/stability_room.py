@@ -28,17 +28,17 @@ MAX_DELAY, MAX_LAG = 60.0, 600.0  # s; far beyond any room that can be touched
 def room(
     law: Law, C: Floats, delays: Floats, k_h: Floats | None, lag: float | None, sim_period: float
 ) -> dict[str, Any]:
-    """Whether a room of hands held still is stable at its own loop delays (science 3.8).
+    """Judge whether a room of hands held still is stable at its own loop delays (science 3.8).
 
-    The answer holds without anticipation, as in a room where a user has a law of the paper or a
-    contact is steep; with anticipation, hands held still need no lag (3.13).
+    The answer holds for forces that are not anticipated, as in a room where a user uses a law of
+    the paper or a contact is steep; with anticipation, hands held still need no lag (3.13).
 
     Args:
-        law: Law that does not answer its own dent; the others have no lag.
+        law: Law that does not answer its own dent; the other laws have no lag.
         C: Contact compliance, shape (n, n) with n at most 64 [m/N].
         delays: Loop delay T_i of each user, shape (n,), or () for all users [s].
         k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all users; None for 1 / C_ii [N/m].
-        lag: tau; None for the server's choice for hands held still [s].
+        lag: Lag tau of the room; None for the server's choice for hands held still [s].
         sim_period: N T, over which the spectral radius is taken [s].
 
     Returns:
@@ -90,7 +90,7 @@ def room(
 def each(
     name: str, values: Floats, n: int, limits: tuple[float, Floats], unit: str, why: str = ""
 ) -> Floats:
-    """The values of n users; raises SettingError for the first value out of its limits.
+    """Values of each of n users; raises SettingError for the first value out of its limits.
 
     Args:
         name: Name of the value, for the message.

@@ -33,7 +33,7 @@ WORDS: Final = {
 
 
 def in_words(answer: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Description and text with unit of each value of an answer that applies."""
+    """Describe the values of an answer that apply; yields a description and a text with unit."""
     for key, value in answer.items():
         if key == "closed_condition" and value is None:
             continue

@@ -1,1 +1,1 @@
-"""The local control laws, their gains and their friction, as pure functions."""
+"""The local control laws, the choice of gains, and the friction model, as pure functions."""

@@ -1,8 +1,8 @@
-"""The delay of one client's loop, filtered from measurements so that gains never chatter.
+"""The delay of one client's loop: a recent maximum of measurements, so that gains do not chatter.
 
 A sample names the tick of the patch with which it was made; the server receives the sample some
-periods later. That number of periods is d + 1 of science 3.1. It includes the delays of network and
-schedulers, and its measurement needs no common clock.
+periods later. That number of periods is d + 1 of science 3.1. The number includes the delays of
+network and schedulers, and counting it needs no common clock.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 WINDOW = 4.0
 UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
 LONGEST = 10.0  # s; a longer delay means that the client names wrong ticks
-# Longest loop that may take part [s]: 400 ms of jitter on top of 250 ms each way, and as much
-# again. The room's lag grows with its slowest loop, so a slower client may only watch.
+# Longest loop delay of a client that may take part [s]: 400 ms of jitter on top of 250 ms each way,
+# and as much again. The room's lag grows with its slowest loop, so a slower client may only watch.
 TOO_LONG = 2.0
 
 
@@ -47,8 +47,8 @@ class LoopDelay:
         """Delay for which the room's lag is chosen; 0 before the first measurement [s].
 
         Gains concern this client alone, so `value` assumes a long delay until one is measured. The
-        lag concerns the whole room, which should not wait for a hand that answers no patch, be it
-        before the first patch or because its client reads none. `too_long` excludes such a hand.
+        lag concerns the whole room, which should not wait for a hand that answers no patch, either
+        because none has come yet or because its client reads none. `too_long` excludes such a hand.
         """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
 
@@ -56,8 +56,8 @@ class LoopDelay:
     def too_long(self) -> bool:
         """Whether this loop is too slow to take part.
 
-        A client that has pressed for longer than `UNKNOWN` and names no tick counts as too slow. A
-        hand feels no surface before its first patch, so it loses nothing.
+        A client that has pressed for longer than `UNKNOWN` and names no tick counts as too slow.
+        Its user loses nothing, since a hand feels no surface before the first patch.
         """
         late = self.recent > TOO_LONG or self.before > TOO_LONG
         return late or self.unanswered > UNKNOWN

@@ -1,4 +1,4 @@
-"""Coulomb friction at the local model, in the plane of contact, with the full contact compliance.
+"""Coulomb friction in the local model, in the plane of contact, with the full contact compliance.
 
 The probe sticks to the surface, whose contact point gives way by the body's 3x3 compliance C; the
 probe slides where the tangential force would exceed mu times the normal force. The hand gets
@@ -9,7 +9,7 @@ contact sticks, the tip's displacement s along the surface equals that of the co
 
 and the tangential force changes the depth at which the normal force is balanced by n . C f_t. All
 of this is local: no part of the client's own force comes back late (science 3.3). The anchor of a
-sticking contact is a material point: others may drag the anchor, and the hand feels that (3.10).
+sticking contact is a material point: other users may drag it, and the hand feels that (3.10).
 """
 
 from __future__ import annotations
@@ -34,15 +34,16 @@ class Compliance3(NamedTuple):
 
 
 class FrictionState(NamedTuple):
-    """Memory of the sticking contact.
+    """State of friction at one contact, kept from one period to the next.
 
     Fields:
-        stretch: s, displacement of the tip over the material since it stuck [m].
+        stretch: s, displacement of the tip over the material since the tip stuck [m].
         force: f_t, tangential force on the hand [N].
-        material: Displacement of the material under the contact by the others, as far as the force
-            has followed it [m].
+        material: Displacement of the material under the contact caused by the others, as far as
+            the force has followed that displacement [m].
         touching: Whether there was contact in the last period.
-        share: Stiffness of the contact as a share of the body's; below 1 if the device is softer.
+        share: Stiffness of the contact as a share of the body's stiffness; below 1 if the device is
+            softer.
         stiffness: Stiffness of the contact in its stiffest direction along the surface [N/m].
     """
 
@@ -58,7 +59,7 @@ NO_FRICTION = FrictionState()
 
 
 def times(C: Compliance3, f: Vec3) -> Vec3:
-    """Displacement C f [m]."""
+    """Displacement C f [m] of a contact with compliance `C` under a force `f` [N]."""
     return (
         C[0] * f[0] + C[3] * f[1] + C[4] * f[2],
         C[3] * f[0] + C[1] * f[1] + C[5] * f[2],
@@ -98,7 +99,7 @@ def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
 
 
 def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
-    """Normal displacement of the contact point by the tangential force, n . C f_t [m]."""
+    """Normal displacement of the contact point caused by the tangential force, n . C f_t [m]."""
     return dot(normal, times(C, state.force))
 
 
@@ -106,11 +107,11 @@ def believed_shift(normal: Vec3, C: Compliance3, k_h: float) -> float:
     """Share of `normal_shift` that a law adds to its depth, above 0 and at most 1.
 
     The law answers the shift with K_h times as much force, friction answers that force, and so on
-    period after period. This converges if K_h is at most 1 / C_nn: in a sticking contact less than
-    C_nn of the compliance along the normal acts by way of the tangent plane (a Schur complement),
-    and in a slipping contact `friction_step` ensures the same. The gain in use may be larger for a
-    while, since normal, compliance and gain each follow the surface at their own rate. The law then
-    takes so much of the shift as if the gain were 1 / C_nn.
+    period after period. With C_nn = n . C n this converges if K_h is at most 1 / C_nn: in a
+    sticking contact the compliance along the normal that acts through the tangent plane is less
+    than C_nn (a Schur complement), and in a slipping contact `friction_step` ensures the same. The
+    gain in use may be larger for a while, since normal, compliance and gain each follow the surface
+    at their own rate. The law then adds only the share that acts as if the gain were 1 / C_nn.
 
     Args:
         normal: Outward unit normal in use.
@@ -124,8 +125,9 @@ def believed_shift(normal: Vec3, C: Compliance3, k_h: float) -> float:
 def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
     """kappa, the share of a normal force that comes back through friction, from 0 to 0.9.
 
-    A change of the normal force changes the friction force by at most mu times as much, and that
-    changes the depth; in the end the normal force changes by 1 / (1 - kappa) times as much.
+    A change of the normal force changes the friction force by at most mu times as much, and the
+    friction force changes the depth; in the end the normal force changes by 1 / (1 - kappa) times
+    its first change.
 
     Args:
         mu: Coefficient of friction.
@@ -140,13 +142,13 @@ def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
 
 
 def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
-    """Displacement of the anchor with the material in this period (science 3.10).
+    """Move the anchor along with the material in this period, by at most `most` (science 3.10).
 
     Args:
         state: State after the last period.
-        material: Present displacement of the material under the contact by the others [m].
-        most: Largest displacement in this period, so that the force of a contact at rest has no
-            step [m].
+        material: Present displacement of the material under the contact caused by the others [m].
+        most: Largest displacement of the anchor in this period, so that the force of a contact at
+            rest has no step [m].
 
     Returns:
         Displacement of the anchor in this period, and the material's displacement that the anchor
@@ -162,12 +164,12 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
 
 
 def anchor_of(state: FrictionState, probe: Vec3, normal: Vec3, depth: float) -> Vec3 | None:
-    """Point of the resting surface that the contact holds [m]; None without contact.
+    """Anchor, the point of the resting surface that the contact holds [m]; None without contact.
 
-    The anchor is the tip less its displacement over the material, moved out along the normal to the
-    surface, and back by the material's displacement. While the contact sticks the anchor stays in
-    place, whatever normal, compliance and force do. A server that places the contact at the anchor
-    therefore gets back no echo of the values it has sent (science 3.10).
+    The anchor is the tip, moved back by the tip's displacement over the material, out along the
+    normal to the surface, and back by the material's displacement. While the contact sticks the
+    anchor stays in place, even if normal, compliance or force change. A server that places the
+    contact at the anchor therefore gets back no echo of the values it has sent (science 3.10).
 
     Args:
         state: State after the period.
@@ -194,17 +196,17 @@ def friction_step(
     max_stiffness: float,
     most: float,
 ) -> FrictionState:
-    """One period of stick and slip (Coulomb, with the full contact compliance).
+    """Advance friction by one period of stick or slip (Coulomb, with the full contact compliance).
 
     Args:
         state: State after the last period.
         moved: Displacement of the tip in this period [m].
-        material: Displacement of the material under the contact by the others [m].
+        material: Displacement of the material under the contact caused by the others [m].
         normal: Outward unit normal at the contact.
         normal_force: f_n, normal force on the hand [N]; 0 ends the contact.
         C: Contact compliance [m/N].
         mu: Coefficient of friction.
-        share: Stiffness of the law as a share of the body's, K_h C_ii (science 3.3).
+        share: Stiffness of the law as a share of the body's stiffness, K_h C_ii (science 3.3).
         max_stiffness: Largest stiffness that the device renders stably, applied to every tangential
             direction [N/m].
         most: Largest change of the force in this period that the others may cause [N].
@@ -233,7 +235,7 @@ def friction_step(
     share = min(share, max_stiffness * stiffest)
     held = norm(state.force)
     if state.touching and held > 0.0:
-        # A change of the gain also changes the friction force; it may use half the allowed change.
+        # A change of the gain also changes the friction force, by at most half of `most`.
         reach = 0.5 * most / held
         share = min(max(share, state.share * (1.0 - reach)), state.share * (1.0 + reach))
         # A value below 0, even by rounding, would make the anchor follow the material backwards.
@@ -241,7 +243,7 @@ def friction_step(
     carried, followed = follow_material(state, material, most * stiffest / share)
     stretch = state.stretch
     if not state.touching:
-        # The normal force present at first contact began elsewhere: friction starts from here.
+        # Friction starts from zero: the tip did not stick while the normal force began.
         stretch = add(scale(one, -b1), scale(two, -b2))
     way = sub(add(stretch, moved), carried)
     # Coordinates in the present tangent plane, since the surface turns under the tip.

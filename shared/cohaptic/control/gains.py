@@ -1,9 +1,9 @@
 """Choice of the gains of a client's law; `stability/lag_choice.py` chooses the room's lag.
 
-    proportional   K_h,i < 1 / sum_j |C_ij|                  any bounded delay (3.2; Chazan and
-                                                             Miranker 1969), and (8) when alone
-    pi             K_h,i a share of the same bound, I from the edge of the stability area at the
-                   measured delay (3.1)
+    proportional   K_h,i < 1 / sum_j |C_ij|, stable at any bounded delay (3.2; Chazan and Miranker
+                   1969); for a single hand this is eq. (8)
+    pi             K_h,i a share of the same bound, and I a share of the edge of the stability area
+                   at the measured delay (3.1)
     predictive     K_i = 1 / C_ii at any delay and with any other hands (3.8): the room's lag keeps
                    several hands stable, and no gain is lowered for a neighbour
 
@@ -49,7 +49,7 @@ def choose_gains(
     fixed: Gains | None = None,
     alpha: float = ALPHA,
 ) -> Gains:
-    """Gains of client i for its law.
+    """Choose the gains of client i for the law that it runs.
 
     Args:
         law: Local model of the client.
@@ -57,7 +57,7 @@ def choose_gains(
         i: Index of the client's own contact in `row`.
         max_stiffness: Largest gain that the client's device renders stably [N/m].
         loop_delay: Measured delay from the tick that made a patch to the tick that got the force
-            made with that patch (`delay.LoopDelay`) [s].
+            made with that patch (`delay.LoopDelay`), plus the room's lag [s].
         simulation_period: N T [s].
         fixed: Gains that the client asked for and the server grants, for experiments only; None to
             choose gains.
@@ -81,7 +81,7 @@ def choose_gains(
 
 @lru_cache(maxsize=4096)
 def _edge(kappa_percent: int, periods: int) -> float:
-    """Largest stable I N T / K_o at K_h / K_o in percent, for a loop of `periods` periods."""
+    """Largest stable I N T / K_o for a given K_h / K_o [percent] and loop of `periods` periods."""
     body = elastic_object(1.0)
     low, high = 0.0, 2.0
     while high - low > 1e-3 * high:

@@ -1,4 +1,4 @@
-"""The local surface that a client holds between patches, and its evaluation at a probe.
+"""The local surface that a client keeps between patches, and the surface's evaluation at a probe.
 
 This module has plane and sphere (Adachi 1995, as section 6 step 1 proposes); `mesh_surface.py` has
 the mesh. A surface is free of the client's own force (science 3.3), so a new patch alone never
@@ -23,7 +23,7 @@ class Sight:
         normal: Outward unit normal at the foot of the probe.
         c_ii: Compliance of a contact at that foot [m/N].
         own_force: Force on this hand whose opposite the body carries at the patch's tick [N].
-        u_others: Displacement of the material under the contact by the others [m].
+        u_others: Displacement of the material under the contact caused by the others [m].
     """
 
     depth: Final[float]
@@ -44,7 +44,7 @@ class Sight:
 
 @dataclass(init=False)
 class LocalSurface:
-    """A plane or a sphere.
+    """The local surface of a plane or sphere patch.
 
     Args:
         x_free: Contact point without this client's own force [m].
@@ -52,7 +52,7 @@ class LocalSurface:
         curvature: 0 for a plane, 1/radius for a sphere that bulges towards the hand [1/m].
         c_ii: Compliance of the contact [m/N].
         own_force: Force on this hand whose opposite the body carries at the patch's tick [N].
-        u_others: Displacement of the material under the contact by the others [m].
+        u_others: Displacement of the material under the contact caused by the others [m].
     """
 
     x_free: Final[Vec3]
@@ -134,7 +134,7 @@ def blend(a: Sight, b: Sight, s: float) -> Sight:
 
 
 def shift(sight: Sight, by: Sight | None) -> Sight:
-    """A sight shifted by a difference of sights (see `difference`); unchanged if `by` is None."""
+    """Add a difference of sights (see `difference`) to a sight; no change if `by` is None."""
     if by is None:
         return sight
     n, d = sight.normal, by.normal

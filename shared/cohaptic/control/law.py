@@ -1,8 +1,8 @@
 """The local models that a client may run, and the one function that runs them.
 
-A law maps the surface as evaluated at the probe to the normal force on the hand; its memory is an
-argument and a result. Apart from the bound of its integral, a law applies no limits: the client's
-`safety.py` does, once and last.
+A law maps the surface as evaluated at the probe to the normal force on the hand; the memory of the
+law's integral is an argument and a result. A law limits only the integral's force: the client's
+`safety.py` limits the whole force, as the last step.
 
 The predictive law (science 3.3 and 3.8): the server sends the surface free of this client's own
 force, and the client solves its own contact at the haptic rate. The client's own force is not part
@@ -11,9 +11,9 @@ stiffness, K_i = 1 / C_ii, or the device's limit if that is less; no integral ma
 limit, since such an integral generates energy (3.8).
 
 The paper's proportional law (section 3): the law presses on the surface as the simulation returned
-it, own indentation included, so the client's own force returns one round trip late. The law is
-stable alone iff k_h < k_o (8), for every delay (science 3.1); with other contacts it is stable
-under any delay iff rho(|C| diag(k_h)) < 1 (3.2).
+it, including the client's own indentation, so the client's own force returns one round trip late.
+A single hand is stable iff k_h < k_o, eq. (8), at every delay (science 3.1); several hands are
+stable under any delay iff rho(|C| diag(k_h)) < 1 (3.2).
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from cohaptic.vec import dot
 class Law(Enum):
     """A local model, in the order of the numbers on the wire.
 
-    Code that treats laws differently should test one of these properties, not a law's name.
+    Code that treats laws differently should test one of these attributes, not a law's name.
 
     Attributes:
         answers_own_dent: Whether the law presses on the surface that includes the dent of its own
             force. That force then returns one round trip late, which bounds the gain and the
-            neighbours' influence (science 3.1, 3.2). Any other law has the object's own stiffness
-            at any delay (3.3), and the room's lag bounds the neighbours' influence (3.8).
+            neighbours' influence (science 3.1, 3.2). Any other law renders the object's own
+            stiffness at any delay (3.3), and the room's lag bounds the neighbours' influence (3.8).
         integrates: Whether the law has an integral, which continues while the hand rests.
     """
 
@@ -90,8 +90,8 @@ class LawSettings(NamedTuple):
     """Settings of a law's integral.
 
     Fields:
-        thresholds: Eqs. (17), (18).
-        release_time: Time from the integral's full force to none when contact ends, a few N T
+        thresholds: Thresholds of eqs. (17) and (18), below which the integral does not grow.
+        release_time: Time in which the integral's force falls to zero when contact ends, a few N T
             (section 5.1) [s].
         max_force: Upper limit of the integral's force [N].
     """
@@ -108,7 +108,7 @@ class LocalForce:
     Fields:
         normal_force: Force on the hand along the surface's normal, never negative [N].
         felt_from_others: Part of `normal_force` caused by the other users' contacts [N].
-        indentation: Indentation of the surface under the probe, own force included [m].
+        indentation: Indentation of the surface under the probe by this hand's force, C_ii f [m].
         stored: Energy in the law's spring; the force of an integral stores none [J].
     """
 
@@ -134,7 +134,7 @@ _DEFAULT = LawSettings()
 def pressed_depth(law: Law, sight: Sight) -> float:
     """Depth of the probe below the surface on which a law presses [m].
 
-    The paper's laws press on the surface as the simulation returned it, own dent included.
+    The paper's laws press on the surface as the simulation returned it, including the own dent.
     """
     if not law.answers_own_dent:
         return sight.depth
@@ -193,7 +193,7 @@ def local_force(
 
 
 def predictive_force(depth_free: float, k_h: float) -> float:
-    """Normal force f = K (x_h - x_free).
+    """Normal force of the predictive law, f = K (x_h - x_free).
 
     Args:
         depth_free: Depth of the probe below the surface free of the hand's own force [m].
@@ -206,11 +206,11 @@ def predictive_force(depth_free: float, k_h: float) -> float:
 
 
 def proportional_force(depth: float, k_h: float) -> float:
-    """Normal force of L(z) = K_h.
+    """Normal force of the proportional law, L(z) = K_h.
 
     Args:
         depth: Depth of the probe below the surface as the simulation returned it, x_o [m].
-        k_h: Gain [N/m]; stable alone iff k_h < k_o, eq. (8).
+        k_h: Gain [N/m]; a single hand is stable iff k_h < k_o, eq. (8).
 
     Returns:
         Force on the hand along the outward normal [N].
@@ -219,7 +219,7 @@ def proportional_force(depth: float, k_h: float) -> float:
 
 
 def felt_stiffness(law: Law, k_h: float, k_o: float) -> float:
-    """Stiffness that a hand alone feels in the steady state [N/m].
+    """Stiffness that a single hand feels in the steady state [N/m].
 
     Args:
         law: Local model.

@@ -1,9 +1,9 @@
-"""Error of a mesh patch's vertices on the line straight below its contact, by depth.
+"""Error of the surface fitted to a mesh patch's vertices, on the line below the patch's contact.
 
-On that line the server's plane is right, as the contact is the point from which the probe lies
-along the normal. The error is computed at points of the line when they are needed, and interpolated
-between them by cubics through four neighbours (Catmull and Rom 1974), so that its first derivative
-is continuous.
+The line goes through the contact along the patch's normal. On that line the patch's own plane is
+right, because the server put the contact where its normal meets the probe. The error is computed at
+points of the line when they are needed, and interpolated between the points by cubics through four
+neighbours (Catmull and Rom 1974), so that its derivative by depth is continuous.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _ALIKE = 0.9986
 _TURNED = 0.985
 _STRANGE = 0.2
 # Distance from the line, in reaches, at which the sphere or plane is no better than the vertices.
-# Between this distance and 1.4 times as far the sphere or plane loses sight of the surface.
+# Between this distance and 1.4 times as far the sphere or plane ceases to describe the surface.
 _NEAR = 2.5
 # Distance from the line, in reaches, up to which the normal is corrected, and the depth with it, as
 # if the vertices were turned. With a longer distance, or with only the normal turned, dragging with
@@ -60,7 +60,7 @@ _APART = 4.0
 # Cosine of the angle between the normals; error of the depth [m]; factor of the compliance;
 # correction of the vertices' normal near the line (three numbers).
 Error = tuple[float, float, float, float, float, float]
-# Trust in the vertices, and in their compliance, from 0 to 1; the others as above.
+# Trust in the vertices, and in their compliance, from 0 to 1; then the last five of `Error`.
 Beside = tuple[float, float, float, float, float, float, float]
 # Not `Final`: mypyc reports a final tuple that begins with a float as not set.
 _NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -73,7 +73,7 @@ def smooth(share: float) -> float:
 
 
 class LineError:
-    """The error of a fit on the line below a contact.
+    """The error of a fitted surface, known on the line below a contact.
 
     Args:
         fit: Fit of the vertices.
@@ -90,7 +90,7 @@ class LineError:
         self._points: Final[dict[int, Error]] = {}
 
     def lost(self, probe: Vec3) -> float:
-        """Degree to which plane or sphere has lost sight of the surface at `probe` [m], 0 to 1."""
+        """Degree, 0 to 1, to which plane or sphere no longer describes the surface at `probe`."""
         away = sub(probe, self._base.x_free)
         along = dot(away, self._base.normal)
         near = _NEAR * self._reach

@@ -1,4 +1,4 @@
-"""The vertices round a contact, and their least-squares surface at a probe: the inner loops.
+"""Inner loops of a mesh surface: fit a surface to the vertices round a contact at a probe.
 
 `mesh_surface.py` has the formula. The module is compiled where a compiler is available; plain
 Python gives the same numbers. It uses arrays of the standard library, since the haptic loop's
@@ -14,7 +14,7 @@ from itertools import accumulate
 
 from cohaptic.vec import Vec3
 
-SUPPORT = 1.8  # h_k in mean edges at the vertex: 10 to 12 vertices count at a time
+SUPPORT = 1.8  # h_k over the mean edge at vertex k: 10 to 12 vertices count at a time
 # m; distance that a probe may move before the near vertices are gathered again: 40 ms at 0.1 m/s. A
 # larger margin makes every evaluation slower, a smaller one gathers more often.
 MARGIN = 0.004
@@ -31,7 +31,7 @@ UNKNOWN = -1.0
 
 
 class RestSurface:
-    """The resting mesh as `MeshFit` needs it; built once.
+    """The resting mesh in the form that `MeshFit` needs; built once for all patches.
 
     Args:
         vertices: Positions of the vertices, shape (n, 3) [m].
@@ -39,7 +39,7 @@ class RestSurface:
 
     Attributes:
         points: Positions of the vertices, one behind the other, 3 n numbers [m].
-        support: h_k^2 of each vertex [m^2].
+        support: h_k^2 of each vertex, where h_k is the radius of its weight w_k [m^2].
         starts: Start of each vertex's ring in `ring`, n + 1 numbers.
         ring: The two other corners of each face round each vertex, in the order of the face.
         place: Place of each vertex in the neighbourhood of `owner`; arbitrary for other vertices.
@@ -62,7 +62,7 @@ class RestSurface:
 
 
 def _support(vertices: Sequence[Vec3], k: int, ring: list[int]) -> float:
-    """h_k^2 of vertex k [m^2]."""
+    """h_k^2 of vertex k, the square of `SUPPORT` times its mean edge [m^2]."""
     ends = set(ring)
     if not ends:
         return 1e-12  # a vertex without faces never counts
@@ -71,7 +71,7 @@ def _support(vertices: Sequence[Vec3], k: int, ring: list[int]) -> float:
 
 
 def unpack(words: array[int], scale: float, c_scale: float, least: float) -> array[float]:
-    """Values of each vertex of a neighbourhood, `FACT` numbers each, in SI units.
+    """Convert the vertices of a neighbourhood to SI units, `FACT` numbers for each vertex.
 
     Args:
         words: Items of the wire as 16-bit numbers (`protocol/neighbourhood.py`).
@@ -97,14 +97,14 @@ def _unpack(
 
 
 class MeshFit:
-    """Moving least squares over a neighbourhood. Its caches only save time.
+    """A surface fitted to a neighbourhood by moving least squares. The caches only save time.
 
     Args:
         rest: The resting mesh.
         facts: Values of each vertex, as `unpack` gives them: number in the resting mesh,
             displacement without this client's own force [m], compliance of a contact centred
             there [m/N].
-        out: Normal used for a vertex whose faces give none.
+        out: Normal used for a vertex whose faces give no normal.
     """
 
     def __init__(self, rest: RestSurface, facts: array[float], out: Vec3) -> None:
@@ -139,12 +139,12 @@ class MeshFit:
     def at(
         self, px: float, py: float, pz: float, depth: float
     ) -> tuple[float, float, float, float, float, float] | None:
-        """The fit at a probe; None if no vertex is near.
+        """The fitted surface as seen from a probe; None if no vertex is near.
 
         Args:
             px: First coordinate of the probe [m].
-            py: Second coordinate [m].
-            pz: Third coordinate [m].
+            py: Second coordinate of the probe [m].
+            pz: Third coordinate of the probe [m].
             depth: Rough depth of the probe, from plane or sphere or from an earlier fit [m].
 
         Returns:
@@ -199,7 +199,7 @@ class MeshFit:
         return depth, ux, uy, uz, c / total, inner / (total + FEW)
 
     def below(self, depth: float) -> float:
-        """The squared depth that is subtracted from r^2 [m^2].
+        """The squared depth that is subtracted from the squared distance r_k^2 of a vertex [m^2].
 
         The value saturates at `deepest`, since plane and sphere give a poor depth far from the
         contact.
@@ -227,7 +227,7 @@ class MeshFit:
         self.center_x, self.center_y, self.center_z = px, py, pz
 
     def find_normal(self, at: int) -> None:
-        """Compute the unit normal of a displaced vertex, exact on spheres (Max 1999)."""
+        """Compute a displaced vertex's unit normal from its faces, exact on spheres (Max 1999)."""
         if self.rest.owner is not self:
             self.rest.owner = self
             for k in range(self.count):
@@ -258,13 +258,13 @@ class MeshFit:
         v[at + INNER_AT] = known
 
     def where(self, number: int) -> int:
-        """Place of a vertex of the resting mesh in this neighbourhood; -1 if it has no place."""
+        """Place in this neighbourhood of a vertex of the resting mesh; -1 if it is not in it."""
         k = self.rest.place[number]
         # Another neighbourhood may have left any number there, so compare with our own facts.
         return k if k < self.count and int(self.facts[FACT * k]) == number else -1
 
     def edge(self, at: int, place: int, number: int, i: int) -> float:
-        """One component of the edge from a vertex to another [m].
+        """One component of the edge from a vertex of the neighbourhood to another vertex [m].
 
         A vertex of unknown displacement is taken to move with the vertex at which the edge begins.
 

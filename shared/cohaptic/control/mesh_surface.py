@@ -1,4 +1,4 @@
-"""The third local surface: the neighbourhood of a contact on a mesh, smooth under a sliding probe.
+"""The local surface of a mesh patch, made from vertices, smooth under a probe that slides.
 
 Each vertex near the probe gives a depth of the probe by its position and normal. Moving least
 squares with compact weights combine the vertices to one surface, once continuously differentiable,
@@ -7,16 +7,16 @@ so that neither depth nor normal has a step where a probe slides over edges and 
     n = unit(sum_k w_k n_k),  depth = sum_k w_k (n_k + n) . (p_k - probe) / sum_k w_k (1 + n_k . n),
     w_k = (1 - (r_k^2 - d^2) / h_k^2)^2,  r_k from the probe to p_k,  d the probe's rough depth.
 
-The mean of n_k and n makes the depth exact on spheres, and to second order elsewhere; n itself is
-then carried from the middle of the vertices to the foot of the probe by the bending between them.
+The mean of n_k and n makes the depth exact on spheres, and to second order elsewhere. The normal n
+belongs to the middle of the vertices; their bending carries it from there to the probe's foot.
 
-A probe that is deep compared with the surface's radius of curvature sees too little of it: on a
-torn ball the sum was 9 % short of the depth at 14 mm. The server knows better where the patch was
-made: on the line below the contact, along the normal, depth, normal and compliance are the patch's
-own, and the vertices only give their changes beside that line (`line_error.py`). Plane or sphere of
+For a probe that is deep compared with the surface's radius of curvature the sum gives too small a
+depth: on a torn ball it was 9 % too small at 14 mm. The server knows depth, normal and compliance
+better on the line below the contact, along the normal. On that line the patch's own values are
+used, and the vertices only give the changes beside that line (`line_error.py`). Plane or sphere of
 the same patch takes over where the neighbourhood ends, and near the line if the vertices' normal
-there differs from the patch's. Farther away plane and sphere lose sight of the surface, and the
-vertices give the rough depth: 0.1 m along a ring a sphere is 39 mm off.
+there differs from the patch's. Farther away plane and sphere no longer describe the surface, and
+the vertices give the rough depth: 0.1 m along a ring a sphere is 39 mm off.
 
 The sums over vertices are in `mesh_fit.py`.
 """
@@ -32,17 +32,19 @@ from cohaptic.control.mesh_fit import MeshFit, RestSurface
 from cohaptic.vec import Vec3, unit
 
 # Beside a contact the compliance is at most 4 times that of the contact, and at least a quarter of
-# it unless the vertices themselves have less, as held ones do: more is not known beyond one tick.
+# it unless the vertices themselves have less, as held vertices do: a larger difference is not known
+# for longer than one tick.
 _BESIDE = 4.0
 # Weighted shares of inner vertices, whose faces are all known: plane or sphere is used below
-# `_OUTER`, the neighbourhood above `_INNER`, and a mixture between them. Where plane or sphere has
-# lost sight of the surface (`LineError.lost`), `_INNER_LOST` replaces `_INNER`: plane or sphere is
-# then tens of mm off, and a twentieth of that is as much as a finger is deep. On a ring, where 97
+# `_OUTER`, the neighbourhood above `_INNER`, and a mixture between them. Where plane or sphere no
+# longer describes the surface (`LineError.lost`), `_INNER_LOST` replaces `_INNER`: plane or sphere
+# is tens of mm off, and a twentieth of that is as much as a finger is deep. On a ring, where 97
 # vertices form two rows beside a path of 0.1 m, the force is 13 % off with 0.35 and 33 % with 0.5.
 _OUTER = 0.05
 _INNER = 0.5
 _INNER_LOST = 0.2
-# The same share for the first of two looks, below which the second look, which sees farther, fades.
+# Share of inner vertices in the first of two fits, below which the second fit, which reaches
+# farther vertices, fades out.
 _SEEN = 0.1
 
 
@@ -76,10 +78,10 @@ class MeshSurface:
             # Far beside the contact the vertices give a better depth of the probe, unless their
             # normals point the other way, as on the far side of a thin part.
             depth, nx, ny, nz, _, inner = fit
-            # The second look must fade out before the first fails, which would end it abruptly.
+            # The second fit must fade out before the first finds no vertices and ends it abruptly.
             shown -= lost * (1.0 - smooth(inner / _SEEN))
             theirs = lost * self._facing(nx, ny, nz)
-            # Mix magnitudes: a mixture of two signs could be 0, at which depth the look is blind.
+            # Mix magnitudes: two signs could mix to a depth of 0, where the fit finds no vertices.
             near = abs(rough) + theirs * (abs(depth) - abs(rough))
             rough += theirs * (depth - rough)
             fit = self._fit.at(probe[0], probe[1], probe[2], near)
@@ -109,7 +111,7 @@ class MeshSurface:
         )
 
     def _facing(self, nx: float, ny: float, nz: float) -> float:
-        """1 for a normal within a right angle of the patch's, falling to 0 for the opposite."""
+        """1 for a normal within a right angle of the patch's normal, down to 0 for its opposite."""
         n = self._base.normal
         return smooth(1.0 + nx * n[0] + ny * n[1] + nz * n[2])
 

@@ -1,8 +1,8 @@
 """The paper's proportional-integral local model, section 5, with the precautions of 5.1.
 
-The law is L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it. It
-integrates e - theta, with the threshold theta of eq. (17) or (18); when contact ends, the
-integral's force goes to zero linearly over a few simulation periods.
+The law is L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it. The
+law integrates e - theta, the depth e less the threshold theta of eq. (17) or (18); when contact
+ends, the integral's force goes to zero linearly over a few simulation periods.
 
 Eq. (18) as printed divides theta_2 by I_tot; the paper's text says that theta grows linearly to its
 set value, so the code uses theta_2 I_tot / I_full. The text uses the small threshold on the way in
@@ -36,11 +36,11 @@ class Thresholds(NamedTuple):
 
 
 class IntegralState(NamedTuple):
-    """Memory of the integral.
+    """State of the integral, kept from one period to the next.
 
     Fields:
         force: Force of the integral [N].
-        ramp: Rate at which that force goes to zero out of contact [N/s].
+        ramp: Rate at which that force falls to zero after contact [N/s].
         depth: Depth of the probe in the last period [m].
     """
 
@@ -57,7 +57,7 @@ def integration_threshold(
     full_force: float,
     dt: float,
 ) -> float:
-    """theta of eq. (17) or (18) [m]; the fields of `Thresholds` are separate arguments.
+    """Threshold theta of eq. (17) or (18) [m]; the fields of `Thresholds` are separate arguments.
 
     Args:
         state: State after the last period.
@@ -85,20 +85,19 @@ def proportional_integral_step(
     max_force: float,
     dt: float,
 ) -> tuple[IntegralState, float]:
-    """One period of L(z) = K_h + T I / (z - 1), eqs. (12), (17), (18).
+    """Force of the law L(z) = K_h + T I / (z - 1) in one period, eqs. (12), (17), (18).
 
     Args:
         state: State after the last period.
         depth: e, depth of the probe below the surface as the simulation returned it [m].
         k_h: Gain [N/m].
         integral_gain: I [N/(m s)].
-        thresholds: Thresholds theta of the integral.
-        release_time: Time from the integral's force to none when contact ends [s].
+        release_time: Time in which the integral's force falls to zero when contact ends [s].
         max_force: Upper limit of the integral's force [N].
         dt: Time since the last period [s].
 
     Returns:
-        State, and force on the hand along the outward normal [N].
+        State after this period, and force on the hand along the outward normal [N].
     """
     if depth <= 0.0:
         force = max(0.0, state.force - state.ramp * dt)

@@ -1,4 +1,4 @@
-"""Client to server, on a watch connection: a scene frame was received and drawn.
+"""Message from a watching client to the server: the client received and drew a scene frame.
 
 The server keeps at most two frames unacknowledged. A page that falls behind therefore gets fewer
 frames rather than older ones, and the server notices a page that has stopped.
@@ -23,15 +23,15 @@ class Ack:
 
     Args:
         tick: Tick of the newest scene frame received; earlier frames are acknowledged with it.
-        wants: 1 if Green's functions are missing: frames carry the surface until the next ack,
-            whatever the encoding; else 0.
+        wants: 1 if the watcher lacks Green's functions: frames then carry the surface until the
+            next ack, whatever the encoding; else 0.
     """
 
     tick: int
     wants: int = 0
 
     def encode(self) -> bytes:
-        """The frame; raises LocalProtocolError when a value is out of its limits."""
+        """The frame of this ack; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
         head = HEADER.pack(PROTOCOL_VERSION, FrameKind.ACK, 0)
         return head + _BODY.pack(self.tick, self.wants)

@@ -1,4 +1,4 @@
-"""Client to server, once per simulation period: position of the tip, and force on the hand.
+"""Message from client to server, each simulation period: tip position and force on the hand.
 
 A sample is state, not an event: the newest sample replaces every older one.
 """
@@ -33,7 +33,7 @@ _U32 = 2**32 - 1
 
 
 class ContactSample(NamedTuple):
-    """The last force given to the device (section 6, step 3), and the tip's position then.
+    """The force last given to the device (section 6, step 3), and the tip's position at that time.
 
     Fields:
         seq: Counts this client's samples from 1.
@@ -41,8 +41,8 @@ class ContactSample(NamedTuple):
         t_client: Time of the sample on the client's clock [s].
         probe: Tip of the device in the world frame [m].
         force: Force on the hand in the world frame [N]; the body gets the opposite force.
-        anchor: Point that the finger holds by friction, given as its place on the resting surface
-            wherever forces have moved it since [m]; None without friction or contact.
+        anchor: Point of the resting surface that the finger holds by friction, wherever forces
+            have moved that point since [m]; None without friction or contact.
     """
 
     seq: int

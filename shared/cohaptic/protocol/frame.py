@@ -1,4 +1,4 @@
-"""Common parts of the binary frames: the header, and checks of values from a peer.
+"""Common parts of the binary frames: the header, and checks of the values that are sent.
 
 A frame is little-endian and packed: `u8 version, u8 kind, u16 flags`, then the body of its kind.
 """
@@ -43,7 +43,8 @@ def open_header(data: bytes, kind: FrameKind) -> int:
     """Check version and kind of a frame; returns its flags.
 
     Raises:
-        RemoteProtocolError: Version or kind is wrong; names the value and the expected one.
+        RemoteProtocolError: The frame is too short, or its version or kind is wrong; the error
+            names the value found and the expected one.
     """
     if len(data) < HEADER.size:
         raise RemoteProtocolError("frame length", len(data), f"at least {HEADER.size} bytes")

@@ -61,8 +61,8 @@ class Hello(WithSecrets):
     """First message of a client.
 
     Args:
-        protocol: Version of the wire that the client speaks.
-        name: Name that the others see; unique in the room.
+        protocol: Version of the protocol that the client speaks.
+        name: Name that the other users see; unique in the room.
         law: Local model that the client runs.
         max_stiffness: Largest gain that the device renders stably [N/m].
         max_force: Largest force of the device; the server applies no more to the body [N].
@@ -72,10 +72,10 @@ class Hello(WithSecrets):
         friction: Whether the force may have a part along the surface; patches then carry the
             compliance of the contact in all directions.
         fixed_gains: Gains instead of the server's choice; refused unless the server allows them.
-        key: Secret made by the client, with which it takes its name again when it comes back; the
-            server tells nobody. Not on the wire if None.
+        key: Secret made by the client, with which it gets its name again when it comes back; the
+            server shows the key to nobody. Not on the wire if None.
         token: Token of an invitation or of a session. Not on the wire if None.
-        capabilities: Capabilities of the device, for people. Not on the wire if None.
+        capabilities: Capabilities of the device, only shown to people. Not on the wire if None.
         wait: Whether the client waits for a seat if the room is full. Not on the wire if False.
     """
 
@@ -102,7 +102,7 @@ class Come(ControlMessage):
 
 
 class SetLaw(ControlMessage):
-    """Change the local model while in contact; the patches that follow carry its gains.
+    """Change the local model while in contact; the next patches carry the gains of the new model.
 
     Args:
         law: Local model from now on.
@@ -136,10 +136,10 @@ class BodyInfo(ControlMessage):
 
 
 class Welcome(WithSecrets):
-    """The server's answer to a hello it accepts.
+    """The server's answer to a hello that it accepts.
 
     Args:
-        protocol: Version of the wire that the server speaks.
+        protocol: Version of the protocol that the server speaks.
         user: Number of this user in the room.
         name: Name under which this user joined.
         simulation_period: Time between patches, N T [s].
@@ -166,8 +166,9 @@ class Place(WithSecrets):
     Args:
         place: Place in the queue, from 1.
         of: Number of clients in the queue.
-        session: As in a welcome, in the first of these messages: an invitation may be valid for one
-            connection only, and a client that loses it wants to come back. Not on the wire if None.
+        session: As in a welcome, sent in the first of these messages: an invitation may be valid
+            for one connection only, and a client that loses its connection needs a token to come
+            back. Not on the wire if None.
     """
 
     type: Literal["place"] = "place"
@@ -177,7 +178,7 @@ class Place(WithSecrets):
 
 
 class Called(ControlMessage):
-    """A seat is kept for a waiting client if the client says `come` within the given time [s]."""
+    """Offer a seat to a waiting client, which must answer `come` within the given time [s]."""
 
     type: Literal["called"] = "called"
     within: float = Field(gt=0.0)
@@ -201,11 +202,11 @@ class UserLeft(ControlMessage):
 
 
 class Restraints(ControlMessage):
-    """Forces that an administrator keeps from the body; sent at each change and to new clients.
+    """Users whose force an administrator keeps from the body; sent at changes and to new clients.
 
     Args:
-        frozen: Whether the body takes no user's force.
-        muted: Numbers of the users whose force the body does not take.
+        frozen: Whether no user's force acts on the body.
+        muted: Numbers of the users whose force does not act on the body.
     """
 
     type: Literal["restraints"] = "restraints"
@@ -238,7 +239,7 @@ def encode_control(message: ControlMessage) -> str:
 
 
 def decode_client_control(text: str) -> ClientControl:
-    """The message of a client; raises RemoteProtocolError for any invalid text.
+    """Decode a client's message; raises RemoteProtocolError for any invalid text.
 
     A hello of another protocol version is reported as such, even if its other fields have changed.
     """
@@ -249,12 +250,12 @@ def decode_client_control(text: str) -> ClientControl:
 
 
 def decode_server_control(text: str) -> ServerControl:
-    """The message of the server; raises RemoteProtocolError for any invalid text."""
+    """Decode the server's message; raises RemoteProtocolError for any invalid text."""
     return decode_text(_SERVER, text, MAX_WELCOME_TEXT)
 
 
 def wrong_version(theirs: object) -> RemoteProtocolError:
-    """The error for a peer that speaks another version."""
+    """The error for a peer that speaks another version of the protocol."""
     return RemoteProtocolError(
         "protocol version",
         theirs,
@@ -264,7 +265,7 @@ def wrong_version(theirs: object) -> RemoteProtocolError:
 
 
 def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
-    """A message of one of the adapter's types; raises RemoteProtocolError for any invalid text."""
+    """Decode a message of one of the adapter's types; raises RemoteProtocolError if invalid."""
     if len(text) > limit:
         raise RemoteProtocolError("control message length", len(text), f"<= {limit} characters")
     try:

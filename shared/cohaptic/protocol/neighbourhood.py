@@ -127,13 +127,13 @@ class Neighbourhood:
         return struct.unpack(f"<{len(self.items) // ITEM_SIZE * _ITEM_FORMAT}", self.items)
 
     def encode(self) -> bytes:
-        """The tail of the frame; raises LocalProtocolError when a value is out of its limits."""
+        """The tail of a patch frame; raises LocalProtocolError if a value is out of its limits."""
         self._check(remote=False)
         return _HEAD.pack(len(self.items) // ITEM_SIZE, self.scale, self.c_scale) + self.items
 
     @classmethod
     def decode(cls, data: bytes) -> Neighbourhood:
-        """The neighbourhood in a tail; raises RemoteProtocolError for any invalid bytes."""
+        """The neighbourhood in a frame's tail; raises RemoteProtocolError for any invalid bytes."""
         if len(data) < _HEAD.size:
             limit = f"at least {_HEAD.size} bytes"
             raise RemoteProtocolError("length of a neighbourhood", len(data), limit)
@@ -149,7 +149,7 @@ class Neighbourhood:
 
     @classmethod
     def decode_checked(cls, data: bytes) -> Neighbourhood:
-        """The neighbourhood in a tail that `decode` has accepted."""
+        """The neighbourhood in a tail that `decode` has accepted before; values are not checked."""
         _, scale, c_scale = _HEAD.unpack_from(data)
         return cls(scale, c_scale, data[_HEAD.size :])
 

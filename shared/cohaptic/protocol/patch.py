@@ -1,10 +1,11 @@
-"""Server to client, once per simulation tick: the surface in front of one user, and its gains.
+"""Message from server to client, each tick: the surface in front of one user, and gains.
 
 A patch is state, not an event: the newest patch replaces every older one. The patch is the surface
-*free of this client's own force* (science 3.3); the surface as it stands is
+*free of this client's own force* (science 3.3); the surface with that force is
 x_o = x_free - c_ii own_force, so that one message serves every law. A mesh patch has a tail, the
-neighbourhood (`neighbourhood.py`); outside the neighbourhood the curvature is used. Every number
-has bounds, checked at both ends, so that no accepted patch makes a client's loop dangerous.
+neighbourhood (`neighbourhood.py`); outside the neighbourhood the client uses the plane or sphere of
+the patch's curvature. Every number has bounds, checked at both ends, so that no accepted patch
+makes a client's loop dangerous.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ LAWS: Final = tuple(Law)  # in the order of their numbers on the wire, from 1
 
 
 class Geometry(IntEnum):
-    """Shape of the local surface, sent in the low four bits of the frame's flags."""
+    """Shape of a patch's local surface, sent in the low four bits of the frame's flags."""
 
     PLANE = 1
     SPHERE = 2
@@ -85,7 +86,7 @@ class Patch:
 
     Args:
         tick: Simulation tick that made this patch, from 1.
-        seq: Contact sample whose force this surface already contains; 0 for none.
+        seq: Number of the newest contact sample that the body's forces include; 0 for none.
         t_server: Time of the tick on the server's clock [s].
         t_client: `t_client` of sample `seq`, sent back; 0 without a sample [s].
         sample_wait: Time that sample `seq` waited at the server for the tick [s].
@@ -103,7 +104,7 @@ class Patch:
         room: Lag, coupling and margin of the room (science 3.8).
         neighbourhood: Surface around the contact in a mesh patch; None in a plane or sphere patch.
         compliance: Compliance of the contact in all directions, for a client with friction; None
-            for a client without.
+            for a client without friction.
     """
 
     tick: Final[int]

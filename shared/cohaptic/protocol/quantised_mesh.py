@@ -1,8 +1,9 @@
 """Resting surface for a page that only shows it, with 16 bits for each coordinate of a vertex.
 
-The frame is of the rest mesh's kind with flag 1 and has a third to a half of its bytes. Faces are
-exact; a vertex is at most half a unit off on each axis, where a unit is the length of the bounding
-box over 65,535. Vertices are predicted from their neighbours, as in a scene (`scene_surface.py`).
+The frame has the kind of an exact rest mesh, flag 1, and a third to a half of the exact frame's
+bytes. Faces are exact; a vertex is at most half a unit off on each axis, where a unit is the length
+of the bounding box over 65,535. Vertices are predicted from their neighbours, as in a scene
+(`scene_surface.py`).
 
 Contacts are never computed with this mesh: a client that touches gets the exact one
 (`rest_mesh.py`).
@@ -83,7 +84,7 @@ class QuantisedMesh:
         return _triangles_alone(self.faces)
 
     def encode(self) -> bytes:
-        """The frame; raises LocalProtocolError when a value is out of its limits."""
+        """The frame of this mesh; raises LocalProtocolError when a value is out of its limits."""
         n, m = len(self.places), len(self.faces)
         check_counts(n, m, remote=False)
         _check(self.low, self.unit, self.faces, n, remote=False)

@@ -1,7 +1,7 @@
-"""Server to client, once, to a client that asked for mesh patches: the resting surface.
+"""Message from server to client, sent once if mesh patches are asked for: the resting surface.
 
-The mesh is an event: it comes between the welcome and the first patch. Vertices and faces are
-deflated together; their counts are checked before anything is inflated.
+The mesh is an event: the server sends it between the welcome and the first patch. Vertices and
+faces are deflated together; their counts are checked before anything is inflated.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class RestMesh:
     faces: tuple[Face, ...]
 
     def encode(self) -> bytes:
-        """The frame; raises LocalProtocolError when a value is out of its limits."""
+        """The frame of this mesh; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
         raw = b"".join(_VERTEX.pack(*v) for v in self.vertices)
         raw += b"".join(_FACE.pack(*f) for f in self.faces)

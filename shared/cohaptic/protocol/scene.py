@@ -1,4 +1,4 @@
-"""Server to client, on a watch connection: every user's contact, and the surface if requested.
+"""Message from server to watcher: every user's contact, and the surface if requested.
 
 A scene is state, not an event: the newest replaces every older one. A frame without a surface has
 only the users' records; a page with the Green's functions of the body computes the surface itself.
@@ -43,7 +43,7 @@ _U32 = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class UserRecord:
-    """One user at one tick, as others see it.
+    """State of one user at one tick, for watchers.
 
     Args:
         user: Number of the user.
@@ -51,7 +51,8 @@ class UserRecord:
         foot: Centre of the user's pressure on the facets of the *resting* mesh [m].
         force: Force on the hand; the body gets the opposite force [N]. The force fades when the
             user leaves.
-        c_ii: Compliance of the contact [m/N]; 0 for a user who has left, as are the next three.
+        c_ii: Compliance of the contact [m/N]. This and the next three fields are 0 for a user who
+            has left.
         k_o_coupled: Coupling-aware stiffness [N/m].
         k_h: Gain of the user's law [N/m].
         integral_gain: Integral gain of the user's law; 0 for none [N/(m s)].
@@ -150,7 +151,7 @@ class Scene:
     room: RoomLag = NO_LAG
 
     def encode(self, traversal: Traversal) -> bytes:
-        """The frame; raises LocalProtocolError when a value is out of its limits.
+        """The frame of this scene; raises LocalProtocolError when a value is out of its limits.
 
         Args:
             traversal: Traversal of the rest mesh.
@@ -185,7 +186,7 @@ class Scene:
 def encode_scene(
     tick: int, t_server: float, room: RoomLag, records: bytes, surface: bytes
 ) -> bytes:
-    """A frame from encoded parts, so that one encoded surface serves many frames.
+    """Make a scene frame from encoded parts, so that one encoded surface serves many frames.
 
     Args:
         t_server: Time of the tick on the server's clock [s].

@@ -31,10 +31,10 @@ Units = npt.NDArray[np.int16]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Displacement from rest of every vertex.
+    """Displacement from rest of every vertex of the rest mesh, in whole units.
 
     Args:
-        scale: One unit [m].
+        scale: Length of one unit [m].
         units: Displacements in the order of the rest mesh's vertices, shape (n, 3) [scale].
     """
 
@@ -73,7 +73,7 @@ class Surface:
         return hash((self.scale, self.units.tobytes()))
 
     def encode(self, traversal: Traversal) -> bytes:
-        """The tail of the frame; raises LocalProtocolError when the scale is out of its limits.
+        """The tail of a scene frame; raises LocalProtocolError if the scale is out of its limits.
 
         Args:
             traversal: Traversal of the rest mesh.
@@ -102,7 +102,7 @@ class Surface:
 
 
 def fold(units: Units, traversal: Traversal) -> bytes:
-    """Residuals of units after their prediction, modulo 2^16, as bytes that deflate well.
+    """Subtract from each unit its prediction, modulo 2^16; returns bytes that deflate well.
 
     Args:
         units: Units of each vertex, shape (n, 3).

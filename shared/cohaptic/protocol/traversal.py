@@ -1,8 +1,9 @@
 """The order in which a surface is sent, and the vertices that predict each vertex.
 
 Both sides derive the same order from the resting mesh: breadth first from vertex 0, neighbours by
-number. A vertex is predicted by the parallelogram over an edge that was sent before it, p + q - r;
-on a smooth surface the residual is small (Touma and Gotsman 1998, Triangle mesh compression).
+number. If a face p q r was sent before, a vertex beyond its edge p q is predicted as p + q - r, the
+fourth corner of a parallelogram; on a smooth surface the residual is small (Touma and Gotsman 1998,
+Triangle mesh compression).
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ class Traversal:
 
     Args:
         order: Vertices in the order of sending, shape (n,).
-        p, q, r: Vertices that predict `order[k]` as p + q - r, shape (n,); n stands for zero.
+        p, q, r: Vertices that predict `order[k]` as p + q - r, shape (n,); the number n stands for
+            a vertex at zero.
     """
 
     order: Ints
@@ -79,7 +81,7 @@ def _breadth_first(graph: sp.csr_array) -> Ints:
 
 
 def _by_neighbour(predicted: Ints, graph: sp.csr_array, order: Ints, place: Ints) -> None:
-    """Predict each vertex by its neighbour that was sent first: p = q = r."""
+    """Predict each vertex by the neighbour that was sent first: p = q = r is that neighbour."""
     rows = np.repeat(np.arange(len(order)), np.diff(graph.indptr))
     first = np.full(len(order), len(order))
     np.minimum.at(first, rows, place[graph.indices])
@@ -88,7 +90,7 @@ def _by_neighbour(predicted: Ints, graph: sp.csr_array, order: Ints, place: Ints
 
 
 def _by_parallelogram(predicted: Ints, corners: Ints, place: Ints) -> None:
-    """Predict each vertex over an edge of exactly two faces.
+    """Predict each vertex by a parallelogram over an edge p q that exactly two faces share.
 
     If several edges are possible, the edge whose far corner r was sent first is used.
     """

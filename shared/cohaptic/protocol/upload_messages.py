@@ -27,7 +27,7 @@ Words = Annotated[str, Field(max_length=600)]
 
 
 class UploadOffer(ControlMessage):
-    """Files that the server accepts; its first message on the connection.
+    """Files that the server accepts; the server's first message on the connection.
 
     Args:
         kinds: Suffixes of file names, with the dot.
@@ -69,12 +69,12 @@ class Finding(ControlMessage):
 
 
 class Examined(ControlMessage):
-    """Contents of the file; a rest mesh frame follows, simplified where the surface is fine.
+    """Contents of the file; a rest mesh frame follows, simplified if it has many triangles.
 
     Args:
         findings: All findings on the file.
-        fix: Rule that gives the part proposed to be held.
-        scale: Metres in one unit of the file, as proposed; the rest mesh is in metres with it.
+        fix: Rule for the part that the server proposes to hold fixed.
+        scale: Proposed length of one unit of the file [m], with which the rest mesh is in metres.
         triangles: Triangles of the surface in the file.
     """
 
@@ -89,8 +89,8 @@ class PrepareObject(ControlMessage):
     """Ask the server to make the object from the file.
 
     Args:
-        fix: Rule that says which part is held; its lengths are in metres with `scale`.
-        scale: Metres in one unit of the file; None takes the proposed scale.
+        fix: Rule that says which part is held fixed; its lengths are in metres at `scale`.
+        scale: Length of one unit of the file [m]; None for the proposed scale.
         young: Young's modulus E [Pa].
         poisson: Poisson's ratio.
     """
@@ -131,7 +131,7 @@ class Refused(ControlMessage):
 
 
 class Prepared(ControlMessage):
-    """The server now serves the object; earlier connections close with 4410 and may come again.
+    """The server now serves the object; earlier connections close with 4410 and may reconnect.
 
     Args:
         command: Command that serves the object again, with the visitor's own name of the file.
@@ -153,10 +153,10 @@ _SERVER: TypeAdapter[UploadAnswer] = TypeAdapter(
 
 
 def decode_upload_request(text: str) -> UploadRequest:
-    """The message of a client; raises RemoteProtocolError for any invalid text."""
+    """Decode a client's message; raises RemoteProtocolError for any invalid text."""
     return decode_text(_CLIENT, text, MAX_UPLOAD_TEXT)
 
 
 def decode_upload_answer(text: str) -> UploadAnswer:
-    """The message of a server; raises RemoteProtocolError for any invalid text."""
+    """Decode a server's message; raises RemoteProtocolError for any invalid text."""
     return decode_text(_SERVER, text, MAX_UPLOAD_TEXT)

@@ -1,4 +1,4 @@
-"""The version of the wire, which is independent of the version of the package."""
+"""The version of the wire protocol, which is independent of the package's version."""
 
 PROTOCOL_VERSION = 4
 FAMILY = "cohaptic.v"  # beginning of the subprotocol's name in every version

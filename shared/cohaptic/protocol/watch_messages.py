@@ -50,7 +50,7 @@ MAX_RATE = 60.0  # frames per second; screens show no more
 MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
 
-MOST_PUT_OUT = 64  # banned names that an administrator is told
+MOST_PUT_OUT = 64  # banned names in one message to an administrator
 
 EncodingName = Literal["frames", "forces"]
 ModerationName = Literal[
@@ -65,14 +65,14 @@ class Watch(WithSecrets):
     """First message of a connection that only watches.
 
     Args:
-        protocol: Version of the wire that the client speaks.
+        protocol: Version of the protocol that the client speaks.
         encoding: `frames` for scenes with the surface; `forces` for scenes without, for a client
-            that computes the surface from Green's functions. A body without them is served as
-            frames.
+            that computes the surface from Green's functions. A body without Green's functions is
+            served as `frames`.
         rate: Largest rate of scene frames [1/s].
         mesh: Form of the resting mesh; `quantised` is shorter, and not exact.
         token: As in a hello.
-        company: Whether the client wants to be told about other visitors. Not on the wire if False.
+        company: Whether the client wants messages about other visitors. Not on the wire if False.
     """
 
     type: Literal["watch"] = "watch"
@@ -102,7 +102,7 @@ class SetLatency(ControlMessage):
 
     Args:
         user: Number of the user; ignored if that user is not (or no longer) in the room.
-        delay: Delay each way, so that the round trip grows by twice that [s]; 0 ends it.
+        delay: Delay each way, so that the round trip grows by twice as much [s]; 0 for no delay.
         jitter: Largest extra delay of a message, each way [s].
     """
 
@@ -113,13 +113,13 @@ class SetLatency(ControlMessage):
 
 
 class Moderate(ControlMessage):
-    """Administer the room; refused unless the token grants it (roomAdmin).
+    """Ask for an administrator's action in the room; refused unless the token grants roomAdmin.
 
     Args:
         user: Number of the user concerned; ignored if that user is not in the room.
         force: For `force_budget`: largest sum of all users' forces that the body gets [N]; None for
             the server's own limit alone.
-        name: For `unban`: name under which the banned user touched.
+        name: For `unban`: name that the banned user had in the room.
     """
 
     type: Literal["moderate"] = "moderate"
@@ -144,7 +144,7 @@ class Watching(WithSecrets):
     """The server's answer to a `watch` that it accepts; the rest mesh and scenes follow.
 
     Args:
-        protocol: Version of the wire that the server speaks.
+        protocol: Version of the protocol that the server speaks.
         simulation_period: Time between ticks, N T [s].
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
         body: Body that the users of the room touch.
@@ -190,7 +190,7 @@ class Latency(ControlMessage):
 
 
 class Moderated(ControlMessage):
-    """The answer to `moderate` after it was carried out; sent only to the client that asked.
+    """The answer to a `moderate` on which the server has acted; sent only to the asking client.
 
     Args:
         action: Action of the request.
@@ -208,7 +208,7 @@ class PutOut(ControlMessage):
     """Users who may not come back; sent only to administrators, first and at each change.
 
     Args:
-        names: Names under which they touched, the newest last; at most the newest 64.
+        names: Names that these users had, the newest last; at most the newest 64.
     """
 
     type: Literal["put_out"] = "put_out"
@@ -231,7 +231,7 @@ _SERVER: TypeAdapter[WatchControl] = TypeAdapter(
 
 
 def decode_client_message(text: str) -> ClientMessage:
-    """The message of any client; raises RemoteProtocolError for any invalid text.
+    """Decode the message of any client; raises RemoteProtocolError for any invalid text.
 
     A first message of another protocol version is reported as such, even if its other fields have
     changed.
@@ -243,5 +243,5 @@ def decode_client_message(text: str) -> ClientMessage:
 
 
 def decode_watch_control(text: str) -> WatchControl:
-    """The message of the server to a watcher; raises RemoteProtocolError for any invalid text."""
+    """Decode a server's message to a watcher; raises RemoteProtocolError for any invalid text."""
     return decode_text(_SERVER, text, MAX_WATCHING_TEXT)

@@ -1,8 +1,8 @@
 """Write text to a terminal or a pipe in a separate thread, so that the program never waits.
 
-A stopped terminal (Ctrl-S, a paused pane) or a full pipe blocks a write for as long as that lasts.
-The amount of waiting text is bounded. Lines that do not fit are left out and counted, and the
-reader is told their number once it reads again.
+A stopped terminal (Ctrl-S, a paused pane) or a full pipe blocks a write until it is read again.
+The amount of waiting text is bounded. Lines that do not fit are left out and counted, and the next
+text that fits begins with their number.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TextIO
 
-MOST = 256 * 1024  # bytes that wait for a reader
+MOST = 256 * 1024  # bytes that may wait to be written
 LAST_WORDS = 1.0  # s; longest time that an ending program waits for its reader
 
 
@@ -27,11 +27,11 @@ def in_words(lines: int) -> str:
 def aside(
     stream: TextIO, most: int = MOST, tell: Callable[[int], str] = in_words
 ) -> Aside | TextIO:
-    """Replacement for a stream that writes aside; the stream itself if it has no file descriptor.
+    """An `Aside` that replaces a stream; the stream itself if it has no open file descriptor.
 
     Args:
         stream: Stream of a terminal, a pipe or a file.
-        most: Bytes that may wait.
+        most: Largest amount of text that may wait to be written [bytes].
         tell: Function that makes the text for a reader from the number of lines left out.
     """
     try:
@@ -45,12 +45,12 @@ class Aside(io.TextIOBase):
     """Text stream that writes to one file in a separate thread.
 
     Args:
-        file: Descriptor of the file, which stays open.
-        most: Bytes that may wait.
+        file: Descriptor of the file, which this class does not close.
+        most: Largest amount of text that may wait to be written [bytes].
         tell: As for `aside`.
 
     Attributes:
-        left_out: Lines left out so far.
+        left_out: Number of lines left out so far.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Aside(io.TextIOBase):
         """Do nothing: the thread is writing already."""
 
     def drain(self, timeout: float = LAST_WORDS) -> bool:
-        """Wait until all text is written, at most `timeout` [s]; returns whether it is."""
+        """Wait at most `timeout` [s] until all text is written; returns whether it was."""
         with self._changed:
             return self._changed.wait_for(lambda: self._size == 0, timeout)
 

@@ -30,7 +30,8 @@ class _DirectSelector(selectors.SelectSelector):
 
     Attributes:
         roused: Whether asyncio has been given something to do since `select` began.
-        when: Time at which the timer is due on that clock [s]; infinite for no timer.
+        when: Time at which the timer is due on the clock of the event loop [s]; infinite for no
+            timer.
         call: Function that the timer calls; must not raise.
     """
 
@@ -50,20 +51,20 @@ class _DirectSelector(selectors.SelectSelector):
         self._direct[fd] = reader
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
-        """As in the library."""
+        """As in `selectors`."""
         key = super().register(fileobj, events, data)
         self._look()
         return key
 
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
-        """As in the library; also ends direct reading of the file."""
+        """As in `selectors`; also ends direct reading of the file."""
         key = super().unregister(fileobj)
         self._drop(key.fd)
         self._look()
         return key
 
     def modify(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
-        """As in the library."""
+        """As in `selectors`."""
         fd = self.get_key(fileobj).fd
         reader = self._direct.pop(fd, None)  # the library may modify by `unregister`
         key = super().modify(fileobj, events, data)
@@ -75,13 +76,13 @@ class _DirectSelector(selectors.SelectSelector):
         return key
 
     def close(self) -> None:
-        """As in the library."""
+        """As in `selectors`; also closes the sockets that are read directly."""
         for fd in list(self._direct):
             self._drop(fd)
         super().close()
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """Files that asyncio has to serve; none after the timeout or when asyncio is roused."""
+        """Files that asyncio has to serve; empty after the time-out or if asyncio was roused."""
         self.roused = False
         end = inf if timeout is None else self._time() + timeout
         while True:
@@ -140,7 +141,8 @@ class _Reader:
 
     Attributes:
         socket: Duplicate of the socket, since the transport's own cannot be read from outside.
-            Close it with the transport's: the connection lives as long as either is open.
+            Close the duplicate with the transport's socket: the connection lives as long as either
+            is open.
     """
 
     def __init__(
@@ -201,7 +203,7 @@ class DirectLoop(asyncio.SelectorEventLoop):
         return super().call_at(when, callback, *args, context=context)
 
     def set_direct_timer(self, when: float, call: Callable[[], None]) -> None:
-        """Set the timer; replaces the previous one.
+        """Set the timer that is served directly; replaces the previous one.
 
         Args:
             when: Time of the call on this loop's clock [s]; the call may come a moment later.
@@ -210,7 +212,7 @@ class DirectLoop(asyncio.SelectorEventLoop):
         self._direct.when, self._direct.call = when, call
 
     def cancel_direct_timer(self) -> None:
-        """Forget the timer."""
+        """Cancel the timer that is served directly."""
         self.set_direct_timer(inf, _nothing)
 
     def read_directly(self, transport: asyncio.Transport, take: Callable[[bytes], None]) -> bool:

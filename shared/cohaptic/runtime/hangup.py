@@ -1,4 +1,4 @@
-"""SIGHUP to a server: its terminal has closed, or an administrator wants its files read again.
+"""Handle SIGHUP in a server: its terminal closed, or an administrator wants files read again.
 
 Both cases send the same signal. If a standard stream is a terminal that has closed, SIGHUP ends the
 server as SIGTERM does, because nobody could see the server or end it by Ctrl-C any more.
@@ -27,10 +27,10 @@ def terminal_has_gone() -> bool:
 
 
 def on_hangup(again: Callable[[], None]) -> Callable[[], None]:
-    """Handler of SIGHUP: ends the process as SIGTERM does, or reads files again.
+    """Make a handler of SIGHUP that ends the process as SIGTERM does, or reads files again.
 
-    Under `nohup`, which has SIGHUP ignored when this function is called, the handler never ends the
-    process.
+    The handler never ends the process if SIGHUP is ignored when this function is called, as under
+    `nohup`.
 
     Args:
         again: Function that reads the files again.

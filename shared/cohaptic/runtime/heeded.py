@@ -1,11 +1,11 @@
-"""SIGINT and SIGTERM end every command, however it was started.
+"""Make SIGINT and SIGTERM end every command, however the command was started.
 
 A shell without job control (`bash script &`, many service managers) starts background commands with
 SIGINT ignored, so that Ctrl-C of the terminal, which goes to a whole process group, ends only the
 foreground command. Python leaves SIGINT ignored, and a SIGINT sent to that one process would be
-lost. Here every signal that reaches a command is meant for the command. To outlive its terminal, a
-command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a command is started
-in a session of its own (`setsid`).
+lost. This module takes every signal that reaches a command as meant for that command. To outlive
+its terminal, a command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a
+command is started in a session of its own (`setsid`).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from collections.abc import Generator
 
 @contextlib.contextmanager
 def signals_heeded() -> Generator[None, None, None]:
-    """Within the block SIGINT raises KeyboardInterrupt, and SIGTERM does what SIGINT does.
+    """Within the block, let SIGINT raise KeyboardInterrupt, and SIGTERM do what SIGINT does.
 
-    A handler that the block installs itself stays in place afterwards. Outside the main thread,
-    where Python handles no signals, nothing is changed.
+    A handler that code within the block installs stays in place afterwards. Outside the main
+    thread, where Python handles no signals, nothing is changed.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,4 +1,4 @@
-"""SIGINT (Ctrl-C), SIGTERM and the end of a terminal cancel a coroutine, on every system."""
+"""Cancel a coroutine at SIGINT (Ctrl-C), SIGTERM or a terminal's close, on every system."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
     """Run `work` until it ends or is interrupted, on a loop whose timers are precise.
 
     The loop waits with `select`: epoll rounds time-outs up to whole milliseconds, which would add
-    to every leg of every delay. Use it for processes with few sockets, such as clients. A terminal
-    that closes (SIGHUP) interrupts the process, too, unless it ignores that signal (nohup).
+    to every delay. Use this function in processes with few sockets, such as clients. A terminal
+    that closes (SIGHUP) interrupts `work`, too, unless the process ignores that signal (nohup).
     """
     with asyncio.Runner(loop_factory=DirectLoop) as runner:
         runner.run(until_interrupted(work, lifeline=lifeline, hangup=True))
@@ -29,17 +29,16 @@ def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
 async def until_interrupted(
     work: Coroutine[Any, Any, None], *, lifeline: bool = False, hangup: bool = False
 ) -> None:
-    """Run `work` until it ends or is interrupted; its clean-up is awaited.
+    """Run `work` until it ends or is interrupted; an interrupted `work` finishes its clean-up.
 
-    `work` is cancelled only once. A second Ctrl-C would cut the clean-up short, and with it the
-    fade of a force and the removal of shared memory; the clean-up ends by itself within seconds.
+    Only the first signal cancels `work`. A second one would cut short its clean-up, which fades
+    out a force and removes shared memory, and which ends by itself within seconds.
 
     Args:
-        work: Coroutine to run.
-        lifeline: End also when standard input closes, so that a child process never outlives its
-            parent, however the parent dies.
-        hangup: End also when SIGHUP comes. A server may have to read its files again instead
-            (`hangup.py`).
+        lifeline: Whether to cancel also when standard input closes, so that a child process never
+            outlives its parent, however the parent dies.
+        hangup: Whether to cancel also when SIGHUP comes. False for a server, which may have to read
+            its files again instead (`hangup.py`).
     """
     task = asyncio.ensure_future(work)
     loop = asyncio.get_running_loop()
@@ -107,9 +106,10 @@ def _woken_by_signals(loop: asyncio.AbstractEventLoop) -> Generator[None, None, 
 
 @contextlib.contextmanager
 def uninterrupted() -> Generator[None, None, None]:
-    """Start processes within the block that never receive Ctrl-C, even before their first line.
+    """Keep Ctrl-C from all processes started within the block, from their first instruction on.
 
-    This process receives a Ctrl-C of that time after the block. Windows has no such mask.
+    A Ctrl-C during the block reaches this process after the block. Windows has no mask of signals;
+    there the block has no effect.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield

@@ -1,8 +1,9 @@
-"""Files that live as long as the processes that use them, even if those processes are killed.
+"""Mark files as in use, and remove those that ended processes, even killed ones, left behind.
 
 Each process that has such a file open holds a lock on the file, and the system releases the lock
-when the process ends. A lock is reliable; a process number is not, since another process may have
-it by now. A file without a lock was left behind. On systems without such locks nothing is removed.
+when the process ends. A stored process number would not be reliable, since another process may
+have that number by now. A file without a lock was left behind. On systems without such locks
+nothing is removed.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ _MADE = 60.0  # s; a younger file may not be locked yet
 
 
 def own(file: int) -> None:
-    """Hold the lock of an open file until its last descriptor closes, also that of a mapping.
+    """Lock an open file until its last descriptor is closed and its last mapping is removed.
 
     Args:
         file: Descriptor of the file.
@@ -31,14 +32,15 @@ def own(file: int) -> None:
 
 
 def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside: str = "") -> int:
-    """Remove this user's files that no process holds any more; returns their number.
+    """Remove this user's files that no process has locked any more; returns their number.
 
     Args:
         folder: Folder of the files.
         prefix: Prefix of their names.
         suffix: Suffix of their names.
         now: Unix time [s].
-        beside: Suffix, appended to the whole name, of a file or folder removed with each file.
+        beside: Suffix that, appended to a file's whole name, names a file or folder to remove with
+            the file; empty for none.
     """
     if sys.platform == "win32":
         return 0
@@ -64,7 +66,7 @@ def _remove(path: Path, along: Path) -> bool:
 
 
 def _is_left(path: Path, now: float) -> bool:
-    """Whether a path is a file of this user, not too young, that no process holds."""
+    """Whether a path is a file of this user, older than `_MADE`, that no process has locked."""
     if sys.platform == "win32":
         return False
     import fcntl

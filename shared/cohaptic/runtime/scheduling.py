@@ -1,4 +1,4 @@
-"""Request more punctual scheduling of a process; never fails where the system offers none."""
+"""Set the scheduling of processes and lock memory; no function fails where the system refuses."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ LOW_NICENESS = 10
 
 
 def prefer_this_process(priority: int) -> str:
-    """Request the most punctual scheduling that the system allows.
+    """Request the most punctual scheduling that the system allows this process.
 
     Args:
-        priority: Real-time priority, where the system has one; a higher one goes first.
+        priority: Real-time priority, where the system has one; the higher priority runs first.
 
     Returns:
         The scheduling that was granted, in words for a user.
@@ -33,14 +33,14 @@ def prefer_this_process(priority: int) -> str:
 
 
 def lock_memory() -> str:
-    """Keep this process's memory from being swapped out: fetching a page costs periods.
+    """Keep this process's memory from being swapped out: fetching a page takes several periods.
 
     Returns:
         The result, in words for a user.
     """
     if sys.platform != "linux":
         return "memory not locked"
-    # Flags of mlockall(2); with the last one pages are locked once they are touched.
+    # Flags of mlockall(2); with the last one the system locks a page when it is first used.
     current, future, on_fault = 1, 2, 4
     # Under a limit, later requests for memory could fail because that memory would be locked.
     flags = current | on_fault | (future if memory_lock_limit() == math.inf else 0)
@@ -81,10 +81,11 @@ def stand_back(pid: int = 0) -> None:
     """Lower the priority of a process below ordinary processes, where the system allows it.
 
     A process inherits the priority of the thread that starts it, even a real-time one. The parent
-    should call this at once, because the child would first import modules for seconds.
+    should call this function right after the start, because the child itself would first import
+    modules for seconds.
 
     Args:
-        pid: Process that was just started, not on Windows; 0 is this process.
+        pid: Number of the process; 0 for this process. Has no effect on Windows.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):

@@ -18,7 +18,7 @@ _NAMES: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
 
 @contextlib.contextmanager
 def signals_put_off() -> Generator[Callable[[], bool], None, None]:
-    """Delay the signals that come within the block; the first one takes effect afterwards.
+    """Delay signals that come within the block; the first takes effect afterwards, no other does.
 
     Use it in the main thread only, and for less than a second.
 

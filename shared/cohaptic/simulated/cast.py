@@ -50,7 +50,7 @@ def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, ang
 def _first_hit(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, radius: float
 ) -> Vec3 | None:
-    """Outermost hit of the ray nearest to the centre's height that meets the mesh squarely."""
+    """Outermost hit of the ray nearest to the centre that meets the mesh squarely; None if none."""
     flat = [(-out[1] * x + out[0] * y, z, out[0] * x + out[1] * y) for x, y, z in seen]
     crossed = [
         face
@@ -96,7 +96,7 @@ def _hits(
 def _normal(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], at: Vec3, reach: float, out: Vec3
 ) -> Vec3:
-    """Outward unit normal: mean over the faces within `reach` [m] of `at` that face `out`."""
+    """Outward unit normal: mean of the faces within `reach` [m] of `at` that face towards `out`."""
     total: Vec3 = (0.0, 0.0, 0.0)
     for a, b, c in faces:
         corners = seen[a], seen[b], seen[c]

@@ -21,7 +21,7 @@ CAPACITY = 4096  # messages in flight; 10 s (delay and jitter) at 200 Hz is 2,00
 
 @dataclass(frozen=True, slots=True)
 class LinkSettings:
-    """One direction of a link.
+    """Settings of one direction of a simulated link.
 
     Args:
         delay: Delay one way [s].

@@ -1,7 +1,7 @@
 """A simulated hand: its mechanics and its intention, as values.
 
-The client integrates a hand at the rate of its device; the server's reference solution only needs
-the hand's stiffness and intention. Both import the classes from this module.
+The client integrates the hand's motion at the rate of its device; the server's reference solution
+only needs the hand's stiffness and intention. Both import the classes from this module.
 """
 
 from __future__ import annotations
@@ -107,11 +107,11 @@ class Intention:
 
     @property
     def _presses_at(self) -> float:
-        """Time at which a hand that drags begins to press [s]; resting hands touch by then."""
+        """Time at which a hand that drags begins to press [s]; hands that rest touch by then."""
         return self.approach_at + (0.5 * self.rhythm.period if self.rhythm else 0.0)
 
     def level(self, t: float) -> float:
-        """Degree of pressing (0 in front of the surface, 1 at `depth`) or dragging at `t` [s]."""
+        """Degree of pressing (0 before the surface, 1 at `depth`) or of dragging, at `t` [s]."""
         since = t - (self._presses_at if self.drags else self.approach_at)
         if since <= 0.0:
             return 0.0
@@ -121,7 +121,7 @@ class Intention:
         return self.rhythm.level(since) if since > self.rhythm.ramp else 0.0
 
     def tip(self, level: float) -> Vec3:
-        """Intended position of the tip at a level [m]; a hand that drags has pressed before."""
+        """Intended position of the tip at a level [m]; of a hand that drags, after it pressed."""
         if self.drags:
             pressed = add(self.surface, scale(self.direction, self.depth))
             return add(pressed, scale(self.drag, level))

@@ -1,4 +1,4 @@
-"""Lines of text on the state of hands, for a log or a pipe, and the summary of a hand that left."""
+"""Lines of text on the state of hands, for a log or a pipe, and the summary of a visit."""
 
 from __future__ import annotations
 

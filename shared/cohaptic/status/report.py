@@ -22,14 +22,15 @@ class TouchStatus(BaseModel):
             acknowledges it), device silent, server silent, stopped.
         force: Force on the hand [N].
         felt_from_others: Part of the force caused by the others' contacts [N].
-        indentation: Indentation of the surface under the probe [m].
+        indentation: Indentation of the surface under the probe by this hand's force [m].
         k_o: Stiffness of the body at the contact [N/m].
-        k_h: Gain in use; below `k_o` with the predictive law if the device is softer [N/m].
+        k_h: Gain in use; with the predictive law below `k_o` if the device is softer than the body
+            [N/m].
         max_stiffness: Largest stiffness that the device renders stably; 0 if not stated [N/m].
-        along: Tangential force by friction; None without friction [N].
+        along: Tangential force of friction; None without friction [N].
         lag: Time constant with which the object answers the others' forces (science 3.8) [s].
-        round_trip: Age of the client's own force in the newest patch, without that force's wait at
-            the server [s].
+        round_trip: Mean time from a sample to the patch that answers it, without the sample's wait
+            at the server [s].
         jitter: Mean deviation of the round trip [s].
         clock_offset: Server's wall clock less this machine's [s].
         clock_error: Bound on the error of `clock_offset`: half of the shortest recent round trip

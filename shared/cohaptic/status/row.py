@@ -11,12 +11,12 @@ class Row(NamedTuple):
 
     Fields:
         t: Time on the client's clock [s].
-        x, y, z: Probe [m].
+        x, y, z: Position of the probe [m].
         fx, fy, fz: Force given to the device [N].
         wanted: Normal force that the law asked for, before the safety layer [N].
         felt_from_others: Part of the force caused by the others' contacts [N].
         u_others: Displacement of the contact point by the others, along the normal [m].
-        indentation: Indentation of the surface under the probe [m].
+        indentation: Indentation of the surface under the probe by this hand's force [m].
         k_h: Gain in use [N/m].
         damping: Force of the passivity layer, along the normal [N].
         k_o: Stiffness of the body at the contact [N/m].
@@ -26,7 +26,7 @@ class Row(NamedTuple):
         tick: Simulation tick of the patch in use.
         patch_age: Time since that patch came [s].
         lag: Lag of the room: time constant with which the object answers the others' forces [s].
-        along: Tangential force by friction [N].
+        along: Tangential force of friction [N].
         fault: 1 while a fault keeps the force off; 2 if it stays off until the user acknowledges
             the fault.
     """

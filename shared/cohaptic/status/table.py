@@ -151,7 +151,7 @@ def _spread(sign: str, middle: float, spread: float) -> str:
 
 
 def bar(force: float) -> str:
-    """A force as a bar of fixed width."""
+    """A force [N] drawn as a bar of fixed width."""
     filled = min(_BAR, round(_BAR * force / _FULL))
     return "█" * filled + "·" * (_BAR - filled)
 

@@ -23,7 +23,7 @@ export class CompanyBar {
     this.root = el("div", { class: "company" }, this.watching, this.point, this.mayFollow);
   }
 
-  /** @param touches Whether there is a hand, whose view others could follow. */
+  /** @param touches Whether this page has a hand, so that others could follow its view. */
   update(company: Company | null, touches: boolean, open: boolean, armed: boolean): void {
     show(this.root, company !== null);
     say(this.watching, watchingWords(company));

@@ -1,4 +1,4 @@
-/** The company's place on the page: what it consists of comes once a server tells of company. */
+/** The place of the company's parts on the page; their code is loaded once a server reports company. */
 
 import type { Vec3 } from "../model/vec";
 import { el } from "../ui/dom";
@@ -6,12 +6,12 @@ import type { CompanyPlace } from "./place";
 import type { Surroundings } from "./surroundings";
 
 export class CompanyCorner {
-  /** Over the stage, and in the panel. */
+  /** Places for the parts over the stage and in the panel. */
   readonly pill = el("div", { class: "pill-place" });
   readonly bar = el("div", { class: "company-place" });
   private place: CompanyPlace | null = null;
   private loading = false;
-  /** What the visitor asked for while the place was on its way; the newest alone. */
+  /** The newest wish of the visitor while the code is being loaded. */
   private wish: ((place: CompanyPlace) => void) | null = null;
 
   constructor(private readonly page: Surroundings) {}
@@ -21,12 +21,12 @@ export class CompanyCorner {
     return this.place?.armed ?? false;
   }
 
-  /** Whom this page follows; null for nobody. */
+  /** User whose view this page follows; null for nobody. */
   get following(): number | null {
     return this.place?.following ?? null;
   }
 
-  /** Follow a user, or nobody where that one is followed already. */
+  /** Follow a user's view, or stop if this page follows it already. */
   toggle(user: number): void {
     this.ask((place) => { place.follow(place.following === user ? null : user); });
   }
@@ -40,17 +40,17 @@ export class CompanyCorner {
     this.place?.moved();
   }
 
-  /** Show everybody the place that a ray meets; false where it meets none, or this visitor may not. */
+  /** Show everybody the place that a ray meets; false where the ray meets none, or this visitor may not point. */
   point(origin: Vec3, direction: Vec3): boolean {
     return this.place?.point(origin, direction, performance.now() / 1000) ?? false;
   }
 
-  /** At every picture. */
+  /** To be called for every picture. */
   frame(): void {
     this.place?.frame();
   }
 
-  /** Some times a second. */
+  /** To be called some times a second. */
   update(now: number): void {
     if (this.place !== null) this.place.update(now);
     else if (this.page.store().company.state !== null) this.load();
@@ -71,7 +71,7 @@ export class CompanyCorner {
       this.wish?.(this.place);
       this.wish = null;
     }, () => {
-      this.loading = false; // to be asked for again
+      this.loading = false; // the code can be requested again
     });
   }
 }

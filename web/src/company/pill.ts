@@ -1,10 +1,10 @@
-/** One line over the stage: whom one follows, who follows, where to press; with the button that ends it. */
+/** One line over the stage: whom this page follows, who follows it, or where to press; with a button to end that. */
 
 import { el, say, show } from "../ui/dom";
 
 export interface PillLine {
   readonly words: string;
-  /** Of the button; empty without one. */
+  /** Label of the button; empty without a button. */
   readonly button: string;
   readonly press: () => void;
 }
@@ -20,7 +20,7 @@ export class Pill {
     this.button.hidden = true;
   }
 
-  /** The line, or none. */
+  /** Show this line, or none. */
   set(line: PillLine | null): void {
     show(this.root, line !== null);
     say(this.words, line?.words ?? "");

@@ -1,4 +1,4 @@
-/** The company on the page: follows a view, lets others follow this one, points. Comes when there is something to watch. */
+/** The company on the page: follows a view, lets others follow this one, points. Its code is loaded on demand. */
 
 import { type Aim, type CompanyLink, MARK_LASTS } from "../model/company";
 import type { Vec3 } from "../model/vec";
@@ -11,7 +11,7 @@ import { Told } from "./told";
 import { followerWords, pointedWords } from "./words";
 
 const OPEN = "cohaptic.open";
-const TOLD_FOR = 6; // s for which a refusal is seen
+const TOLD_FOR = 6; // s for which a refusal is shown
 const POINT_EVERY = 1; // s between two presses that point; the server allows one in two seconds, and four at once
 const FEEL = 1e-3; // rad, or radii: a view that differs by less is the same
 
@@ -19,7 +19,7 @@ export class CompanyPlace {
   readonly pill = new Pill();
   readonly bar: CompanyBar;
   readonly told: Told;
-  /** The next press points. */
+  /** Whether the next press points. */
   armed = false;
   private open = recall(OPEN) !== "no";
   private shown: CompanyLink["aimed"] = null;
@@ -27,9 +27,9 @@ export class CompanyPlace {
   private followers = "";
   private spoken = -Infinity;
   private pointed = -Infinity;
-  /** Until the server has heard that the view is one's own again. */
+  /** Whether this page has stopped following and the server has not confirmed that yet. */
   private own = false;
-  /** Whom the address asks to follow, once they are here. */
+  /** Name of the user whom the address asks to follow, once that user is here. */
   private wanted: string | null;
 
   constructor(private readonly page: Surroundings, search: string) {
@@ -51,24 +51,24 @@ export class CompanyPlace {
     return state?.phase === "joined" ? state.user : 0;
   }
 
-  /** Whom this page follows; null for nobody. */
+  /** User whose view this page follows; null for nobody. */
   get following(): number | null {
     return this.own ? null : (this.link.state?.following ?? null);
   }
 
-  /** See what a user sees, or end that. */
+  /** Follow a user's view; null stops following. */
   follow(user: number | null): void {
     this.own = user === null;
     this.wanted = null;
     this.link.follow(user);
   }
 
-  /** The visitor has turned or zoomed the view: it is its own again. */
+  /** The visitor has turned or zoomed the view, which ends following. */
   moved(): void {
     if (this.following !== null) this.follow(null);
   }
 
-  /** The next of those who may be followed, after the last one nobody. */
+  /** Follow the next user who may be followed, and nobody after the last one. */
   followNext(): void {
     const state = this.link.state;
     const others = (state?.open ?? []).filter((user) => user !== this.user);
@@ -80,7 +80,7 @@ export class CompanyPlace {
   /**
    * Point where a ray meets the object.
    *
-   * @returns Whether it meets it, which a press that was to point is used up by.
+   * @returns Whether the ray meets an object at which this visitor may point; a press that was to point is then used up.
    */
   point(origin: Vec3, direction: Vec3, now: number): boolean {
     const place = this.page.own.placeAt(origin, direction);
@@ -92,7 +92,7 @@ export class CompanyPlace {
     return true;
   }
 
-  /** At every picture: the view goes where the followed one looks. */
+  /** To be called for every picture: moves the view to that of the followed user. */
   frame(): void {
     const { aimed } = this.link;
     const stage = this.page.stage();
@@ -101,7 +101,7 @@ export class CompanyPlace {
     if (aimed !== null && aimed.user === this.following) stage.goTo(within(aimed));
   }
 
-  /** Some times a second: words, and what others are to know. */
+  /** To be called some times a second: updates the words, and tells others of this visitor and its view. */
   update(now: number): void {
     const link = this.link;
     const { state } = link;
@@ -114,7 +114,7 @@ export class CompanyPlace {
     if (followers !== this.followers) {
       if (followers === "" && state !== null) this.page.speak("Nobody sees what you see any more.");
       this.followers = followers;
-      this.sent = null; // who has come anew knows nothing yet
+      this.sent = null; // a new follower has not got the view yet
     }
     this.tellAim(state?.followers.length ?? 0);
     this.bar.update(state, user > 0, this.open, this.armed);
@@ -162,7 +162,7 @@ export class CompanyPlace {
   }
 }
 
-/** A view that others sent, where this page's camera can stand. */
+/** A view that another page sent, limited to where this page's camera can stand. */
 function within({ azimuth, elevation, distance }: Aim): Orbit {
   return { azimuth, elevation: Math.max(-STEEPEST, Math.min(STEEPEST, elevation)), distance: Math.max(NEAREST, Math.min(FARTHEST, distance)) };
 }

@@ -7,20 +7,20 @@ import type { Orbit } from "../view/orbit";
 
 export interface Surroundings {
   store(): SceneStore;
-  /** What is seen of now; null while a time of before is, or the server is silent. */
+  /** The present scene; null while a past time is shown or the server is silent. */
   view(): SceneSnapshot | null;
   colour(user: number): string;
-  /** Null without graphics. */
+  /** The stage; null without graphics. */
   stage(): { readonly target: Orbit; goTo(orbit: Orbit): void } | null;
   readonly own: {
     readonly state: TouchState | null;
     /** The point of the resting surface that a ray meets; null beside it. */
     placeAt(origin: Vec3, direction: Vec3): Vec3 | null;
   };
-  /** By which the visitor goes. */
+  /** Name of the visitor. */
   name(): string;
-  /** Politely, to those who do not see the page. */
+  /** Have a screen reader speak the words, without an interruption. */
   speak(words: string): void;
-  /** With which the own hand says that it is this page's. */
+  /** Secret by which the own hand proves that it belongs to this page. */
   readonly key: string;
 }

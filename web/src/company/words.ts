@@ -2,14 +2,14 @@
 
 import type { Company, Follower, Mark } from "../model/company";
 
-/** How many watch without a hand; empty for nobody. */
+/** Words on how many people watch without a hand; empty for nobody. */
 export function watchingWords(company: Company | null): string {
   return company === null || company.watching === 0 ? "" : `${company.watching} watching`;
 }
 
 const called = ({ user, name }: Follower): string => (user === null ? `${name} (watching)` : name);
 
-/** Who sees what this page sees; empty for nobody. */
+/** Words on who follows the view of this page; empty for nobody. */
 export function followerWords(followers: readonly Follower[]): string {
   const [one, two, ...more] = followers.map(called);
   if (one === undefined) return "";

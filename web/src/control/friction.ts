@@ -2,16 +2,16 @@
  * Coulomb friction at the local model, in the plane of contact, with the full contact compliance.
  *
  * `shared/cohaptic/control/friction.py` in TypeScript, where the equations are derived. While the probe sticks, its way
- * over the material is the contact point's, s = -P C (n f_n + f_t) with P = I - n n'; where the tangential force would
- * exceed mu times the normal one it slides. The anchor of a sticking contact is material: it goes where others drag it,
- * and the hand feels that (science 3.10).
+ * over the material equals the contact point's, s = -P C (n f_n + f_t) with P = I - n n'; where the tangential force
+ * would exceed mu times the normal force, the probe slides. The anchor of a sticking contact is a point of the
+ * material: others may drag it along, and the hand feels that (science 3.10).
  */
 
 import type { Compliance3 } from "../model/body";
 import { add, cross, dot, norm, scale, sub, unit, type Vec3, ZERO } from "../model/vec";
 
-const ROUNDING = 1e-9; // of the product of the diagonal; the server sends none that is so nearly singular
-const WEDGE = 0.9; // of the way in that friction may take back
+const ROUNDING = 1e-9; // share of the diagonal's product; the server sends no compliance that is so nearly singular
+const WEDGE = 0.9; // share of the way in that friction may take back
 
 /** Memory of the sticking contact. */
 export interface FrictionState {
@@ -19,11 +19,11 @@ export interface FrictionState {
   readonly stretch: Vec3;
   /** f_t on the hand [N]. */
   readonly force: Vec3;
-  /** Displacement by the others of the material that is stuck to, as far as the force has followed it [m]. */
+  /** Displacement by the others of the material at the sticking contact, as far as the force has followed it [m]. */
   readonly material: Vec3;
   /** Whether there was contact in the last period. */
   readonly touching: boolean;
-  /** Of the body's stiffness that its force has; less where the device is softer. */
+  /** Share of the body's stiffness that the friction's force uses; below 1 where the device is softer. */
   readonly share: number;
 }
 
@@ -34,7 +34,7 @@ export function times([xx, yy, zz, xy, xz, yz]: Compliance3, [x, y, z]: Vec3): V
   return [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z];
 }
 
-/** Whether C can be a body's: each force moves its point along with it (Sylvester's rule). */
+/** Whether C is positive definite, as for any body: each force moves its point along with it (Sylvester's rule). */
 export function isDefinite(C: Compliance3): boolean {
   const [xx, yy, zz, xy] = C;
   if (!(xx > 0 && yy > 0 && zz > 0)) return false;
@@ -43,7 +43,7 @@ export function isDefinite(C: Compliance3): boolean {
 
 /** A bound from below for the smallest eigenvalue of a definite C [m/N]. */
 export function leastEigenvalue(C: Compliance3): number {
-  // The other two have at most the product of two halves of the trace.
+  // The product of the other two eigenvalues is at most the square of half the trace.
   return (4 * determinant(C)) / (C[0] + C[1] + C[2]) ** 2;
 }
 
@@ -57,7 +57,7 @@ export function tangents(normal: Vec3): [one: Vec3, two: Vec3] {
   return [one, cross(normal, one)];
 }
 
-/** By how much the tangential force takes the contact point away from the tip, n . C f_t [m]. */
+/** Distance by which the tangential force moves the contact point away from the tip, n . C f_t [m]. */
 export function normalShift(state: FrictionState, normal: Vec3, C: Compliance3): number {
   return dot(normal, times(C, state.force));
 }
@@ -85,8 +85,8 @@ export function anchorOf(state: FrictionState, probe: Vec3, normal: Vec3, depth:
 /**
  * How far the anchor goes with the material in this period.
  *
- * @param material Displacement by the others of the material under the contact now [m].
- * @param most Way in this period, so that the force of a contact at rest has no step [m].
+ * @param material Present displacement by the others of the material under the contact [m].
+ * @param most Largest way in this period, so that the force of a contact at rest has no step [m].
  * @returns The way of the anchor in this period, and the displacement that it has followed [m].
  */
 export function followMaterial(state: FrictionState, material: Vec3, most: number): [carried: Vec3, followed: Vec3] {
@@ -105,15 +105,15 @@ export interface Slide {
   readonly material: Vec3;
   /** Outward unit normal at the contact. */
   readonly normal: Vec3;
-  /** f_n on the hand [N]; 0 lets go. */
+  /** f_n on the hand [N]; 0 ends the contact. */
   readonly normal_force: number;
   /** Compliance of the contact. */
   readonly C: Compliance3;
   /** Coefficient of friction. */
   readonly mu: number;
-  /** Of the body's stiffness that the law may use, K_h C_ii. */
+  /** Share of the body's stiffness that the law may use, K_h C_ii. */
   readonly share: number;
-  /** That the device renders stably, which no direction along the surface exceeds [N/m]. */
+  /** Largest stiffness that the device renders stably; no direction along the surface exceeds it [N/m]. */
   readonly max_stiffness: number;
   /** Largest change of the force by the others in this period [N]. */
   readonly most: number;
@@ -153,7 +153,7 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   // At first touch the friction starts from zero, whatever the normal force.
   const stretch = state.touching ? state.stretch : add(scale(one, -b1), scale(two, -b2));
   const way = sub(add(stretch, moved), carried);
-  // As coordinates in the tangent plane: the surface turns under the tip.
+  // In coordinates of the tangent plane, because the surface turns under the tip.
   let s1 = dot(way, one);
   let s2 = dot(way, two);
   const r1 = s1 + b1;

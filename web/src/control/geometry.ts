@@ -2,20 +2,20 @@
  * The local surface that a client holds between patches, and its value at a probe.
  *
  * Plane and sphere (Adachi 1995); `shared/cohaptic/control/geometry.py` in TypeScript. A surface is free of the
- * client's own force (science 3.3), so a change of patch never moves the force by itself.
+ * client's own force (science 3.3), so a new patch alone never moves the force.
  */
 
 import { add, dot, lerp, sub, unit, type Vec3 } from "../model/vec";
 
 /** A local surface evaluated at one probe: all that a law needs. */
 export interface Sight {
-  /** Of the probe below the surface, negative outside [m]. */
+  /** Depth of the probe below the surface, negative outside [m]. */
   readonly depth: number;
   /** Outward unit normal at the foot of the probe. */
   readonly normal: Vec3;
   /** Compliance of the contact there [m/N]. */
   readonly c_ii: number;
-  /** Force on this hand whose opposite the body carries at the patch's tick [N]. */
+  /** Force on this hand at the patch's tick; the body carries its opposite [N]. */
   readonly own_force: Vec3;
   /** Displacement of the material under the contact by the others [m]. */
   readonly u_others: Vec3;
@@ -33,7 +33,7 @@ export interface LocalSurface {
   readonly u_others: Vec3;
 }
 
-/** The surface at a probe [m]. */
+/** Evaluate the surface at a probe [m]. */
 export function look(surface: LocalSurface, probe: Vec3): Sight {
   return {
     depth: depthOf(surface, probe),
@@ -65,7 +65,7 @@ export function normalAt(surface: LocalSurface, probe: Vec3): Vec3 {
   return unit([n[0] + c * radial[0], n[1] + c * radial[1], n[2] + c * radial[2]], n);
 }
 
-/** Sight between a (s = 0) and b (s = 1): the transition between surfaces has no step. */
+/** Interpolate between the sights a (s = 0) and b (s = 1), for a transition between surfaces without a step. */
 export function blend(a: Sight, b: Sight, s: number): Sight {
   if (s >= 1) return b;
   if (s <= 0) return a;

@@ -35,19 +35,19 @@ export const DEFAULT_LAW_SETTINGS: LawSettings = {
 
 /** The result of a law. */
 export interface LocalForce {
-  /** On the hand along the surface's normal, never negative [N]. */
+  /** Force on the hand along the surface's normal, never negative [N]. */
   readonly normal_force: number;
-  /** Part of it that the contacts of the others cause [N]. */
+  /** Part of that force that the contacts of the others cause [N]. */
   readonly felt_from_others: number;
-  /** Of the surface under the probe, own force included [m]. */
+  /** Indentation of the surface under the probe, own force included [m]. */
   readonly indentation: number;
-  /** Energy in the law's spring; the part of the force that is no spring's stores none [J]. */
+  /** Energy in the law's spring; the part of the force that is not a spring force stores none [J]. */
   readonly stored: number;
 }
 
 export const NO_FORCE: LocalForce = { normal_force: 0, felt_from_others: 0, indentation: 0, stored: 0 };
 
-/** Depth that a law presses on [m]: the paper's laws press on the surface as it was returned, own dent included. */
+/** Depth on which a law acts [m]: the paper's laws act on the surface as the server returned it, own dent included. */
 export function pressedDepth(law: LawName, sight: Sight): number {
   return answersOwnDent(law) ? sight.depth - sight.c_ii * dot(sight.own_force, sight.normal) : sight.depth;
 }
@@ -81,6 +81,6 @@ export function localForce(
   if (law === "proportional") return [memory, said(proportionalForce(d, k_h), stiffness, stored)];
   law satisfies "pi"; // the compiler refuses a law without a force
   const [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt);
-  // Once the integral has settled the surface follows the probe: K_o is felt.
+  // When the integral has settled, the surface follows the probe, and the hand feels K_o.
   return [after, said(f, d_free > 0 ? f / d_free : stiffness, stored)];
 }

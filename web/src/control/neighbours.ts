@@ -1,7 +1,7 @@
 /**
- * Rooms of the campaign that are like this one, and how they went.
+ * Simulated rooms of the campaign that resemble this room, and their outcomes.
  *
- * The campaign (`experiments/neighbours.py`) has run random rooms under each law. Of every room its table has six
+ * The campaign (`experiments/neighbours.py`) has run random rooms under each law. For each room the table has six
  * whole numbers: the longest loop [ms], the coupling m in hundredths, the lag [ms], whether it was unstable, the swing
  * of its last seconds [% of the largest force], and the largest error of a steady force in thousandths.
  */
@@ -10,10 +10,10 @@ import type { RoomLag } from "../model/body";
 import { answersOwnDent } from "../model/laws";
 import type { UserState } from "../model/scene";
 
-/** Whose gains: of a law with all hands in mind, or of the paper's rule, which considers one contact alone. */
+/** Source of the gains: a law that takes all hands into account, or the paper's rule, which considers one contact alone. */
 export type Rule = "predictive" | "pi" | "proportional" | "alone";
 
-/** What a room is looked up by; whole numbers, as in the table. */
+/** Key by which a room is looked up; whole numbers, as in the table. */
 export interface RoomFacts {
   readonly rule: Rule;
   readonly hands: number;
@@ -21,7 +21,7 @@ export interface RoomFacts {
   readonly delay: number;
   /** m, in hundredths. */
   readonly coupling: number;
-  /** [ms] */
+  /** Lag of the room [ms]. */
   readonly lag: number;
 }
 
@@ -33,40 +33,40 @@ type Place = Pick<RoomFacts, "delay" | "coupling" | "lag">;
 export interface Neighbours {
   /** Rooms of the same rule with as many hands. */
   readonly rooms: number;
-  /** Of them within reach in loop, coupling and lag. */
+  /** Number of these rooms within reach in loop, coupling and lag. */
   readonly like: number;
   readonly stable: number;
-  /** Largest swing of those that were not stable [% of the largest force]. */
+  /** Largest swing of the rooms within reach that were not stable [% of the largest force]. */
   readonly swing: number;
-  /** Largest error of a steady force of those that were [thousandths]. */
+  /** Largest error of a steady force in the rooms within reach that were stable [thousandths]. */
   readonly error: number;
-  /** The room that comes nearest; null where there is none of the rule with as many hands. */
+  /** The nearest room; null if there is no room of this rule with as many hands. */
   readonly nearest: Place | null;
 }
 
-/** Why the campaign has no rooms like this one at all. */
+/** Reason why the campaign has no rooms like this one at all. */
 export type Foreign = "too many" | "mixed laws" | "own gains" | "friction" | "soft device";
 
 const COLUMNS = 6;
-/** How far off a room may be to count as like another: so much, or such a share, whichever is more. */
+/** Largest difference between rooms that count as alike: `least`, or `share` of the value, whichever is more. */
 export const REACH: Readonly<Record<keyof Place, { readonly least: number; readonly share: number }>> = {
   delay: { least: 20, share: 0.25 },
   coupling: { least: 10, share: 0.2 },
   lag: { least: 20, share: 0.4 },
 };
-// K_h over the stiffness with all hands that the server chooses for the paper's laws (`gains.py`), and how much is rounding
-// and a hand that has just moved.
+// K_h that the server chooses for the paper's laws over the stiffness with all hands (`gains.py`), and the tolerance for
+// rounding and for a hand that has just moved.
 const CHOSEN = { proportional: 0.9, pi: 0.3 } as const;
 const ROUGHLY = 0.1;
-const AS_STIFF = 0.99; // of the object; a device that renders less is softer
+const AS_STIFF = 0.99; // share of the object's stiffness; a device that renders less is softer
 
-/** How far a room may be off in a quantity. */
+/** Largest difference in a quantity between rooms that count as alike. */
 export function reach(name: keyof Place, value: number): number {
   const { least, share } = REACH[name];
   return Math.max(least, Math.round(share * value));
 }
 
-/** What a room is looked up by, or why it cannot be; null while there is no hand. */
+/** Key to look a room up by, or the reason why there is none; null while there is no hand. */
 export function roomFacts(users: readonly UserState[], room: RoomLag, most: number): RoomFacts | Foreign | null {
   const hands = users.filter((user) => user.c_ii > 0 && user.k_h > 0);
   const [first] = hands;
@@ -87,7 +87,7 @@ export function roomFacts(users: readonly UserState[], room: RoomLag, most: numb
   };
 }
 
-/** Who chose these gains; null for neither the server nor the paper's rule. */
+/** Rule that gave a user's gains; null if neither the server nor the paper's rule chose them. */
 function ruleOf(user: UserState): Rule | null {
   if (user.law === "predictive") return "predictive";
   const share = user.k_h / user.k_o_coupled;
@@ -96,7 +96,7 @@ function ruleOf(user: UserState): Rule | null {
   return user.law === "proportional" && alone > CHOSEN.proportional - ROUGHLY && alone <= 1 ? "alone" : null;
 }
 
-/** Whether it is the same room as before, as far as neighbours go; else counts would flicker with each delay. */
+/** Whether a room may keep its former neighbours; otherwise the counts would flicker with each measured delay. */
 export function sameRoom(a: RoomFacts, b: RoomFacts): boolean {
   return a.rule === b.rule && a.hands === b.hands && distance(a, b) < 0.2;
 }
@@ -119,7 +119,7 @@ export function neighbours(table: Table, facts: RoomFacts): Neighbours {
   return { ...found, nearest };
 }
 
-/** The largest of the differences, each over its reach round the first. */
+/** Largest of the differences between two places, each divided by its reach at the first place. */
 function distance(a: Place, b: Place): number {
   return Math.max(...(["delay", "coupling", "lag"] as const).map((name) => Math.abs(a[name] - b[name]) / reach(name, a[name])));
 }

@@ -15,7 +15,7 @@ export interface Thresholds {
   readonly entering: number;
   /** Largest theta while it comes out [m]. */
   readonly leaving: number;
-  /** Force of the integral from which `leaving` holds in full; below it theta is proportional to it [N]. */
+  /** Force of the integral from which `leaving` holds in full; below it theta is proportional to that force [N]. */
   readonly full_force: number;
 }
 
@@ -23,11 +23,11 @@ export const DEFAULT_THRESHOLDS: Thresholds = { entering: 0.2e-3, leaving: 1e-3,
 
 /** Memory of the integral. */
 export interface IntegralState {
-  /** Of the integral [N]. */
+  /** Force of the integral [N]. */
   readonly force: number;
-  /** How fast it goes to zero out of contact [N/s]. */
+  /** Rate at which the integral's force goes to zero out of contact [N/s]. */
   readonly ramp: number;
-  /** Of the probe in the last period [m]. */
+  /** Depth of the probe in the last period [m]. */
   readonly depth: number;
 }
 
@@ -48,17 +48,17 @@ export function integrationThreshold(
 /** Settings of the integral. */
 export interface IntegralSettings {
   readonly thresholds: Thresholds;
-  /** From full force of the integral to none when contact ends [s]. */
+  /** Time from the full force of the integral to none when contact ends [s]. */
   readonly release_time: number;
-  /** The integral stays below it [N]. */
+  /** Upper limit of the integral's force [N]. */
   readonly max_force: number;
 }
 
 /**
  * One period of L(z) = K_h + T I / (z - 1), eqs. (12), (17), (18).
  *
- * @param depth e, of the probe below the surface as the simulation returned it [m].
- * @returns State, and force on the hand along the outward normal [N].
+ * @param depth e, the depth of the probe below the surface as the simulation returned it [m].
+ * @returns Next state, and force on the hand along the outward normal [N].
  */
 export function proportionalIntegralStep(
   state: IntegralState,

@@ -15,7 +15,7 @@ export interface Gains {
   readonly int: number;
 }
 
-/** Eq. (15), for K_h, I > 0. */
+/** Whether gains with K_h, I > 0 fulfil eq. (15). */
 export function isStable15(gains: Gains): boolean {
   return Math.abs(gains.int - gains.kappa) < 1 && gains.int - 2 * gains.kappa > -2;
 }
@@ -41,7 +41,7 @@ export function isStable(gains: Gains, delay: number): boolean {
  * Whether all roots of a polynomial lie inside the unit circle: Schur and Cohn's recursion, which
  * takes one degree away at a time.
  *
- * @param coefficients Of z^n first.
+ * @param coefficients Coefficients of the polynomial, that of z^n first.
  */
 export function rootsInside(coefficients: readonly number[]): boolean {
   let p = [...coefficients];
@@ -60,7 +60,7 @@ export function rootsInside(coefficients: readonly number[]): boolean {
 }
 
 /**
- * The set as an outline to draw, with its least and largest I N T over K_o for each kappa.
+ * Outline of the set to draw, from the least and the largest I N T over K_o for each kappa.
  *
  * @returns Points (kappa, int): up along the largest, back along the least.
  */
@@ -88,7 +88,7 @@ function closedEdges(kappa: number): [number, number] | null {
   return low < kappa + 1 ? [low, kappa + 1] : null;
 }
 
-/** By scanning and halving: a set of delayed gains is one interval of I N T for each K_h. */
+/** Edges by scanning and bisection: for each K_h the stable gains of a delayed loop are one interval of I N T. */
 function searchedEdges(kappa: number, delay: number): [number, number] | null {
   const steps = 160;
   const stable = (int: number): boolean => isStable({ kappa, int }, delay);

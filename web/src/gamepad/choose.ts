@@ -1,14 +1,14 @@
-/** Asks the visitor for a gamepad, and opens it; every failure in words. */
+/** Asks the visitor for a gamepad and opens it; every failure is described in words. */
 
 import { BLUETOOTH, PRODUCTS, VENDOR } from "./reports";
 import type { Hid, HidDevice } from "./webhid";
 
-/** Why there is no gamepad, one or two sentences for the visitor. */
+/** Reason why there is no gamepad, in one or two sentences for the visitor. */
 export class NoPad extends Error {
   override readonly name = "NoPad";
 }
 
-/** Has to be called by a press of the visitor; throws NoPad. */
+/** Ask for a gamepad and open it; throws NoPad. Browsers allow this only in answer to a press of the visitor. */
 export async function choosePad(hid: Hid): Promise<HidDevice> {
   const filters = PRODUCTS.map((productId) => ({ vendorId: VENDOR, productId }));
   const chosen = await hid.requestDevice({ filters }).catch(() => {
@@ -28,7 +28,7 @@ export async function choosePad(hid: Hid): Promise<HidDevice> {
   return device;
 }
 
-/** Whether its own description has the report that is sent over Bluetooth only. */
+/** Whether the device's description has a report that is sent over Bluetooth only. */
 function isWireless({ collections }: HidDevice): boolean {
   return collections.some(({ inputReports }) => inputReports?.some(({ reportId }) => reportId === BLUETOOTH) === true);
 }

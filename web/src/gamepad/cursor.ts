@@ -1,5 +1,5 @@
 /**
- * Where the tip is: the trigger moves it inward, the sticks move where it starts from. Pure.
+ * Pure functions for the position of the tip: the trigger moves it inward, the sticks move its starting point.
  *
  * `client/cohaptic_drivers/dualsense/cursor.py` in TypeScript.
  */
@@ -9,31 +9,31 @@ import { type Held, MOST } from "./reports";
 
 export const RELEASED = 5; // of 255; a trigger that nobody touches may rest a little off zero
 const FASTEST = 0.5; // m/s of the tip by the trigger
-const SMOOTH = 0.004; // s; the pad tells of its trigger as often, and the tip goes on in between
+const SMOOTH = 0.004; // s; interval of the pad's reports, between which the tip moves on
 const DEAD_BAND = 0.1; // of full scale; a stick that nobody touches rests a little off its centre
-const AT_REST = 1e-4; // m of the press
+const AT_REST = 1e-4; // m; a smaller press counts as none
 const SPEED = 0.15; // m/s of the tip by a stick, along each axis, at full deflection
 
-/** How trigger and sticks lie in the world: unit vectors at right angles. */
+/** Directions of trigger and sticks in the world: unit vectors at right angles. */
 export interface Axes {
   readonly side: Vec3;
   readonly up: Vec3;
   readonly inward: Vec3;
 }
 
-/** In which the tip moves, round the object's centre [m]: way over the whole trigger, and how far the sticks reach. */
+/** Space in which the tip moves, around the object's centre [m]: its way over the whole trigger, and the sticks' reach. */
 export interface Room {
   readonly depth: number;
   readonly reach: number;
 }
 
-/** The tip in the axes of the pad [m]. */
+/** Position of the tip along the axes of the pad [m]. */
 export interface Cursor {
   readonly side: number;
   readonly up: number;
-  /** Along `inward` from the centre, with the trigger released; negative in front. */
+  /** Distance along `inward` from the centre, with the trigger released; negative in front. */
   readonly base: number;
-  /** By the trigger, from there. */
+  /** Distance along `inward` from `base`, by the trigger. */
   readonly press: number;
   /** Whether the right stick has to be let go before it moves the tip inward again. */
   readonly blocked: boolean;
@@ -44,13 +44,13 @@ export function cursorAt(base: number): Cursor {
 }
 
 /**
- * The cursor after `dt`.
+ * The cursor after a step of `dt` [s].
  *
  * @param contact Whether the tip feels a force.
  */
 export function moved(cursor: Cursor, held: Held, dt: number, room: Room, contact: boolean): Cursor {
   let speed = rate(held.right[1]);
-  // While it follows a trigger that was let go of quickly, the tip leaves the object by itself.
+  // After a quick release of the trigger the tip still follows it, and so leaves the object anyway.
   const released = held.pull <= RELEASED && cursor.press <= AT_REST;
   const blocked = speed > 0 && (cursor.blocked || (contact && released));
   if (released && contact) speed = -SPEED;
@@ -66,17 +66,17 @@ export function moved(cursor: Cursor, held: Held, dt: number, room: Room, contac
   };
 }
 
-/** Pull at which the trigger would hold the tip where it is, 0 to 255. */
+/** Pull of the trigger that corresponds to the present press of the tip, 0 to 255. */
 export function pullOf(cursor: Cursor, room: Room): number {
   return Math.round(RELEASED + ((MOST - RELEASED) * cursor.press) / room.depth);
 }
 
-/** The tip from the object's centre [m]. */
+/** Position of the tip from the object's centre [m]. */
 export function placeOf(cursor: Cursor, { side, up, inward }: Axes): Vec3 {
   return along(add(scale(side, cursor.side), scale(up, cursor.up)), cursor.base + cursor.press, inward);
 }
 
-/** As somebody sees them who looks at the object: inward is away from the eye. */
+/** Axes for a viewer of the object: inward is away from the eye. */
 export function axesOf(towards_eye: Vec3): Axes {
   const inward = scale(unit(towards_eye, [0, -1, 0]), -1);
   const side = unit(cross(inward, [0, 0, 1]), [1, 0, 0]);

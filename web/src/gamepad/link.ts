@@ -1,45 +1,45 @@
 /**
- * The way to the pad: newest report in, and a report out when something changes, at a bounded rate.
+ * Connection to the pad: takes the newest report, and sends one when effects change, at a bounded rate.
  *
- * It is a watchdog as well: a page that gives nothing, and a pad that tells nothing, get no resistance and no rumble.
- * Clock and timer are given, so that a test can be the time.
+ * It is also a watchdog: it switches resistance and rumble off when the page gives no effects or the pad sends no reports.
+ * Clock and timer are arguments, so that a test can set the time.
  */
 
 import { decode, type Effects, encode, type Held, OFF, OUTPUT, sameEffects } from "./reports";
 import type { HidDevice } from "./webhid";
 
-export const PAGE_SILENCE = 0.1; // s; of the page, which draws sixty times a second where it can
-export const PAD_SILENCE = 0.05; // s; of the pad, which reports every 4 ms; a page that draws hears it late
+export const PAGE_SILENCE = 0.1; // s; longest silence of the page, which draws sixty times a second where it can
+export const PAD_SILENCE = 0.05; // s; longest silence of the pad, which reports every 4 ms; a page that draws hears it late
 export const LEAST_GAP = 0.01; // s between two reports to the pad
-export const LOOK = 0.005; // s between two looks
-const LONGEST_WRITE = 0.25; // s; then it counts as one that takes nothing
-const MOST_BAD = 20; // reports in a row that are none
+export const LOOK = 0.005; // s between two checks
+const LONGEST_WRITE = 0.25; // s; a pad that takes longer for a report counts as one that takes none
+const MOST_BAD = 20; // invalid reports in a row
 
 const UNPLUGGED = "The gamepad was unplugged.";
 const FOREIGN = "What this gamepad sends is no report of a DualSense by cable. Connect it by cable; Bluetooth is not supported.";
 const DEAF = "The gamepad takes no reports. Unplug it and plug it in again.";
 
 export interface PadWorld {
-  /** On the page's clock [s]. */
+  /** Time on the page's clock [s]. */
   now(): number;
-  /** Calls `action` again and again; returns how to end that. */
+  /** Calls `action` again and again; returns a function that ends that. */
   every(seconds: number, action: () => void): () => void;
 }
 
 export class PadLink {
-  /** What keeps the pad from use, in words; empty for nothing. */
+  /** Reason why the pad cannot be used, in words; empty for none. */
   trouble = "";
   private told: Held | null = null;
   private heard: number;
   private given: { readonly effects: Effects; readonly at: number };
-  private sent: Effects | null = null; // null until the pad was told anything
+  private sent: Effects | null = null; // null until a report has gone to the pad
   private written = -Infinity;
   private writing = false;
   private bad = 0;
   private ended = false;
   private readonly stop: () => void;
 
-  /** @param device Open; this object closes it. */
+  /** @param device Open device; this object closes it. */
   constructor(private readonly device: HidDevice, private readonly world: PadWorld) {
     this.heard = world.now();
     this.given = { effects: OFF, at: this.heard };
@@ -54,12 +54,12 @@ export class PadLink {
     return told;
   }
 
-  /** Have the pad do this, until the page has been silent for too long. */
+  /** Apply these effects until the page has been silent for too long. */
   give(effects: Effects): void {
     this.given = { effects, at: this.world.now() };
   }
 
-  /** Nothing to be felt any more, at once: a page that goes to sleep gets no other chance. */
+  /** Switch all effects off at once, because a page that goes to sleep gets no other chance. */
   still(): void {
     this.give(OFF);
     if (!this.ended && !this.writing && (this.sent === null || !sameEffects(this.sent, OFF))) this.write(OFF);
@@ -70,13 +70,13 @@ export class PadLink {
     this.fail(UNPLUGGED);
   }
 
-  /** Nothing to be felt, twice, then release the pad; may be called twice. */
+  /** Switch all effects off, twice, then release the pad; may be called twice. */
   async close(): Promise<void> {
     if (this.ended) return;
     this.ended = true;
     this.stop();
     this.device.oninputreport = null;
-    // One that fails may be followed by one that does not.
+    // The second is sent even if the first fails: it may succeed.
     for (let k = 0; k < 2; k += 1) await this.device.sendReport(OUTPUT, encode(OFF)).catch(() => undefined);
     await this.device.close().catch(() => undefined);
   }

@@ -1,4 +1,4 @@
-/** A DualSense as the page's hand: where the hand is to be, and what the pad lets it feel. Pure but for its link. */
+/** A DualSense as the page's hand: the hand's target, and the effects that the pad gives. Pure apart from its link. */
 
 import { along, norm, type Vec3 } from "../model/vec";
 import { type Axes, axesOf, type Cursor, cursorAt, moved, placeOf, pullOf, RELEASED, type Room } from "./cursor";
@@ -6,24 +6,24 @@ import { CONTACT, felt, NOTHING_FELT } from "./feeling";
 import type { PadLink } from "./link";
 import { type Held, NOTHING_HELD, OFF } from "./reports";
 
-export const GIVE_UP = 0.25; // s; of silence, after which the pad is gone
-const STEP = 0.02; // s that count of a frame; a page that stood still heard nothing
-const STALE = 0.1; // s; a word of the hand that is older has stopped
-const OUTSIDE = 1.1; // of the body's radius, where the tip starts: just off the body
-const DEPTH = 0.6; // of the radius, the way of the whole trigger
-const REACH = 2; // of the radius, as far as the sticks move the tip
-const FULL = 6; // N that full resistance stands for; nobody has measured it
+export const GIVE_UP = 0.25; // s; after a longer silence the pad counts as gone
+const STEP = 0.02; // s; a longer frame counts as this: a page that stood still could not hear the pad
+const STALE = 0.1; // s; a report of the hand that is older counts as none
+const OUTSIDE = 1.1; // times the body's radius: distance at which the tip starts, just off the body
+const DEPTH = 0.6; // times the radius: way of the tip over the whole trigger
+const REACH = 2; // times the radius: distance to which the sticks move the tip
+const FULL = 6; // N that full resistance represents; nobody has measured it
 const SILENT = "The gamepad has gone silent. See to its cable.";
 
-/** The newest word of the hand. */
+/** The newest report of the hand, as far as the pad needs it. */
 export interface Felt {
-  /** On the hand [N]. */
+  /** Force on the hand [N]. */
   readonly force: Vec3;
-  /** Of the word, on the page's clock [s]. */
+  /** Time of the report, on the page's clock [s]. */
   readonly t: number;
-  /** Whether it is in the room, and the server speaks. */
+  /** Whether the hand is in the room and the server is not silent. */
   readonly live: boolean;
-  /** Why its force is off; empty for no reason. */
+  /** Reason why the hand's force is off; empty for none. */
   readonly fault: string;
 }
 
@@ -39,12 +39,12 @@ export class Pad {
   private held: Held = NOTHING_HELD;
   private feeling = NOTHING_FELT;
   private now: number | null = null;
-  private silent = 0; // s that the pad has said nothing while the page ran
-  private waits = true; // for the trigger to be let go of
+  private silent = 0; // s of silence of the pad while the page ran
+  private waits = true; // until the trigger is released
 
   /**
-   * @param body Round which the tip moves.
-   * @param towards_eye From its middle to whoever looks.
+   * @param body Body around which the tip moves.
+   * @param towards_eye Direction from the body's middle to the viewer.
    */
   constructor(private readonly link: PadLink, readonly body: Sphere, towards_eye: Vec3) {
     this.axes = axesOf(towards_eye);
@@ -52,28 +52,28 @@ export class Pad {
     this.cursor = cursorAt(-OUTSIDE * body.radius);
   }
 
-  /** What keeps it from use, in words; empty for nothing. */
+  /** Reason why the pad cannot be used, in words; empty for none. */
   get trouble(): string {
     return this.link.trouble !== "" ? this.link.trouble : this.silent > GIVE_UP ? SILENT : "";
   }
 
-  /** Where the hand waits, off the body [m]. */
+  /** Position where the hand waits, off the body [m]. */
   get out(): Vec3 {
     return along(this.body.center, -OUTSIDE * this.body.radius, this.axes.inward);
   }
 
   /**
-   * Move on to `now`, and have the pad do what is felt.
+   * Move the tip on to time `now` [s], and have the pad give the effects for the hand's force.
    *
-   * @param hand Its newest word; null while it is not in the room.
-   * @returns Where the hand is to be [m].
+   * @param hand Newest report of the hand; null while it is not in the room.
+   * @returns Target position of the hand [m].
    */
   step(now: number, hand: Felt | null): Vec3 {
     const passed = this.now === null ? 0 : Math.max(0, now - this.now);
     this.now = now;
     this.listen(passed);
     const live = hand !== null && hand.live && hand.fault === "" && now - hand.t < STALE;
-    // What is held through a pause, a fault or a silence must not press by itself after it.
+    // A trigger that is held through a pause, a fault or a silence must not press by itself afterwards.
     if (!live || passed > GIVE_UP || this.trouble !== "") this.waits = true;
     else if (this.held.pull <= RELEASED) this.waits = false;
     const force = hand?.force ?? ([0, 0, 0] as const);

@@ -1,5 +1,5 @@
 /**
- * Reports of a DualSense over USB: bytes in, what is held; what is to be felt, bytes out. Pure.
+ * Pure functions that decode and encode the reports of a DualSense over USB.
  *
  * `client/cohaptic_drivers/dualsense/reports.py` in TypeScript, for the right trigger.
  */
@@ -7,28 +7,28 @@
 export const VENDOR = 0x054c;
 export const PRODUCTS = [0x0ce6, 0x0df2] as const; // DualSense, DualSense Edge
 export const OUTPUT = 0x02; // id of a report to the pad
-export const MOST = 255; // of every byte with a share in it
-export const BLUETOOTH = 0x31; // id of a report of a pad on Bluetooth, whose layout is another
+export const MOST = 255; // full scale of a byte
+export const BLUETOOTH = 0x31; // id of a report from a pad on Bluetooth, which has another layout
 const USB = 0x01;
-const SIZE = 64; // bytes of a report of the pad, with its id
-const OUTPUT_SIZE = 48; // of one to it
-const RUMBLE = 0x01 | 0x02; // flags: rumble, and that the motors do it
-const [PULL, FLAG, BLOCK] = [6, 0x04, 11]; // of the right trigger
+const SIZE = 64; // bytes of a report from the pad, with its id
+const OUTPUT_SIZE = 48; // bytes of a report to the pad
+const RUMBLE = 0x01 | 0x02; // flags: the report sets the rumble, and the motors do it
+const [PULL, FLAG, BLOCK] = [6, 0x04, 11]; // of the right trigger: byte of its pull, its flag, first byte of its effect
 const [OFF_MODE, RESISTANCE] = [0x05, 0x01];
-const CENTRE = 128; // of a stick, about
+const CENTRE = 128; // approximate centre of a stick
 
-/** What the hands do with the pad. */
+/** State of sticks, trigger and buttons. */
 export interface Held {
   /** Sticks, to the right and up, each -1 to 1. */
   readonly left: readonly [number, number];
   readonly right: readonly [number, number];
-  /** Of the trigger, 0 to 255. */
+  /** Pull of the trigger, 0 to 255. */
   readonly pull: number;
-  /** A bit for each that is held, as in Python. */
+  /** A bit for each button that is held, as in Python. */
   readonly buttons: number;
 }
 
-/** What the pad does to the hands, each 0 to 255: where the trigger begins to resist, how strongly, and both motors. */
+/** Effects of the pad, each 0 to 255: pull at which the trigger begins to resist, its resistance, and rumble of both motors. */
 export interface Effects {
   readonly start: number;
   readonly resistance: number;
@@ -42,7 +42,7 @@ export function sameEffects(a: Effects, b: Effects): boolean {
   return a.start === b.start && a.resistance === b.resistance && a.rumble === b.rumble;
 }
 
-/** Contents of a report, without its id; null for one that is unknown or of another length. */
+/** Decode a report without its id; null for one that is unknown or of another length. */
 export function decode(id: number, data: DataView): Held | null {
   if (id !== USB || data.byteLength !== SIZE - 1) return null;
   const byte = (at: number): number => data.getUint8(at - 1); // places as in the table, where the id is byte 0
@@ -54,7 +54,7 @@ export function decode(id: number, data: DataView): Held | null {
   };
 }
 
-/** The report that has the pad do this, without its id; the other trigger and the lights stay as they are. */
+/** Encode a report with these effects, without its id; the other trigger and the lights stay as they are. */
 export function encode(effects: Effects): Uint8Array<ArrayBuffer> {
   const data = new Uint8Array(OUTPUT_SIZE);
   data[1] = RUMBLE | FLAG;

@@ -1,8 +1,8 @@
-/** What of WebHID is used here; the types of the DOM do not have it yet. */
+/** The parts of WebHID that the page uses; the types of the DOM do not have them yet. */
 
 export interface HidReportEvent {
   readonly reportId: number;
-  /** Without the id. */
+  /** The report without its id. */
   readonly data: DataView;
 }
 
@@ -15,7 +15,7 @@ export interface HidDevice {
   oninputreport: ((event: HidReportEvent) => void) | null;
   open(): Promise<void>;
   close(): Promise<void>;
-  /** @param data Without the id. */
+  /** @param data The report without its id. */
   sendReport(id: number, data: Uint8Array<ArrayBuffer>): Promise<void>;
 }
 
@@ -24,7 +24,7 @@ export interface Hid {
   ondisconnect: ((event: { readonly device: HidDevice }) => void) | null;
 }
 
-/** Of this browser; null where it has none, and on a page that did not come over a secure way. */
+/** WebHID of this browser; null where it has none, and on a page that did not come over a secure connection. */
 export function webHid(navigator: object): Hid | null {
   return (navigator as { readonly hid?: Hid }).hid ?? null;
 }

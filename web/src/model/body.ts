@@ -16,7 +16,7 @@ export interface BodyInfo {
   readonly contact_radius: number;
 }
 
-/** How fast the object responds to the forces of the others (science 3.8). */
+/** Response of the object to the forces of the others: its lag and what determines it (science 3.8). */
 export interface RoomLag {
   /** Time constant tau of the low-pass filter on forces, 0 for none [s]. */
   readonly lag: number;
@@ -34,7 +34,7 @@ export interface RestMesh {
   readonly faces: Uint32Array;
 }
 
-/** Whether it is the same object: a page that comes in again reads its mesh anew. */
+/** Whether two meshes are those of the same object: a page that reconnects reads the mesh anew. */
 export function sameMesh(a: RestMesh, b: RestMesh): boolean {
   const same = (p: Float32Array | Uint32Array, q: Float32Array | Uint32Array): boolean => p.length === q.length && p.every((x, i) => x === q[i]);
   return same(a.vertices, b.vertices) && same(a.faces, b.faces);

@@ -9,8 +9,8 @@ export type ColourMap = readonly Rgb[];
 export type Scheme = "light" | "dark";
 
 /**
- * Apart from each other, and from the blue and the amber that the displacement is shown in: no hand is part of the field.
- * The first eight are easy to tell; the others come with the ninth who is here. A room has sixteen places as it comes.
+ * Colours of users, distinct from each other and from the blue and amber of the displacement, so that no hand looks like a
+ * part of the field. The first eight are easy to tell apart; a ninth user needs the others. A room has sixteen places by default.
  */
 export const USERS: Record<Scheme, readonly string[]> = {
   light: [
@@ -24,11 +24,11 @@ export const USERS: Record<Scheme, readonly string[]> = {
 };
 const EASY = 8;
 
-/** Who has which colour: of those who are here no two have the same, while there are enough. */
+/** Colours of the users: no two users who are here have the same colour while there are enough. */
 export class UserColours {
   private readonly indices = new Map<number, number>();
 
-  /** Those who are here; the colours of all others are free again. */
+  /** Set the users who are here; the colours of all others are free again. */
   present(users: readonly number[]): void {
     for (const user of this.indices.keys()) if (!users.includes(user)) this.indices.delete(user);
     for (const user of users) this.indexOf(user);
@@ -38,7 +38,7 @@ export class UserColours {
     return USERS[scheme][this.indexOf(user) % USERS[scheme].length] ?? "#888888";
   }
 
-  /** The one by its number, so that pages agree as far as they can; where that is taken, the lowest free one. */
+  /** Index of a user's colour: by its number, so that pages agree as far as they can; if that is taken, the lowest free one. */
   private indexOf(user: number): number {
     const known = this.indices.get(user);
     if (known !== undefined) return known;
@@ -59,13 +59,13 @@ export function parseHex(hex: string): Rgb {
   return [((n >> 16) & 255) / 255, ((n >> 8) & 255) / 255, (n & 255) / 255];
 }
 
-/** Inward blue, rest like porcelain, outward amber. */
+/** Colours of the displacement: inward blue, at rest like porcelain, outward amber. */
 export const DISPLACEMENT: Record<Scheme, ColourMap> = {
   light: spread(["#0d2f6e", "#1f62b0", "#78abd6", "#cdd3d4", "#ecb772", "#d97f22", "#94450a"]),
   dark: spread(["#7cc4ff", "#3d86cf", "#3f6285", "#70777d", "#9a7a50", "#d98f3e", "#ffc37a"]),
 };
 
-/** From soft to stiff: cividis, which reads the same for everybody. */
+/** Colours from soft to stiff: cividis, which people with colour blindness read equally well. */
 export const STIFFNESS: ColourMap = spread([
   "#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
 ]);
@@ -74,9 +74,9 @@ export const STIFFNESS: ColourMap = spread([
 export const PLAIN: Record<Scheme, Rgb> = { light: parseHex("#cdd3d4"), dark: parseHex("#70777d") };
 
 /**
- * Where on a map a value lies.
+ * Colour of a value on a map.
  *
- * @param t 0 for the first colour, 1 for the last; beyond them the ends go on.
+ * @param t 0 for the first colour, 1 for the last; values beyond get the colour of the nearer end.
  */
 export function colourAt(map: ColourMap, t: number): Rgb {
   const x = Math.min(1, Math.max(0, Number.isFinite(t) ? t : 0)) * (map.length - 1);
@@ -87,12 +87,12 @@ export function colourAt(map: ColourMap, t: number): Rgb {
   return [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2] + s * (b[2] - a[2])];
 }
 
-/** From an sRGB component to linear light, in which shading is computed. */
+/** Convert an sRGB component to linear light, in which shading is computed. */
 export function toLinear(c: number): number {
   return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
 }
 
-/** How bright a colour looks, 0 to 1 (relative luminance of WCAG). */
+/** Perceived brightness of a colour, 0 to 1 (relative luminance of WCAG). */
 export function luminance(c: Rgb): number {
   return 0.2126 * toLinear(c[0]) + 0.7152 * toLinear(c[1]) + 0.0722 * toLinear(c[2]);
 }
@@ -100,7 +100,7 @@ export function luminance(c: Rgb): number {
 /**
  * A map as a table of linear light, three numbers a step, for surfaces of thousands of vertices.
  *
- * @param steps How many colours.
+ * @param steps Number of colours in the table.
  */
 export function table(map: ColourMap, steps = 256): Float32Array {
   const out = new Float32Array(3 * steps);

@@ -1,26 +1,26 @@
-/** Who else is here: how many watch, whose view is followed, who points at what. */
+/** The other people here: how many watch, whose view is followed, and who points at what. */
 
 import type { Vec3 } from "./vec";
 
-/** From where a page looks, as the wire has it. */
+/** Position from which a page looks, as the protocol sends it. */
 export interface Aim {
-  /** Round the vertical, 0 from +x, within half a turn either way [rad]. */
+  /** Angle around the vertical, 0 from +x, within half a turn either way [rad]. */
   readonly azimuth: number;
-  /** Above the horizon [rad]. */
+  /** Angle above the horizon [rad]. */
   readonly elevation: number;
-  /** In radii of the body. */
+  /** Distance from the body's middle, in radii of the body. */
   readonly distance: number;
 }
 
 export interface Follower {
-  /** Null for one who only watches. */
+  /** Number of the user; null for a person who only watches. */
   readonly user: number | null;
   readonly name: string;
 }
 
-/** The room as far as it concerns this page; the server's word. */
+/** Company in the room as the server reports it to this page. */
 export interface Company {
-  /** How many watch and have no hand here, this page with them. */
+  /** Number of people who watch and have no hand here, including this page. */
   readonly watching: number;
   /** Users whose view may be followed. */
   readonly open: readonly number[];
@@ -32,36 +32,36 @@ export interface Company {
 
 /** A place at which somebody points. */
 export interface Mark {
-  /** Null for one who only watches. */
+  /** Number of the user; null for a person who only watches. */
   readonly user: number | null;
   readonly name: string;
-  /** Of the resting surface [m]. */
+  /** Point of the resting surface [m]. */
   readonly point: Vec3;
-  /** When it came, on the page's clock [s]. */
+  /** Time at which the mark came, on the page's clock [s]. */
   readonly at: number;
 }
 
-/** Who sits at this page. */
+/** The visitor at this page. */
 export interface Presence {
   readonly name: string;
   readonly user: number | null;
-  /** Of the hand, so that nobody else can say that it is theirs. */
+  /** Secret of the hand, so that no other page can claim it. */
   readonly key?: string;
   readonly open: boolean;
 }
 
-/** How long a mark is seen [s]. */
+/** Time for which a mark is shown [s]. */
 export const MARK_LASTS = 5;
 
-/** What a page hears and says of its company. */
+/** Messages between a page and the server about the company. */
 export interface CompanyLink {
-  /** Null while the server has said nothing of it, or does not know it. */
+  /** Null while the server has not reported company, or does not support it. */
   readonly state: Company | null;
-  /** The view of the one who is followed; another object with each message. */
+  /** View of the user whom this page follows; another object with each message. */
   readonly aimed: (Aim & { readonly user: number }) | null;
-  /** Newest last. */
+  /** Marks, the newest last. */
   readonly marks: readonly Mark[];
-  /** Why the newest wish came to nothing, and when that was heard [s]. */
+  /** The last wish that the server declined, the reason, and when the refusal came [s]. */
   readonly declined: { readonly what: string; readonly reason: string; readonly at: number } | null;
   present(who: Presence): void;
   follow(user: number | null): void;

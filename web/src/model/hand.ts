@@ -30,11 +30,11 @@ export interface TouchSettings {
   readonly hand: HandSettings;
   /** Initial position of the cursor, outside the body [m]. */
   readonly target: Vec3;
-  /** The page's secret, with which it comes back to its name after a lost connection. */
+  /** Secret of the page, with which it gets its name back after a lost connection. */
   readonly key?: string;
-  /** Of an invitation or a session; without one where none is needed. */
+  /** Token of an invitation or a session; undefined where none is needed. */
   readonly token?: string;
-  /** Whether to wait for a seat where the room is full. */
+  /** Whether to wait for a seat if the room is full. */
   readonly wait?: boolean;
 }
 
@@ -43,18 +43,18 @@ export type TouchPhase = "connecting" | "joined" | "closed";
 /** Report of the haptic Worker, about 60 times a second. */
 export interface TouchState {
   readonly phase: TouchPhase;
-  /** Why it is "closed" or trying again, one sentence; empty otherwise. */
+  /** Reason why the connection is closed or tried again, one sentence; empty otherwise. */
   readonly reason: string;
   /** Close code that belongs to the reason; 0 for none. */
   readonly code: number;
-  /** Place in the queue before a full room, from 1, and the number of places; null for who does not wait. */
+  /** Place in the queue before a full room, from 1, and the number of places; null for a hand that does not wait. */
   readonly place: readonly [number, number] | null;
   /** State of the loop: "connecting", "waiting" (to be engaged), "free", "touching", "server silent" or "stopped". */
   readonly doing: string;
   /** Number and name in the room; 0 before the welcome. */
   readonly user: number;
   readonly name: string;
-  /** Why it does not go by the name that was asked for last; empty for no reason. */
+  /** Reason why the hand did not get the name that was asked for last; empty for none. */
   readonly name_refused: string;
   /** Time of the report on the page's clock [s]. */
   readonly t: number;
@@ -88,30 +88,30 @@ export interface TouchState {
   readonly owed: number;
   /** Share of the requested force that the safety layer gives, 0 to 1. */
   readonly scale: number;
-  /** Why the force is off; empty for no reason. */
+  /** Reason why the force is off; empty for none. */
   readonly fault: string;
   /** Round trip and jitter of the link [s]; 0 before the first patch. */
   readonly round_trip: number;
   readonly jitter: number;
-  /** The shortest round trip of late, which is the network's [s]; null before the first patch. */
+  /** Shortest recent round trip, which is that of the network [s]; null before the first patch. */
   readonly network: number | null;
   /** Server's clock minus the page's [s]. */
   readonly clock_offset: number;
   readonly simulation_period: number;
-  /** Haptic periods per second, and those lost because the Worker was held up. */
+  /** Haptic periods per second, and periods lost because the Worker was held up. */
   readonly loop_hz: number;
   readonly missed: number;
-  /** Since the report before: t [s], |force| [N], depth [m], force from others [N], 4 numbers for each period. */
+  /** Periods since the last report, 4 numbers for each: t [s], |force| [N], depth [m], force from others [N]. */
   readonly trace: Float64Array;
 }
 
-/** What a page knows of the connection of its own hand, apart from what the server measures of all of it. */
+/** Measurements of the page on its own hand's connection, besides the server's measurement of the whole loop. */
 export interface OwnLink {
   /** The network's round trip [s]; null before it is measured. */
   readonly network: number | null;
-  /** How long a message has waited for the page at most of late, while it drew for instance [s]. */
+  /** Longest recent wait of a message for the page, for instance while the page drew [s]. */
   readonly page_wait: number;
-  /** Steps in which the clock goes that the browser gives the hand [s]; 0 where they are finer than any use of it. */
+  /** Step of the clock that the browser gives the hand [s]; 0 where it is finer than needed. */
   readonly clock_step: number;
 }
 
@@ -119,25 +119,25 @@ export interface OwnLink {
 export interface TouchHandle {
   /** Newest report; null before the first. */
   readonly state: TouchState | null;
-  /** Why there are no more reports, if the Worker itself has failed; empty otherwise. */
+  /** Reason why the Worker itself has failed and sends no more reports; empty otherwise. */
   readonly failure: string;
   readonly link: OwnLink;
   /**
    * Move the intended hand position [m].
    *
-   * @param presses Whether it is there to be touched, which it is unless said otherwise: one that is not gives way.
+   * @param presses Whether the hand presses, which is the default; a hand that does not press gives way.
    */
   point(target: Vec3, presses?: boolean): void;
-  /** The page draws. To be said with each picture: a hand of which nobody was told so for five seconds gives way. */
+  /** To be called with each picture: the hand gives way if the page has not drawn for five seconds. */
   alive(): void;
   /** @param fixed Gains instead of the server's choice; refused unless `WatchInfo.allow_fixed_gains`. */
   setLaw(law: LawName, fixed?: FixedGains | null): void;
   setHand(hand: HandSettings): void;
-  /** Go by another name, without leaving; where it cannot be had, the state says why. */
+  /** Change the name without leaving the room; if that is refused, the state says why. */
   setName(name: string): void;
-  /** Set mu. Between zero and above zero the hand leaves the room for a moment, since the hello announces friction. */
+  /** Set mu. If mu becomes zero or no longer is zero, the hand joins the room anew, because the hello announces friction. */
   setFriction(mu: number): void;
-  /** Have each message take longer, each way [s]: at most 1, 0 for no longer than the network does. */
+  /** Delay each message, each way, by this time beyond the network's [s]; at most 1. */
   setDelay(seconds: number): void;
   /** Notifies of each report. */
   readonly subscribe: Subscribe;

@@ -1,6 +1,6 @@
 /** The local control laws and surfaces that a hand can use. */
 
-/** By number on the wire, from 1. */
+/** Laws in the order of their numbers in the protocol, which begin at 1. */
 export const LAWS = ["proportional", "pi", "predictive"] as const;
 export type LawName = (typeof LAWS)[number];
 /** A law, or the rule of the paper for one hand, which is `proportional` with a gain of the page's own choice. */
@@ -13,12 +13,12 @@ const PROPERTIES: Readonly<Record<LawName, readonly [answersOwnDent: boolean, in
   predictive: [false, false],
 };
 
-/** Whether it presses on the surface with the dent of its own force in it, which comes back a round trip late. */
+/** Whether a law acts on the surface with the dent of its own force, which comes back a round trip late. */
 export function answersOwnDent(law: LawName): boolean {
   return PROPERTIES[law][0];
 }
 
-/** Whether it has an integral, which goes on while the hand rests. */
+/** Whether a law has an integral, which goes on while the hand rests. */
 export function integrates(law: LawName): boolean {
   return PROPERTIES[law][1];
 }
@@ -33,5 +33,5 @@ export interface FixedGains {
   readonly integral_gain: number;
 }
 
-/** Share of K_o that the paper's rule is run with, inside K_h < K_o, eq. (8). */
+/** K_h of the paper's rule as a share of K_o, inside K_h < K_o, eq. (8). */
 export const PAPER = 0.98;

@@ -1,16 +1,16 @@
-/** What an administrator may do to a room, or to somebody in it. */
+/** Orders that an administrator may give about a room, or about somebody in it. */
 
 export type UserOrder = "mute" | "unmute" | "kick" | "ban";
 export type RoomOrder = "freeze" | "unfreeze" | "reset";
-/** About one who was put out, by name. */
+/** Orders about a user who was put out, by name. */
 export type NameOrder = "unban";
 export type Order = UserOrder | RoomOrder | NameOrder;
 
-/** What an administrator keeps from the object now. */
+/** Forces that an administrator keeps from the object now. */
 export interface Restraints {
-  /** Whether the object takes nobody's force. */
+  /** Whether the object ignores all forces. */
   readonly frozen: boolean;
-  /** Numbers of the users whose force it does not take. */
+  /** Numbers of the users whose force the object ignores. */
   readonly muted: readonly number[];
 }
 

@@ -1,10 +1,10 @@
-/** The visitor's right to come in: the token of an invitation, or of a session that it began. */
+/** The visitor's access token: that of an invitation, or of the session that the invitation began. */
 
 export interface Pass {
-  /** To be said first; without one where there is none. */
+  /** Token for the first message; undefined where there is none. */
   readonly token: string | undefined;
-  /** The server has begun a session, with this token. */
+  /** Store the token of the session that the server has begun. */
   keep(session: string): void;
-  /** The server does not take the session's token: whether the invitation is left to try. */
+  /** Drop the session's token, which the server refused; returns whether the invitation is left to try. */
   forget(): boolean;
 }

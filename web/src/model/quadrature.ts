@@ -3,9 +3,9 @@
 import type { RestMesh } from "./body";
 import { scale, type Vec3 } from "./vec";
 
-/** Each face carries so many points, squared: the centroids of equal triangles. */
+/** Each face carries SPLIT squared points: the centroids of equal triangles. */
 const SPLIT = 3;
-/** On a mesh of more faces than this a contact has so many under it that their middles do. */
+/** On a mesh of more faces than this a contact covers so many faces that one point in each is enough. */
 const FINE = 10_000;
 
 /** q points, in the order of the faces. */

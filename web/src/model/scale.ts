@@ -1,19 +1,19 @@
-/** Scales: from numbers to pixels, which numbers to write at an axis, and how large a force is shown. */
+/** Scales: from numbers to pixels, the numbers at an axis, and the size at which a force is shown. */
 
 export interface Range {
   readonly low: number;
   readonly high: number;
 }
 
-/** Fills a bar, and makes an arrow and a ring as long as they get: the largest force that the page renders [N]. */
+/** Largest force that the page renders [N]: it fills a bar and gives arrow and ring their largest size. */
 export const FULL_FORCE = 10;
 
-/** Share of it, 0 to 1. Whatever shows a force by its size goes by this, so that all hands can be compared. */
+/** Share of `FULL_FORCE`, 0 to 1. All sizes that show a force use it, so that all hands can be compared. */
 export function forceShare(force: number): number {
   return Math.min(1, Math.max(0, force) / FULL_FORCE);
 }
 
-/** From a range of values to a range of pixels; a range of no width lies in the middle. */
+/** Map from a range of values to a range of pixels; a range of values without width maps to the middle. */
 export function linear(from: Range, to: Range): (x: number) => number {
   const width = from.high - from.low;
   if (!(width > 0)) return () => 0.5 * (to.low + to.high);
@@ -40,7 +40,7 @@ export function ticks(range: Range, count = 4): number[] {
   return out;
 }
 
-/** How many digits behind the point a step needs. */
+/** Number of digits behind the point that a step needs. */
 export function digits(step: number): number {
   return Math.min(6, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
 }
@@ -49,7 +49,7 @@ export function digits(step: number): number {
  * A range that follows data without jitter: it grows at once to a round number and shrinks only when
  * half of it is empty.
  *
- * @param least Width that it keeps however small the data are.
+ * @param least Least width of the range, however small the data are.
  */
 export function follow(before: Range | null, data: Range, least: number): Range {
   const width = Math.max(least, data.high - data.low);

@@ -20,7 +20,7 @@ export interface Latency {
   readonly jitter: number;
 }
 
-/** One user, as the server's world has it at the time shown. */
+/** One user, as the server has it at the time shown. */
 export interface UserState {
   readonly user: number;
   /** Empty until the page has heard it. */
@@ -31,7 +31,7 @@ export interface UserState {
   readonly foot: Vec3;
   /** Contact point of the surface free of this user's own force [m]. */
   readonly x_free: Vec3;
-  /** Outward unit normal there. */
+  /** Outward unit normal at the contact point. */
   readonly normal: Vec3;
   /** Force on the hand, world frame; the body carries its opposite [N]. */
   readonly force: Vec3;
@@ -50,7 +50,7 @@ export interface UserState {
   readonly geometry: GeometryName;
   /** Whether samples of this user still arrive. */
   readonly fresh: boolean;
-  /** Whether its force may have a part along the surface. */
+  /** Whether the user's force may have a part along the surface. */
   readonly friction: boolean;
   /** 1 while present; falls to 0 while the force of a lost user fades. */
   readonly presence: number;
@@ -80,7 +80,7 @@ export interface WatchInfo {
   readonly model: string | null;
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
-  /** Whether a page of the server's machine may bring an object. */
+  /** Whether a page on the server's own machine may bring an object. */
   readonly allow_upload: boolean;
   /** Whether this visitor may touch as well. */
   readonly can_touch: boolean;
@@ -92,10 +92,10 @@ export type Encoding = "frames" | "forces";
 
 export type WatchPhase = "connecting" | "watching" | "waiting" | "refused";
 
-/** Silence after which the scene no longer counts as live [s]; a server gives a sign of life twice as often. */
+/** Silence after which the scene no longer counts as live [s]; a server sends a sign of life at twice this rate. */
 export const NO_WORD = 1;
 
-/** Whether what is shown is how things are now, and not how they were. */
+/** Whether the page shows the present state and not an old one. */
 export function isLive(status: Pick<WatchStatus, "phase" | "silent">): boolean {
   return status.phase === "watching" && status.silent < NO_WORD;
 }
@@ -103,13 +103,13 @@ export function isLive(status: Pick<WatchStatus, "phase" | "silent">): boolean {
 /** State of the watch connection. */
 export interface WatchStatus {
   readonly phase: WatchPhase;
-  /** Why it is not "watching", one sentence; empty when there is nothing to say. */
+  /** Reason why the phase is not "watching", one sentence; empty for none. */
   readonly reason: string;
   /** Close code of the last connection (docs/protocol.md); 0 while one is open. */
   readonly code: number;
   /** Time of the next attempt while "waiting" [s]. */
   readonly retry_at: number;
-  /** Since the newest word of the server [s]; 0 before the first. */
+  /** Time since the newest message of the server [s]; 0 before the first. */
   readonly silent: number;
   /** Frames and bytes since the connection was opened. */
   readonly frames: number;
@@ -117,7 +117,7 @@ export interface WatchStatus {
   /** Rates over the last second. */
   readonly frames_per_second: number;
   readonly bytes_per_second: number;
-  /** Delay of the display behind the newest frame, so that there are two frames to interpolate between [s]. */
+  /** Delay of the display behind the newest frame, which leaves two frames to interpolate between [s]. */
   readonly playout_delay: number;
   /** Encoding in use: "frames" while blocks of Green's functions are being fetched. */
   readonly encoding: Encoding;
@@ -159,16 +159,16 @@ export interface UserHistory {
 /** The page's copy of the scene. Made by `openWatch` (`watch/connection.ts`). */
 export interface SceneStore {
   readonly status: WatchStatus;
-  /** Null before the first `watching`. */
+  /** The room; null before the first message `watching`. */
   readonly info: WatchInfo | null;
-  /** Null before it arrived; a new object when the body has changed. */
+  /** Resting mesh; null before it arrived, a new object when the body has changed. */
   readonly mesh: RestMesh | null;
-  /** Newest last; at most 100. */
+  /** Events, the newest last; at most 100. */
   readonly events: readonly RoomEvent[];
   readonly restraints: Restraints;
-  /** Names of those who were put out; empty for who is no administrator. */
+  /** Names of users who were put out; empty if this visitor is no administrator. */
   readonly putOut: readonly string[];
-  /** Who else is here. */
+  /** Messages about the other people here. */
   readonly company: CompanyLink;
   /** All users in the room, also without a contact, sorted by number. */
   readonly roster: readonly { readonly user: number; readonly name: string }[];
@@ -179,12 +179,12 @@ export interface SceneStore {
   at(now: number): SceneSnapshot | null;
   /** Rolling histories for plots, by user. */
   history(user: number): UserHistory | null;
-  /** The last minute as it was received (`watch/frame_ring.ts`); null before there is any of this object. */
+  /** The last minute as it was received (`watch/frame_ring.ts`); null before a frame of this object has come. */
   recorded(): Recording | null;
   setView(encoding: Encoding, rate: number): void;
   /** Refused by the server unless `info.allow_latency`. */
   setLatency(user: number, latency: Latency): void;
-  /** Refused by the server unless `info.room_admin`; `user`, or `name` for one who was put out, for an order about somebody. */
+  /** Refused by the server unless `info.room_admin`. An order about a person needs `user`, or `name` for one who was put out. */
   order(order: Order, user?: number, name?: string): void;
   /** Notifies of changes of status, info, mesh, roster or events, but not of frames: call `at` when drawing. */
   readonly subscribe: Subscribe;

@@ -55,7 +55,7 @@ export function row(data: Float32Array, i: number): Vec3 {
   return [data[3 * i] ?? 0, data[3 * i + 1] ?? 0, data[3 * i + 2] ?? 0];
 }
 
-/** From one direction towards another by at most `angle` [rad]; opposite ones turn about any axis. */
+/** Turn one direction towards another by at most `angle` [rad]; opposite directions turn about any axis. */
 export function turn(from: Vec3, to: Vec3, angle: number): Vec3 {
   const cosine = Math.min(1, Math.max(-1, dot(from, to)));
   if (Math.acos(cosine) <= angle) return to;

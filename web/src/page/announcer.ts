@@ -2,7 +2,7 @@
 
 import type { RoomEvent } from "../model/scene";
 
-/** One event as a sentence; empty for events that are not worth an interruption. */
+/** Sentence for one event; empty for events that are not worth an interruption. */
 export function spoken(event: RoomEvent): string {
   const who = event.name === "" ? `User ${event.user}` : event.name;
   switch (event.kind) {
@@ -29,7 +29,7 @@ export class Announcer {
     this.node = node;
   }
 
-  /** One thing that is no event of the server. */
+  /** Announce words that are not about an event of the server. */
   say(words: string): void {
     this.node.textContent = words;
   }

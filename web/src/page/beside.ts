@@ -1,4 +1,4 @@
-/** What the panel offers where nobody else is: a second window of this room, or a simulated partner beside the visitor. */
+/** The panel's offers while nobody else is here: a second window of this room, or a simulated partner beside the visitor. */
 
 import { type RestMesh, sameMesh } from "../model/body";
 import type { TouchHandle } from "../model/hand";
@@ -10,16 +10,16 @@ import { openWindow, type Visit } from "../share/windows";
 import type { OwnHand, StartTouch } from "./own_hand";
 import type { Partner } from "./partner";
 
-const ASIDE = 1.05; // rad round from the visitor: in sight, and where a full balloon feels more of another than a quarter turn away
-const MOST = 6; // places that are tried, on an object that is open on one side
+const ASIDE = 1.05; // rad round from the visitor: in sight, and with a stronger coupling on a full balloon than at a quarter turn
+const MOST = 6; // places that are tried, because an object may be open on one side
 
-/** What is needed of the page. */
+/** The parts of the page that are needed here. */
 export interface Host {
   readonly store: SceneStore;
   readonly view: SceneSnapshot | null;
   readonly own: OwnHand;
   readonly visitor: { readonly name: string };
-  /** A tour brings a partner of its own, and a replay is of before. */
+  /** A tour brings a partner of its own, and a replay shows the past: no partner is offered during either. */
   readonly tour: { readonly running: boolean };
   readonly replay: { readonly active: boolean };
 }
@@ -29,13 +29,13 @@ export class Beside {
   private readonly bring: HTMLButtonElement;
   private partner: Partner | null = null;
   private failed = "";
-  /** The object that the partner came to. */
+  /** Mesh of the object at the time when the partner came. */
   private met: RestMesh | null = null;
 
   /**
    * @param url Websocket of the server.
-   * @param towardsEye From the middle of the body.
-   * @param root Where it stands.
+   * @param towardsEye Direction from the middle of the body towards the eye.
+   * @param root Element that holds the offers.
    */
   constructor(
     private readonly page: Host, visit: Visit, private readonly startTouch: StartTouch, private readonly url: string,
@@ -48,7 +48,7 @@ export class Beside {
     root.append(el("div", { class: "beside" }, second, this.bring), this.words);
   }
 
-  /** The partner's; null for none. */
+  /** The partner's hand; null for none. */
   get hand(): TouchHandle | null {
     return this.partner?.handle ?? null;
   }
@@ -102,7 +102,7 @@ export class Beside {
       const partner = (this.partner ??= new Partner(this.startTouch));
       const at = own.held?.point ?? own.state?.proxy;
       const visitor = at === undefined ? this.towardsEye() : sub(at, info.body.center);
-      // Level: who presses on top is beside everybody.
+      // Without height: a partner on the top would be beside every visitor.
       const level = unit([visitor[0], visitor[1], 0], [0, -1, 0]);
       const places = Array.from({ length: MOST }, (_, i) => besides(level, ASIDE * (i + 1)));
       const names = [this.page.visitor.name, ...roster.map(({ name }) => name)];

@@ -1,4 +1,4 @@
-/** Pointers, keys and a gamepad: translates what they do into actions of the page. */
+/** Translates the events of pointers, keys and a gamepad into actions of the page. */
 
 import type { CompanyCorner } from "../company/corner";
 import { isLive, type SceneStore } from "../model/scene";
@@ -17,23 +17,23 @@ import type { Tour } from "./tour";
 
 /** The actions of the page that pointers and keys may use. */
 export interface PageActions {
-  /** Null until the graphics are there, and without WebGL. */
+  /** The stage; null until the graphics are loaded, and without WebGL. */
   readonly stage: Stage | null;
   readonly own: OwnHand;
   readonly store: SceneStore;
   readonly tour: Pick<Tour, "running" | "yield">;
   readonly help: LazyDialog;
   readonly replay: ReplayPlace;
-  /** Press where a ray meets the object, and come into the room for that; false where there is nothing to press. */
+  /** Press where a ray meets the object, and join the room for that; false where there is nothing to press. */
   press(origin: Vec3, direction: Vec3): boolean;
   /** Bring the visitor's hand into the room, or take it out. */
   touch(on: boolean): void;
   readonly company: Pick<CompanyCorner, "armed" | "point" | "followNext" | "following" | "moved">;
   toggleTour(): void;
-  /** Show a time of before, or of now; with `bar` the bar for it, or none. */
+  /** Switch between a past time and the present; with `bar`, show or hide the bar for that. */
   lookBack(bar: boolean): void;
   toggleTheme(): void;
-  /** The tab went to the background, and came back. */
+  /** The tab went to the background (`hide`), and came back (`wake`). */
   hide(): void;
   wake(): void;
 }
@@ -41,7 +41,7 @@ export interface PageActions {
 const TURN = 0.12; // rad for an arrow key
 
 export function attachKeys(page: PageActions): void {
-  let held = false; // the space bar, which presses
+  let held = false; // whether the space bar is held, which presses
   const letGo = (): void => {
     if (held) page.own.release();
     held = false;
@@ -67,10 +67,10 @@ export function attachKeys(page: PageActions): void {
   addEventListener("keyup", (event) => {
     if (keyOf(event) === " ") letGo();
   });
-  // Of a key that goes up in another window this one hears nothing.
+  // This window does not hear of a key that goes up while another window has the focus.
   addEventListener("blur", letGo);
   document.addEventListener("visibilitychange", () => {
-    // In the background nobody watches the hand: it lets go.
+    // Nobody watches a hand in the background, so the hand lets go.
     if (document.hidden) page.hide();
     else page.wake();
   });
@@ -81,9 +81,9 @@ export function attachKeys(page: PageActions): void {
 
 /** @returns A function that removes the listeners. */
 export function attachPointers(page: PageActions, stage: Stage, host: HTMLElement): () => void {
-  // Between what is seen under the pointer and the picture that does not lean, for a press while the camera comes back [px].
+  // Offset between the point seen under the pointer and the picture without lean, for a press while the camera turns back [px].
   let beside = { x: 0, y: 0 };
-  // A dock that grows with the first press moves the picture under the finger, and must not take the hand along.
+  // The dock grows with the first press and moves the picture under the finger; the hand must not move along with it.
   let moved = stage.moved;
   const ray = (x: number, y: number): ReturnType<typeof stage.ray> =>
     stage.ray(x + beside.x + stage.moved.x - moved.x, y + beside.y + moved.y - stage.moved.y);
@@ -119,7 +119,7 @@ export function attachPointers(page: PageActions, stage: Stage, host: HTMLElemen
   });
 }
 
-/** Off the normal of what was pressed, while the press lasts; who follows another sees what that one sees. */
+/** Lean the camera off the normal of the pressed place while the press lasts, but not while the page follows a user's view. */
 function leanOver(page: PageActions, stage: Stage): true {
   if (!stage.still && page.company.following === null) void lean(page, stage);
   return true;
@@ -134,12 +134,12 @@ async function lean({ own, store }: PageActions, stage: Stage): Promise<void> {
   stage.leaning.hold(own, stage.straight, store.info?.body.radius ?? 0);
 }
 
-/** Point at what is there now; the picture of a time of before shows something else. */
+/** Point at the present object; not in a replay, whose picture shows another time. */
 function pointAt(page: PageActions, origin: Vec3, direction: Vec3): boolean {
   return !page.replay.active && page.company.point(origin, direction);
 }
 
-/** What a gamepad uses of the page; while the tour leads the hand, or one looks back, the pad rests. */
+/** The functions of the page for a gamepad; the pad rests while the tour leads the hand or a replay is shown. */
 export function padHost(page: PageActions): PadHost {
   return {
     touch: () => { page.touch(true); },

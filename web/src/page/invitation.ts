@@ -1,12 +1,12 @@
 /**
  * The invitation in the link: `#token=...`, which no browser sends to a server.
  *
- * It is taken out of the address bar at once, so that nobody reads or copies it there, and kept for this tab, so that
- * the page can be reloaded. The token of the session that it begins takes its place. Each room's page has its own; one
- * that has none takes what the tab had last, which may be for several rooms.
+ * The page takes the token out of the address bar at once, so that nobody reads or copies it there, and keeps it for this
+ * tab, so that the page can be reloaded. The token of the session that the invitation begins replaces it. Each room's page
+ * has its own token; a page without one takes the last token of the tab, which may be for several rooms.
  *
- * In `?token=...` it has been sent to the server, and to the logs on the way. It is taken out of the address bar too,
- * but not used: a link that seems to work would be passed on. A server's redirection leaves of it the empty `?token=`.
+ * A token in `?token=...` has been sent to the server, and to the logs on the way. The page takes it out of the address bar,
+ * too, but does not use it: people would pass on a link that seems to work. A server's redirection leaves an empty `?token=`.
  */
 
 import type { Pass } from "../model/pass";
@@ -15,18 +15,18 @@ const INVITATION = "cohaptic.invitation";
 const SESSION = "cohaptic.session";
 const TOKEN = /^[!-~]{1,2048}$/;
 
-/** What is needed of the browser. */
+/** The parts of the browser that are needed here. */
 export interface Place {
   readonly location: Pick<Location, "hash" | "pathname" | "search">;
   readonly history: Pick<History, "replaceState">;
-  /** Of this tab; null where a visitor forbids it. */
+  /** Storage of this tab; null where the visitor forbids it. */
   readonly storage: Pick<Storage, "getItem" | "setItem" | "removeItem"> | null;
 }
 
 export class Invitation implements Pass {
   /** Whether the address had a token before the #. */
   readonly misplaced: boolean;
-  /** That was in the link; a session of its own begins with it in another window. */
+  /** Token of the link; another window begins a session of its own with it. */
   invitation: string | undefined;
   private session: string | undefined;
 
@@ -44,7 +44,7 @@ export class Invitation implements Pass {
     return this.session ?? this.invitation;
   }
 
-  /** Take a token out of the address bar; whether there was one. */
+  /** Take a token out of the address bar; returns whether there was one. */
   read(): boolean {
     const { location, history } = this.place;
     const fields = new URLSearchParams(location.hash.slice(1));
@@ -60,7 +60,7 @@ export class Invitation implements Pass {
     return true;
   }
 
-  /** Take tokens out of the query; whether there was one. */
+  /** Take tokens out of the query; returns whether there was one. */
   private cleanQuery(): boolean {
     const { location, history } = this.place;
     const fields = new URLSearchParams(location.search);
@@ -97,18 +97,18 @@ export class Invitation implements Pass {
         else this.place.storage?.setItem(key + where, value);
       }
     } catch {
-      // The tab forgets it when it is reloaded.
+      // Without storage the tab forgets the token when it is reloaded.
     }
   }
 }
 
-/** This browser's; throws nothing where storage is forbidden. */
+/** The parts of this browser; does not throw where storage is forbidden. */
 export function here(): Place {
   let storage: Storage | null = null;
   try {
     storage = sessionStorage;
   } catch {
-    // A visitor may forbid it.
+    // A visitor may forbid storage.
   }
   return { location, history, storage };
 }

@@ -21,9 +21,9 @@ export interface Parts {
 
 export interface Layout {
   readonly root: HTMLElement;
-  /** Holds the canvas; busy until there is a picture, or none to come. */
+  /** Holds the canvas; marked busy until there is a picture or no picture can come. */
   readonly host: HTMLElement;
-  /** Speaks to those who do not see the page. */
+  /** Live region, which screen readers speak. */
   readonly live: HTMLElement;
 }
 
@@ -55,15 +55,15 @@ export function layOut(parts: Parts): Layout {
   return { root, host, live };
 }
 
-/** What stands over the stage, as far as it matters here. */
+/** Position and height of an element over the stage. */
 type Over = Pick<HTMLElement, "offsetTop" | "offsetHeight">;
 
 /**
- * How much of the stage is covered at its top and at its foot [px].
+ * Heights of the stage that are covered at its top and at its foot [px].
  *
- * @param stage Its height.
+ * @param stage Height of the stage.
  * @param replay Height of the bar above the dock.
- * @param trace Of the tour; it stands at the top of a wide stage, else at its foot.
+ * @param trace Force trace of the tour; it stands at the top of a wide stage, otherwise at its foot.
  */
 export function covered(stage: number, toolbar: Over, dock: Over, replay: number, trace: Over): [number, number] {
   const { offsetTop: top, offsetHeight: height } = trace;
@@ -73,10 +73,10 @@ export function covered(stage: number, toolbar: Over, dock: Over, replay: number
 }
 
 /**
- * Says of which time what is shown is: nothing of before looks like now.
+ * Mark whether the page shows the past or the present, so that the past never looks like the present.
  *
- * @param then Whether anything was heard at the time that a replay shows; null for no replay.
- * @param now Whether the server speaks now; the dock is of now, also beside a replay.
+ * @param then Whether the server was heard at the time that a replay shows; null for no replay.
+ * @param now Whether the server is heard now; the dock shows the present, also beside a replay.
  */
 export function showTime(root: HTMLElement, then: boolean | null, now: boolean): void {
   root.classList.toggle("replaying", then !== null);
@@ -84,7 +84,7 @@ export function showTime(root: HTMLElement, then: boolean | null, now: boolean):
   root.classList.toggle("deaf", !now);
 }
 
-/** The panel beside the stage, or the stage alone. */
+/** Switch between the panel beside the stage and the stage alone. */
 export function togglePanel(root: HTMLElement, button: HTMLButtonElement): void {
   const closed = root.classList.toggle("no-panel");
   button.setAttribute("aria-expanded", `${!closed}`);

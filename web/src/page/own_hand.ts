@@ -1,4 +1,4 @@
-/** The visitor's hand: in the room or not, its target position, and the law it presses with. */
+/** The visitor's hand: whether it is in the room, its target position, and the law that it presses with. */
 
 import { type RestMesh, sameMesh } from "../model/body";
 import type { HandSettings, TouchHandle, TouchSettings, TouchState } from "../model/hand";
@@ -10,19 +10,19 @@ import { deeper, depart, type Finger, follow, goal, hover, type Place3, press, r
 import type { Place } from "../view/pointing/pick";
 import { type Met, Shape } from "../view/shape";
 
-/** A hand as people have one, and one that is held still, like the clamp of the paper's figures. */
+/** Mechanics of a human hand, and of a hand that is held still, like the clamp of the paper's figures. */
 export const HANDS: Readonly<Record<"natural" | "firm", HandSettings>> = {
   natural: { mass: 0.15, damping: 8, stiffness: 400 },
   firm: { mass: 0.15, damping: 60, stiffness: 10_000 },
 };
-const AWAY = 1.3; // radii of the body, where a hand appears
+const AWAY = 1.3; // radii of the body from its middle, where a hand appears
 
-/** @param beside Another hand than the visitor's own. */
+/** @param beside Whether this is another hand than the visitor's own. */
 export type StartTouch = (settings: TouchSettings, beside?: boolean) => TouchHandle;
 
 export class OwnHand {
   handle: TouchHandle | null = null;
-  /** Last word of a hand that the server ended; null while there is none. */
+  /** Last report of a hand that the server ended; null for none. */
   ended: TouchState | null = null;
   /** The chosen law; the law in use follows with the next patches. */
   law: LawChoice = DEFAULT_LAW;
@@ -36,15 +36,15 @@ export class OwnHand {
   private grip: "natural" | "firm" = "natural";
   private paperPending = false;
   private guided: Vec3 | null = null;
-  /** Whether a gamepad says where the hand is to be; pointers wait meanwhile. */
+  /** Whether a gamepad sets the target of the hand; pointers wait meanwhile. */
   private steered = false;
   /** A press that waits until the hand is in the room and free. */
   private pending: Met | null = null;
-  /** Where the eye was when the finger was last put somewhere: from there to it nothing was in between. */
+  /** Direction from the finger's last place towards the eye of that moment: this way off the object is free. */
   private free_way: Vec3 = [0, 0, 1];
-  /** Off the object, that way, whatever the finger was to do. */
+  /** Whether the hand goes off the object along `free_way`, whatever the finger was to do. */
   private leaving = false;
-  /** Where on the object it was put. */
+  /** Last place of the finger on the object. */
   private over: Place | null = null;
 
   constructor(startTouch: StartTouch) {
@@ -67,7 +67,7 @@ export class OwnHand {
     return this.finger?.pressing === true || this.pending !== null;
   }
 
-  /** What the visitor's own press has taken hold of, as it stood then; null while there is none. */
+  /** Place on the surface that the visitor's own press holds, as it was when the press began; null without a press. */
   get held(): Place3 | null {
     if (!this.pressing || this.guided !== null || this.leaving) return null;
     if (this.pending !== null || this.finger === null) return this.pending;
@@ -78,7 +78,7 @@ export class OwnHand {
   /**
    * One line about the next step; empty when it is obvious.
    *
-   * @param then Whether the page shows a time of before, in which nothing can be pressed.
+   * @param then Whether the page shows a past time, in which nothing can be pressed.
    */
   hint(then: boolean): string {
     const state = this.state;
@@ -101,17 +101,17 @@ export class OwnHand {
     if (another && info !== null) this.standOff(info.body);
   }
 
-  /** Where the hand was, the new object may be: it waits outside, from where it can be engaged. */
+  /** Move the hand outside, where it can be engaged, because the new object may be where the hand is. */
   private standOff({ center, radius }: WatchInfo["body"]): void {
     const away = sub(this.tip, center);
     this.tip = along(center, AWAY * radius, norm(away) > 0 ? unit(away) : [0, -1, 0]);
-    this.paperPending = this.law === "paper"; // its gains were those of the object before
+    this.paperPending = this.law === "paper"; // the former gains were those of the former object
     this.handle?.point(this.tip);
   }
 
   /**
-   * @param towards From the middle of the body to where the hand appears.
-   * @param wait For a seat, where the room is full.
+   * @param towards Direction from the middle of the body to the place where the hand appears.
+   * @param wait Whether to wait for a seat if the room is full.
    */
   start(url: string, name: string, towards: Vec3, wait = false): void {
     if (this.handle !== null || this.info === null) return;
@@ -140,7 +140,7 @@ export class OwnHand {
     if (law !== "paper") this.handle?.setLaw(wire, null);
   }
 
-  /** Seat, force and place in the queue stay. */
+  /** Change the name; seat, force and place in the queue stay. */
   rename(name: string): void {
     this.handle?.setName(name);
   }
@@ -150,13 +150,13 @@ export class OwnHand {
     this.handle?.setFriction(mu);
   }
 
-  /** Hold the tip as people do, or as a clamp does. */
+  /** Hold the tip as a human hand does, or as a clamp does. */
   hold(grip: "natural" | "firm"): void {
     this.grip = grip;
     this.handle?.setHand(HANDS[grip]);
   }
 
-  /** Take hold of the surface where a ray meets it. */
+  /** Press the surface where a ray meets it; false if that is not possible. */
   press(origin: Vec3, direction: Vec3, now: number): boolean {
     const place = this.meet(origin, direction);
     if (this.handle === null || place === null || this.steered) return false;
@@ -187,12 +187,12 @@ export class OwnHand {
     this.finger = hover(place, this.finger?.depth);
   }
 
-  /** Point of the surface at rest that a ray meets as it is now; null beside it. */
+  /** Point of the resting surface that belongs to the place where a ray meets the present surface; null beside it. */
   placeAt(origin: Vec3, direction: Vec3): Vec3 | null {
     return this.meet(origin, direction)?.surface ?? null;
   }
 
-  /** In the room, and let go of what was there before: from then on it may press. */
+  /** Whether the hand may press: it has joined the room and is engaged. */
   private get free(): boolean {
     const state = this.state;
     return state?.phase === "joined" && state.doing !== "waiting" && state.doing !== "connecting";
@@ -203,7 +203,7 @@ export class OwnHand {
     if (this.finger !== null) this.finger = release(this.finger);
   }
 
-  /** Where a gamepad has the hand be [m]; null to give it back to pointers and keys. */
+  /** Set the target that a gamepad gives the hand [m]; null gives the hand back to pointers and keys. */
   steer(target: Vec3 | null): void {
     this.steered = target !== null;
     if (target === null || this.handle === null) return;
@@ -214,9 +214,9 @@ export class OwnHand {
   }
 
   /**
-   * Well off the object, whatever others do to it: nobody looks where the hand is.
+   * Move the hand well off the object, whatever others do to the object, because nobody watches the hand.
    *
-   * @param asleep Whether the page draws no more, and so nobody calls `step`.
+   * @param asleep Whether the page has stopped drawing, so that `step` is not called.
    */
   retreat(asleep = false): void {
     this.release();
@@ -230,7 +230,7 @@ export class OwnHand {
     return depart(this.tip, this.free_way, center, radius, AWAY * radius, dt);
   }
 
-  /** In radii of the body. */
+  /** Deepen the press by a length in radii of the body. */
   deeper(by: number): void {
     if (this.finger !== null) this.finger = deeper(this.finger, by);
   }
@@ -239,11 +239,11 @@ export class OwnHand {
     if (this.finger !== null) this.finger = { ...this.finger, depth };
   }
 
-  /** Press where the body looks in a direction, as a guide does who takes one's hand. */
+  /** Press where the surface faces a direction; for the tour, which guides the visitor's hand. */
   guide(direction: Vec3, depth: number, now: number): void {
     if (this.shape === null || this.info === null) return;
     const { center, radius } = this.info.body;
-    // ContactForce again, the own dent would count as the surface.
+    // A second press would take the own dent for the surface.
     if (this.finger?.pressing === true && this.guided === direction) {
       this.depth(depth);
       return;
@@ -255,7 +255,7 @@ export class OwnHand {
     this.finger = press(met, now, depth);
   }
 
-  /** Move on to `now`; the loop is told where the hand wants to be. */
+  /** Move the finger on to time `now` [s], and tell the loop the target of the hand. */
   step(view: SceneSnapshot | null, now: number, dt: number): void {
     if (view !== null && this.shape?.mesh.vertices.length === view.positions.length) this.shape.positions = view.positions;
     const { handle, info } = this;
@@ -280,12 +280,12 @@ export class OwnHand {
     }
   }
 
-  /** The finger goes somewhere, where the way off the object is free towards there. */
+  /** Put the finger at a place; `free_way` is a direction in which nothing blocks the way off the object. */
   private put({ place }: Met, free_way: Vec3): void {
     [this.over, this.free_way, this.leaving] = [place, free_way, false];
   }
 
-  /** Who does not press is not touched: where others let the surface come back, the hand gives way to it. */
+  /** Keep a finger that does not press off the surface: when others let the surface come back, the finger gives way. */
   private clear(finger: Finger): Finger {
     if (finger.pressing || this.over === null) return finger;
     return { ...finger, offset: Math.max(finger.offset, this.shape?.height(this.over) ?? 0) };

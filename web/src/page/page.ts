@@ -35,15 +35,15 @@ import { SleepDetector } from "./sleep_detector";
 import { Tour } from "./tour";
 import { UploadPlace } from "./upload_place";
 
-const RATE = 30; // frames per second that are asked for; between them the page interpolates
+const RATE = 30; // frames per second that the page requests; it interpolates between them
 const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 
 export interface PageSettings extends Visit {
   readonly openStore: () => SceneStore;
   readonly startTouch: StartTouch;
-  /** Have ready what the first touch needs, once there is something to touch. */
+  /** Prepare what the first touch needs, when there is something to touch. */
   readonly prepareTouch: () => void;
-  /** Whether the address had a token where servers log it. */
+  /** Whether the address had a token in the part that servers log. */
   readonly misplaced: boolean;
   /** The secret of this page's hand. */
   readonly key: string;
@@ -62,7 +62,7 @@ export class Page {
   private readonly gamepad = new GamepadPlace(this.padHost);
   readonly replay: ReplayPlace;
   readonly panel: Panel;
-  /** Null until the graphics are there, and without WebGL: everything else goes on. */
+  /** The stage; null until the graphics are loaded, and without WebGL. The rest of the page works without it. */
   stage: Stage | null = null;
   view: SceneSnapshot | null = null;
   readonly company: CompanyCorner;
@@ -94,7 +94,7 @@ export class Page {
   constructor(private readonly settings: PageSettings) {
     const { address, openStore, startTouch, key } = settings;
     const url = socketUrl(address);
-    // The largest part of the page; socket, words and buttons are there before it.
+    // The graphics are the largest part of the page; socket, words and buttons work before they are loaded.
     const graphics = import("../view/scene_view");
     this.store = openStore();
     this.own = new OwnHand(startTouch);
@@ -160,7 +160,7 @@ export class Page {
     scene.view.setColouring(this.colouring);
     const detach = attachPointers(this, scene.stage, this.host);
     scene.stage.watch(() => {
-      // What is left of it goes now: once there are new graphics, it would be none of theirs.
+      // The remains of the lost picture are removed now; they would not belong to the new graphics.
       [this.picture, this.stage, this.sceneView] = ["lost", null, null];
       detach();
       scene.view.dispose();
@@ -170,19 +170,19 @@ export class Page {
 
   hide(): void { this.sleep.hide(); this.rest(); }
 
-  /** The tab is seen again, and the tour shows what nobody saw. */
+  /** The tab is visible again: the tour repeats the step that nobody saw. */
   wake(): void { this.tour.again(); }
 
-  /** Nobody watches the hand, so it lets go. */
+  /** Let the hand go, because nobody watches it. */
   private rest(): void {
     this.gamepad.pause();
     this.letGo ||= this.own.pressing && !this.tour.running;
     this.own.retreat(true);
   }
 
-  /** The first press is the way in. */
+  /** Press the object; the first press also joins the room. */
   press(origin: Vec3, direction: Vec3): boolean {
-    if (this.replay.active) return false; // what is seen is not what would be pressed
+    if (this.replay.active) return false; // a press would act on the present object, which is not shown
     if (this.own.handle === null) {
       if (this.store.info?.can_touch !== true || this.own.placeAt(origin, direction) === null) return false;
       this.touch(true);
@@ -192,9 +192,9 @@ export class Page {
     return pressed;
   }
 
-  /** @param wait For a place, where the room is full. */
+  /** @param wait Whether to wait for a place if the room is full. */
   touch(on: boolean, wait = false): void {
-    // Before the body is known there is nothing to touch: the wish is kept.
+    // Before the body is known there is nothing to touch, so the wish is kept.
     this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
     if (on) this.own.start(socketUrl(this.settings.address), this.visitor.name, this.padHost.towardsEye(), wait);
     else this.own.stop();
@@ -202,7 +202,7 @@ export class Page {
     this.write(performance.now() / 1000);
   }
 
-  /** @param bar Its bar, or none; else a time of before, or now. The tour is of now. */
+  /** @param bar Show or hide the replay's bar, instead of switching between past and present. It ends the tour. */
   lookBack(bar: boolean): void {
     if (this.tour.running) this.toggleTour();
     if (bar) this.replay.toggle();
@@ -263,11 +263,11 @@ export class Page {
     for (const others of [this.tour, this.beside]) others?.frame();
     if (own !== null && !this.gamepad.used) this.rumble?.feel(own.force, 1000 * now);
     if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
-    // That a hand is in the air, or touches, is said at once.
+    // A change between touching and not touching is written at once.
     if (now - this.written >= WRITE_EVERY || own?.doing !== this.did) this.write(now);
   }
 
-  /** Words, numbers and plots; nobody reads them sixty times a second. */
+  /** Write words, numbers and plots; not with every picture, since nobody reads them sixty times a second. */
   private write(now: number): void {
     this.written = now;
     this.colours.present([...this.store.roster, ...(this.shown?.users ?? [])].map(({ user }) => user));
@@ -281,7 +281,7 @@ export class Page {
     this.replay.update(now);
     this.stage?.uncover(...covered(this.host.offsetHeight, this.toolbar.root, this.dock.root, this.replay.height, this.tour.trace));
     this.root.style.setProperty("--foot", `${this.dock.root.offsetHeight}px`);
-    this.root.style.setProperty("--dock", `${this.dock.height}px`); // what stands over it stays clear of it
+    this.root.style.setProperty("--dock", `${this.dock.height}px`); // elements over the stage stay clear of the dock
     this.tour.update(now);
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
@@ -290,7 +290,7 @@ export class Page {
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
     if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
-    // Who pressed before a full room has learned nothing yet.
+    // A visitor whose press met a full room has not learned the gesture yet.
     if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
     this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);

@@ -1,4 +1,4 @@
-/** A simulated partner, which the tour or the visitor brings where nobody else is: another hand of this page, which presses and holds still. */
+/** A simulated partner for a visitor who is alone: another hand of this page, which presses and holds still. */
 
 import type { TouchHandle } from "../model/hand";
 import type { RestMesh } from "../model/body";
@@ -11,15 +11,15 @@ import { vertexNormals } from "../view/body/normals";
 import { at, placeTowards } from "../view/pointing/pick";
 import { HANDS, type StartTouch } from "./own_hand";
 
-const NAME = "simulated partner"; // for everybody who is there
-const AWAY = 1.3; // radii of the body, from where it comes
-const DEPTH = 0.12; // radii that it presses
-const ROUND = 2.8; // rad from the tour's hand: nearly opposite, where what one presses in comes out, and still in sight of who looks from beside
+const NAME = "simulated partner"; // the name that everybody in the room sees
+const AWAY = 1.3; // radii of the body from its middle, where the partner's hand appears
+const DEPTH = 0.12; // radii of the body; depth of its press
+const ROUND = 2.8; // rad from the tour's hand: nearly opposite, where the pressed material bulges out, and in sight from the side
 
 /**
- * Where a partner presses, seen from the middle of the body, for a visitor who presses in a direction.
+ * Direction, from the middle of the body, in which a partner presses for a visitor who presses in another direction.
  *
- * @param round How far from there [rad].
+ * @param round Angle about the vertical from the visitor's direction [rad].
  */
 export function besides([x, y, z]: Vec3, round = ROUND): Vec3 {
   const [c, s] = [Math.cos(round), Math.sin(round)];
@@ -27,16 +27,16 @@ export function besides([x, y, z]: Vec3, round = ROUND): Vec3 {
 }
 
 export class Partner {
-  /** Its hand, here or on the way in; null for none. */
+  /** The partner's hand, in the room or joining it; null for none. */
   handle: TouchHandle | null = null;
-  /** Why it is not here, or not any more; empty for no reason. */
+  /** Reason why the partner did not come or has left; empty for none. */
   why = "";
   private goal: Vec3 | null = null;
 
   constructor(private readonly startTouch: StartTouch) {}
 
   /**
-   * @param towards From the middle of the body.
+   * @param towards Direction from the middle of the body in which the partner presses.
    * @returns Whether there is a place to press.
    */
   come(url: string, names: readonly string[], mesh: RestMesh, info: WatchInfo, towards: Vec3): boolean {
@@ -54,7 +54,7 @@ export class Partner {
     return true;
   }
 
-  /** A picture is drawn: somebody may look, as with the visitor's own hand, and it presses once it may. */
+  /** To be called for every picture: tells the hand that the page draws, and begins to press when the hand is engaged. */
   frame(): void {
     const { handle, goal } = this;
     handle?.alive();
@@ -64,7 +64,7 @@ export class Partner {
     this.goal = null;
   }
 
-  /** Whether it is still here. */
+  /** Check whether the hand is still in the room; if not, keep the reason. */
   update(): void {
     const { state = null, failure = "" } = this.handle ?? {};
     if (failure !== "" || state?.phase === "closed") {
@@ -80,7 +80,7 @@ export class Partner {
   }
 }
 
-/** A name that nobody in the room has, nor the visitor; servers do not tell names apart by their case. */
+/** A name for the partner that is not among `taken`, whatever the case of the letters, which servers ignore. */
 export function freeName(taken: readonly string[]): string {
   const known = taken.map((name) => name.toLowerCase());
   for (let n = 1; ; n++) {

@@ -1,10 +1,10 @@
-/** The tour's place on the page: what it consists of comes over the network when it is asked for. */
+/** The tour's place on the page; the tour's code is loaded when it is first used. */
 
 import { el } from "../ui/dom";
 import type { Hands, TourRunner } from "./tour_runner";
 
 export class Tour {
-  /** Where its card and its trace stand. */
+  /** Places of the tour's card and trace. */
   readonly card = el("div", { class: "tour-place" });
   readonly trace = el("div", { class: "trace-place" });
   private runner: TourRunner | null = null;
@@ -34,12 +34,12 @@ export class Tour {
     });
   }
 
-  /** The visitor took over: the guide's hand lets go of theirs. */
+  /** The visitor took over: the tour stops guiding the visitor's hand. */
   yield(): void {
     this.runner?.yield();
   }
 
-  /** The step from its beginning: nobody saw it. */
+  /** Begin the step anew, because nobody saw it. */
   again(): void {
     this.runner?.again();
   }

@@ -1,22 +1,22 @@
-/** Where round the body the tour presses. */
+/** Choice of the place on the body where the tour presses. */
 
 import { dot, unit, type Vec3 } from "../model/vec";
 
 const APART = 0.75; // rad that a guided hand keeps from others
-const STEPS = 72; // places round the body that are looked at
+const STEPS = 72; // places round the body that are compared
 
 export interface Other {
-  /** Outward, from the middle of the body. */
+  /** Direction of the press, outward from the middle of the body. */
   readonly direction: Vec3;
-  /** How much its force moved in the last seconds [N]. */
+  /** Range of the user's force in the last seconds [N]. */
   readonly busy: number;
 }
 
 /**
- * Opposite to the one who moves most, where the displaced material bulges out, or as near to that as the
- * others leave room; of two such places the one in sight.
+ * Direction opposite to the user whose force moves most, where the displaced material bulges out, or as near to
+ * that as the others leave room; of two such directions the one nearer to the eye.
  *
- * @param towardsEye From the middle of the body.
+ * @param towardsEye Direction from the middle of the body towards the eye.
  */
 export function guidedDirection(others: readonly Other[], towardsEye: Vec3): Vec3 {
   if (others.length === 0) return unit([towardsEye[0], towardsEye[1], 0], [0, -1, 0]);

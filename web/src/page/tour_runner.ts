@@ -1,4 +1,4 @@
-/** Runs the tour on the page: reads the facts, does the actions, and puts everything back at the end. */
+/** Runs the tour on the page: reads the facts, does the actions, and undoes its changes at the end. */
 
 import type { TouchHandle, TouchState } from "../model/hand";
 import type { LawChoice } from "../model/laws";
@@ -30,7 +30,7 @@ import type { StartTouch } from "./own_hand";
 import { SPAN, TourMeasure } from "../tour/measure";
 import { guidedDirection } from "./tour_place";
 
-const MOVING: ReadonlySet<Action["kind"]> = new Set(["press", "lift", "hold", "law", "delay"]); // move the own force
+const MOVING: ReadonlySet<Action["kind"]> = new Set(["press", "lift", "hold", "law", "delay"]); // actions that move the own force
 
 /** The parts of the page that the tour may use. */
 export interface Hands {
@@ -49,7 +49,7 @@ export interface Hands {
   readonly beside: () => TouchHandle | null;
   /** Websocket of the server. */
   readonly url: string;
-  /** Colour of a user, and the inks of the page now. */
+  /** Colour of a user; `inks` are the present colours of the page. */
   readonly colour_of: (user: number) => string;
   readonly inks: () => Inks;
 }
@@ -59,16 +59,16 @@ export class TourRunner {
   readonly trace = new ForceTrace();
   private readonly measured = new TourMeasure();
   private readonly partner: Partner;
-  /** Wishes that wait until what they need is there. */
+  /** Wishes that wait until they can be fulfilled. */
   private wantsPartner = false;
-  private asked = false; // for a partner, in this tour
+  private asked = false; // whether this tour has asked for a partner
   private wantsRehearsal = false;
   private state: TourState | null = null;
   private readonly hands: Hands;
   private touched = false;
-  private delay = 0; // s each way, of the tour's hands
+  private delay = 0; // s each way; delay of the tour's hands
   private direction: Vec3 | null = null;
-  /** ContactForce again until the hand is there to press. */
+  /** Depth of a press that waits until the hand is in the room and engaged; null for none. */
   private pressing: number | null = null;
 
   constructor(hands: Hands) {
@@ -102,12 +102,12 @@ export class TourRunner {
     this.take(start(STEPS, this.facts(), now));
   }
 
-  /** Nobody saw the step, and its hand has let go: it begins anew. */
+  /** Begin the step anew, because nobody saw it and its hand has let go. */
   again(): void {
     if (this.state !== null) this.take(again(STEPS, this.state, this.facts(), performance.now() / 1000));
   }
 
-  /** The visitor took over: the guide's hand lets go of theirs. */
+  /** The visitor took over: the tour stops guiding the visitor's hand. */
   yield(): void {
     this.pressing = null;
   }
@@ -120,7 +120,7 @@ export class TourRunner {
       this.pressing = null;
     }
     this.bring();
-    // One of them may come later than the wish.
+    // A hand may come later than the wish for the delay.
     for (const hand of this.lent()) hand.setDelay(this.delay);
     const changing = own === null || this.changing(own);
     if (changing) this.measured.disturb(now);
@@ -133,14 +133,14 @@ export class TourRunner {
     this.draw(facts);
   }
 
-  /** Every report of the own hand, for what is measured. */
+  /** Feed every report of the own hand to the measurements. */
   frame(): void {
     const own = this.hands.own.state;
     this.partner.frame();
     if (this.state !== null && own?.phase === "joined") this.measured.take(own);
   }
 
-  /** The partner, where nobody else is. */
+  /** Bring the partner if nobody else is here. */
   private bring(): void {
     this.partner.update();
     const { info, mesh, roster } = this.hands.store();
@@ -154,12 +154,12 @@ export class TourRunner {
     return [this.hands.own.handle, this.partner.handle, this.hands.beside()].filter((hand) => hand !== null);
   }
 
-  /** Whether what the tour has changed has not taken effect yet. */
+  /** Whether a change by the tour has not taken effect yet. */
   private changing(own: TouchState): boolean {
     return this.pressing !== null || own.law !== own.requested_law || this.lent().some(({ state }) => state?.doing !== "touching") || !this.heardOcean();
   }
 
-  /** Whether the delay that the tour gave is in the loops that it measures. */
+  /** Whether the measured loops already contain the delay that the tour gave. */
   private heardOcean(): boolean {
     if (this.delay === 0) return true;
     const hands = this.lent().map(({ state }) => state?.user ?? 0);
@@ -250,7 +250,7 @@ export class TourRunner {
     this.hands.reveal(at === "hand" ? "stage" : at, this.hands.own.state?.user ?? 0);
   }
 
-  /** Where the guided hand presses; chosen once, so that the tour tells of one place. */
+  /** Direction of the guided press; chosen once, so that the whole tour is about one place. */
   private place(): Vec3 {
     if (this.direction !== null) return this.direction;
     const body = this.hands.store().info?.body;
@@ -261,7 +261,7 @@ export class TourRunner {
         ? []
         : users.map((user) => ({ direction: unit(sub(user.foot, body.center)), busy: moved(this.hands.store().history(user.user)) }));
     const chosen = guidedDirection(others, [0.4, -0.9, 0]);
-    // Before the scene is there, a guess is not kept.
+    // A guess made before the scene has come is not kept.
     if (body !== undefined) this.direction = chosen;
     return chosen;
   }
@@ -287,7 +287,7 @@ export class TourRunner {
   }
 }
 
-/** How much a user's force moved, as far back as is remembered [N]. */
+/** Range of a user's force over the stored history [N]. */
 function moved(history: UserHistory | null): number {
   let low = Infinity;
   let high = -Infinity;

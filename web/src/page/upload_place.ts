@@ -1,4 +1,4 @@
-/** The place of an upload on the page: what it consists of comes over the network where the server takes files. */
+/** The upload's place on the page; its code is loaded if the server accepts files. */
 
 import { el } from "../ui/dom";
 import type { UploadDesk } from "../ui/upload/desk";
@@ -10,12 +10,12 @@ export class UploadPlace {
   private allowed = false;
 
   /**
-   * @param address Of the server, http: or https:.
+   * @param address Address of the server, http: or https:.
    * @param touch Brings the visitor's hand into the room.
    */
   constructor(private readonly address: string, private readonly touch: () => void) {}
 
-  /** Whether the server takes files. */
+  /** Set whether the server accepts files. */
   allow(allowed: boolean): void {
     this.allowed = allowed;
     this.desk?.allow(allowed);
@@ -26,7 +26,7 @@ export class UploadPlace {
       this.root.append(this.desk.dialog.root);
       this.desk.allow(this.allowed);
     }, () => {
-      this.loading = false; // to be asked for again
+      this.loading = false; // the code can be requested again
     });
   }
 

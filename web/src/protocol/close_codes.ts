@@ -2,7 +2,7 @@
 
 /** The page is done with the connection. */
 export const NORMAL = 1000;
-/** Given by the browser alone: the connection broke, or there never was one. */
+/** Set by the browser alone: the connection broke, or was never made. */
 export const ABNORMAL = 1006;
 
 /** A message broke the protocol. */

@@ -18,15 +18,15 @@ const ANCHORED = 1; // flag: an anchor follows
 const ANCHOR_SIZE = 12;
 
 export interface ContactSample {
-  /** Counts this client's samples from 1. */
+  /** Number of this client's sample, from 1. */
   readonly seq: number;
   /** Tick of the newest patch that the client has used; 0 for none. */
   readonly tick: number;
-  /** When it was taken, on the client's clock [s]. */
+  /** Time of the sample, on the client's clock [s]. */
   readonly t_client: number;
-  /** Tip, world frame [m]. */
+  /** Position of the tip, world frame [m]. */
   readonly probe: Vec3;
-  /** On the hand, world frame [N]. */
+  /** Force on the hand, world frame [N]. */
   readonly force: Vec3;
   /** Point of the resting surface that the finger holds by friction [m]; null without friction or contact. */
   readonly anchor: Vec3 | null;
@@ -46,7 +46,7 @@ export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuff
   return new Uint8Array(view.buffer);
 }
 
-/** The sample in a frame; throws ProtocolError, whatever the bytes. */
+/** Decode the sample in a frame; throws ProtocolError for any invalid bytes. */
 export function decodeContactSample(bytes: Uint8Array): ContactSample {
   const { flags, reader } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
   checkInteger("flags of a contact sample", flags, 0, ANCHORED);

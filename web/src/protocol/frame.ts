@@ -34,7 +34,7 @@ export class ProtocolError extends Error {
   }
 }
 
-/** One printable line of a received value. */
+/** Printable text of a received value, in one line. */
 function short(value: unknown): string {
   const text = typeof value === "string" ? JSON.stringify(value) : String(value);
   const line = text.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "?");
@@ -54,7 +54,7 @@ export class Reader {
     return this.bytes.byteLength - this.at;
   }
 
-  /** Where the next value begins, after which `size` bytes are behind. */
+  /** Position of the next value; moves on by `size` bytes. */
   private pass(size: number): number {
     const at = this.at;
     this.at += size;
@@ -93,7 +93,7 @@ export class Reader {
   }
 }
 
-/** A half float from its bits; browsers of today have no reader of their own. */
+/** Convert the bits of a half float, for which today's browsers have no function. */
 function half(bits: number): number {
   const sign = bits & 0x8000 ? -1 : 1;
   const exponent = (bits >> 10) & 0x1f;
@@ -112,12 +112,12 @@ export function newFrame(kind: KindName, size: number, flags = 0): DataView<Arra
   return view;
 }
 
-/** Kind of a frame; 0 of one that is too short to have any. */
+/** Kind of a frame; 0 if the frame is too short to have one. */
 export function kindOf(bytes: Uint8Array): number {
   return bytes[1] ?? 0;
 }
 
-/** Check version, kind and least length of a frame; its flags, and a reader behind the header. */
+/** Check version, kind and least length of a frame; returns its flags, and a reader behind the header. */
 export function openFrame(
   bytes: Uint8Array,
   kind: KindName,
@@ -139,7 +139,7 @@ export function openFrame(
   return { flags: reader.u16(), reader };
 }
 
-/** The frame has exactly `size` bytes. */
+/** Check that the frame has exactly `size` bytes. */
 export function checkSize(field: string, bytes: Uint8Array, size: number): void {
   if (bytes.length !== size) throw new ProtocolError(`${field} length`, bytes.length, `${size} bytes`);
 }
@@ -150,7 +150,7 @@ export function checkFinite(field: string, ...values: readonly number[]): void {
   }
 }
 
-/** low <= value <= high; NaN is outside. */
+/** Check low <= value <= high; NaN is outside. */
 export function checkRange(field: string, value: number, low: number, high: number): void {
   if (!(value >= low && value <= high)) {
     throw new ProtocolError(field, value, `from ${low} to ${high}`);
@@ -162,7 +162,7 @@ export function checkInteger(field: string, value: number, low: number, high: nu
   if (!Number.isInteger(value)) throw new ProtocolError(field, value, "a whole number");
 }
 
-/** Finite, and no longer than `limit`. */
+/** Check that a vector is finite and no longer than `limit`. */
 export function checkVector(field: string, value: Vec3, limit: number, unit: string): void {
   checkFinite(field, ...value);
   const length = norm(value);

@@ -1,13 +1,13 @@
-/** A zlib stream of a known size, and never more of it in memory. */
+/** Inflates a zlib stream of a known size, without ever holding more than that in memory. */
 
 import { unzlibSync } from "fflate";
 import { ProtocolError } from "./frame";
 
-/** Exactly `size` bytes; throws ProtocolError when it is another stream than that, or something lies behind it. */
+/** Inflate to exactly `size` bytes; throws ProtocolError for another size, a broken stream, or bytes after the stream. */
 export function inflate(field: string, deflated: Uint8Array, size: number): Uint8Array {
   let raw: Uint8Array;
   try {
-    // One byte more than is right: room to see that there is none. Nothing is written behind it.
+    // The buffer has one byte more, to detect a stream that is too long. Nothing is written beyond the buffer.
     raw = unzlibSync(deflated, { out: new Uint8Array(size + 1) });
   } catch (error) {
     throw new ProtocolError(`content of ${field}`, String(error), "a zlib stream");
@@ -24,12 +24,12 @@ export function inflate(field: string, deflated: Uint8Array, size: number): Uint
   return raw;
 }
 
-/** RFC 1950; fflate leaves it out. */
+/** Checksum of RFC 1950, which fflate does not check. */
 function adler32(bytes: Uint8Array): number {
   let a = 1;
   let b = 0;
   for (let i = 0; i < bytes.length; ) {
-    // So many sums stay below 2^53 without a division.
+    // The sums over so many bytes stay below 2^53 without a division.
     const stop = Math.min(bytes.length, i + 65536);
     for (; i < stop; i += 1) {
       a += bytes[i] ?? 0;

@@ -77,7 +77,7 @@ export function object(fields: Fields, key: string): Fields {
   return value;
 }
 
-/** Three numbers, none of them beyond `most` either way. */
+/** Read three numbers, each between -`most` and `most`. */
 export function vector(fields: Fields, key: string, most: number): Vec3 {
   const [x, y, z, ...more] = list(fields, key);
   const ok = [x, y, z].every((v) => typeof v === "number" && Math.abs(v) <= most);

@@ -17,13 +17,13 @@ import { checkKeys, type Fields, flag, integer, isFields, list, number, object, 
 import { PROTOCOL_VERSION } from "./version";
 
 export const MAX_TEXT = 4096; // characters of one control message
-// A `watching` and a `welcome` name everybody in a full room.
+// The messages `watching` and `welcome` list the names of everybody in a full room.
 const MAX_SERVER_TEXT = 16_384;
-// The rates that a server may be told, 10 to 200 Hz; a loop that believed another would ramp its surface in no time,
+// Limits of a server's tick rate, 10 to 200 Hz; a loop that believed another rate would move to a new surface in no time,
 // or for ever.
 const MIN_PERIOD = 0.005; // s
 const MAX_PERIOD = 0.1;
-const MAX_TURN = 3600; // s for who is called to come
+const MAX_TURN = 3600; // s that a called client has to come
 const MAX_BODY_NAME = 1024; // characters; a file's name, with room for its folders
 
 export interface FixedGains {
@@ -45,9 +45,9 @@ export type ClientControl =
       readonly fixed_gains: FixedGains | null;
       /** 16 to 64 printable characters; not sent if there is none. */
       readonly key?: string;
-      /** Of an invitation or a session; not sent if there is none. */
+      /** Token of an invitation or a session; not sent if there is none. */
       readonly token?: string;
-      /** Whether it waits for a seat where the room is full; not sent if not. */
+      /** Whether the client waits for a seat if the room is full; not sent if not. */
       readonly wait?: true;
     }
   | { readonly type: "come" }
@@ -61,7 +61,7 @@ export type ClientControl =
       readonly rate: number;
       readonly mesh: "exact" | "quantised";
       readonly token?: string;
-      /** Whether it wants to hear who else is here; not sent if not. */
+      /** Whether the client wants messages about the other people here; not sent if not. */
       readonly company?: true;
     }
   | ({ readonly type: "present" } & Presence)
@@ -81,7 +81,7 @@ export interface Welcome {
   readonly to_wall: number;
   readonly body: BodyInfo;
   readonly users: readonly string[];
-  /** Token with which this client comes back; not there for one who needs none. */
+  /** Token with which this client comes back; absent if it needs none. */
   readonly session?: string;
 }
 
@@ -225,7 +225,7 @@ function welcome(f: Fields): Welcome {
   };
 }
 
-/** Number of a user; null for nobody in particular. */
+/** Number of a user; null for no particular user. */
 function somebody(f: Fields): number | null {
   return f["user"] === null ? null : integer(f, "user");
 }
@@ -262,7 +262,7 @@ function watching(f: Fields): Watching {
   };
 }
 
-/** It goes back as it came, and nowhere else. */
+/** Token of a session; the page only sends it back to the server unchanged. */
 function session(f: Fields): { readonly session?: string } {
   if (f["session"] === undefined) return {};
   const token = text(f, "session");
@@ -278,7 +278,7 @@ function version(f: Fields): number {
   return theirs;
 }
 
-/** It becomes part of an address: digits of a hash and nothing else. */
+/** Check the name of a model: it becomes part of an address, so it must consist of the digits of a hash. */
 function modelName(model: string): string {
   if (!/^[0-9a-f]{1,128}$/.test(model)) throw new ProtocolError("model", model, "hexadecimal digits");
   return model;

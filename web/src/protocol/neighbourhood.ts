@@ -1,4 +1,4 @@
-/** The tail of a mesh patch: the free surface around the contact, vertex by vertex. */
+/** The last part of a mesh patch: the free surface around the contact, vertex by vertex. */
 
 import type { Vec3 } from "../model/vec";
 import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
@@ -7,17 +7,17 @@ const HEAD = 10;
 const ITEM = 10;
 export const MAX_NEAR = 97;
 
-/** Vertices of the resting mesh and where they are now, in rising order; k of them. */
+/** k vertices of the resting mesh and their present displacements, in rising order. */
 export interface Neighbourhood {
   /** One unit of `displacements` [m]. */
   readonly scale: number;
   /** One unit of `compliances` [m/N]. */
   readonly c_scale: number;
-  /** Of the vertices in the resting mesh, rising, shape (k,). */
+  /** Indices of the vertices in the resting mesh, rising, shape (k,). */
   readonly indices: readonly number[];
-  /** Without this client's own force, shape (k, 3) [scale]. */
+  /** Displacements without this client's own force, shape (k, 3) [scale]. */
   readonly displacements: readonly Vec3[];
-  /** Of a contact centred at each vertex, along its normal, shape (k,) [c_scale]. */
+  /** Compliance of a contact centred at each vertex, along its normal, shape (k,) [c_scale]. */
   readonly compliances: readonly number[];
 }
 
@@ -41,7 +41,7 @@ export function readNeighbourhood(reader: Reader): Neighbourhood {
   let before = -1;
   for (let k = 0; k < count; k += 1) {
     const index = reader.u16();
-    // A strict order leaves no vertex twice.
+    // A strictly rising order excludes a vertex that comes twice.
     if (index <= before) {
       throw new ProtocolError("index of a vertex", index, `more than the one before, ${before}`);
     }

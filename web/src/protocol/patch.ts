@@ -1,9 +1,9 @@
 /**
  * Server to client, once per simulation tick: the surface in front of one user, and its gains.
  *
- * The patch is the surface *free of this client's own force* (science 3.3); with `c_ii` and `own_force` the surface
- * as it stands follows, x_o = x_free - c_ii own_force. A client believes no number that would make its loop dangerous:
- * each has bounds.
+ * The patch is the surface *free of this client's own force* (science 3.3); the present surface follows from it with
+ * `c_ii` and `own_force`, x_o = x_free - c_ii own_force. Each number has bounds, so that no received number can make a
+ * client's loop dangerous.
  */
 
 import { isDefinite } from "../control/friction";
@@ -31,8 +31,8 @@ const KNOWN_FLAGS = 2 * COMPLIANCE_FLAG - 1;
 const MAX_STIFFNESS = 1e6; // N/m
 /** Compliance of fixed or rigid parts [m/N]: the device's stiffness limits such a contact. */
 export const MIN_COMPLIANCE = 1 / MAX_STIFFNESS;
-const ROUNDING = 1e-6; // of c_ii in 32 bits
-const MAX_CURVATURE = 1e4; // 1/m; a tenth of a millimetre round
+const ROUNDING = 1e-6; // share of c_ii, for its rounding to 32 bits
+const MAX_CURVATURE = 1e4; // 1/m; a radius of a tenth of a millimetre
 const GEOMETRIES: readonly (GeometryName | undefined)[] = [undefined, "plane", "sphere", "mesh"];
 
 /** One user's local surface and the gains with which the local model presses on it; fields as in `docs/protocol.md`. */
@@ -57,21 +57,21 @@ export interface Patch {
   readonly compliance: Compliance3 | null;
 }
 
-/** Law of a number on the wire; throws ProtocolError. */
+/** Law for its number in the protocol; throws ProtocolError. */
 export function lawOf(number: number): LawName {
   const law = LAWS[number - 1];
   if (law === undefined) throw new ProtocolError("law of a frame", number, `1 to ${LAWS.length}`);
   return law;
 }
 
-/** Geometry of a number on the wire; throws ProtocolError. */
+/** Geometry for its number in the protocol; throws ProtocolError. */
 export function geometryOf(number: number): GeometryName {
   const geometry = GEOMETRIES[number];
   if (geometry === undefined) throw new ProtocolError("geometry of a frame", number, "1, 2 or 3");
   return geometry;
 }
 
-/** The patch in a frame; throws ProtocolError, whatever the bytes. */
+/** Decode the patch in a frame; throws ProtocolError for any invalid bytes. */
 export function decodePatch(bytes: Uint8Array): Patch {
   const { flags, reader } = openFrame(bytes, "patch", PATCH_SIZE);
   const geometry = geometryOf(flags & 0x000f);

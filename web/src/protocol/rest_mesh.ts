@@ -13,12 +13,12 @@ const PLACES = 6; // bytes of a quantised vertex
 const FACE = 6;
 const MAX_VERTICES = 65_535;
 const MAX_FACES = 131_070;
-const STEPS = 65_535; // of a quantised place on each axis
-const ROUNDING = 1 + 1e-6; // of the box's far corner, from 32 bits
+const STEPS = 65_535; // steps of a quantised position along each axis
+const ROUNDING = 1 + 1e-6; // factor on the box's far corner, for its rounding to 32 bits
 // Deflate adds five bytes to every 16 kB that it cannot shorten.
 export const MAX_MESH_BYTES = 1024 + Math.floor(((MAX_VERTICES * VERTEX + MAX_FACES * FACE) * 1001) / 1000);
 
-/** The mesh in a frame, exact or quantised; throws ProtocolError, whatever the bytes. */
+/** Decode the mesh in a frame, exact or quantised; throws ProtocolError for any invalid bytes. */
 export function decodeRestMesh(bytes: Uint8Array): RestMesh {
   const { flags, reader } = openFrame(bytes, "rest_mesh", HEAD + 1);
   if (bytes.length > MAX_MESH_BYTES) {
@@ -51,7 +51,7 @@ function exact(reader: Reader, n: number, m: number): RestMesh {
   return { vertices, faces };
 }
 
-/** 16 bits of the bounding box on each axis, foretold like the surface of a scene. */
+/** Read vertices of 16 bits per axis of the bounding box, predicted like the surface of a scene. */
 function quantised(reader: Reader, n: number, m: number): RestMesh {
   if (reader.left <= 24) throw new ProtocolError("length of a quantised mesh", HEAD + reader.left, `more than ${HEAD + 24} bytes`);
   const low = reader.vec();
@@ -73,7 +73,7 @@ function quantised(reader: Reader, n: number, m: number): RestMesh {
   return { vertices, faces };
 }
 
-/** From byte planes: the low bytes of all first corners, of all second and third, then the high ones likewise. */
+/** Corners from byte planes: the low bytes of all first corners, of all second and all third ones, then the high bytes likewise. */
 function cornersOf(planes: Uint8Array, n: number, m: number): Uint32Array {
   const faces = new Uint32Array(3 * m);
   for (let c = 0; c < 3; c += 1) {

@@ -6,7 +6,7 @@ import { checkRange, type Reader } from "./frame";
 const MAX_LAG = 60; // s
 const MAX_COUPLING = 1e3;
 
-/** Read it; throws ProtocolError for impossible values. */
+/** Read the lag of the room; throws ProtocolError for impossible values. */
 export function readRoom(reader: Reader): RoomLag {
   const room = { lag: reader.f32(), coupling: reader.f16(), margin: reader.f16() };
   checkRange("lag of the room", room.lag, 0, MAX_LAG);

@@ -1,7 +1,7 @@
 /**
- * Server to client, on a watch connection: who touches where, and the surface if it was asked for.
+ * Server to client, on a watch connection: who touches where, and the surface if the client asked for it.
  *
- * State, not an event: the newest replaces every older one.
+ * A scene is a state and not an event: the newest scene replaces every older one.
  */
 
 import type { RoomLag } from "../model/body";
@@ -57,24 +57,24 @@ export interface Scene {
   readonly tick: number;
   /** Time of the tick on the server's clock [s]. */
   readonly t_server: number;
-  /** Who is there, those too whose force still fades. */
+  /** Users in the room, including users who have left and whose force still fades. */
   readonly users: readonly UserRecord[];
-  /** Null in a frame of forces only. */
+  /** Surface of the body; null in a frame of forces only. */
   readonly surface: SceneSurface | null;
   readonly room: RoomLag;
 }
 
 /**
- * The scene in a frame; throws ProtocolError, whatever the bytes.
+ * Decode the scene in a frame; throws ProtocolError for any invalid bytes.
  *
- * @param traversal Finds that of the rest mesh; called for a frame with a surface.
+ * @param traversal Returns the traversal of the rest mesh; called only for a frame with a surface.
  */
 export function decodeScene(bytes: Uint8Array, traversal: () => Traversal): Scene {
   const { reader, whole, ...scene } = readUsers(bytes);
   return { ...scene, surface: whole ? readSurface(reader, traversal()) : null };
 }
 
-/** Who touches where in a frame, whose surface is left as it is; throws ProtocolError. */
+/** Decode only the users of a frame and not its surface; throws ProtocolError. */
 export function decodeUsers(bytes: Uint8Array): readonly UserRecord[] {
   return readUsers(bytes).users;
 }

@@ -1,7 +1,7 @@
 /**
  * The surface in a scene frame: the displacement of every vertex of the rest mesh, deflated.
  *
- * Whole numbers with a common scale, each minus its prediction from neighbours (`traversal.ts`).
+ * The frame holds whole numbers with a common scale, each minus its prediction from neighbours (`traversal.ts`).
  */
 
 import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
@@ -12,11 +12,11 @@ const HEAD = 8;
 const MAX_SCALE = MAX_POSITION / 32767;
 const SMALLEST = 2 ** -126;
 
-/** Displacement from rest of every vertex. */
+/** Displacement of every vertex from its resting position. */
 export interface SceneSurface {
   /** One unit [m]. */
   readonly scale: number;
-  /** In the order of the rest mesh's vertices, shape (n, 3) [scale]. */
+  /** Displacements in the order of the rest mesh's vertices, shape (n, 3) [scale]. */
   readonly units: Int16Array;
 }
 
@@ -27,11 +27,11 @@ export function readSurface(reader: Reader, traversal: Traversal): SceneSurface 
   const length = reader.u32();
   checkRange("scale of a surface", scale, SMALLEST, MAX_SCALE);
   if (reader.left !== length) throw new ProtocolError("surface length", reader.left, `${length} bytes`);
-  // Nothing longer than the rest mesh is inflated.
+  // A stream that is longer than the rest mesh needs is refused.
   return { scale, units: unfold(inflate("a surface", reader.rest(), 6 * traversal.vertices), traversal) };
 }
 
-/** Byte planes to units, modulo 2^16: low bytes of all x, then y, then z, then the high ones. */
+/** Convert byte planes to units, modulo 2^16: low bytes of all x, then y, then z, then the high bytes. */
 export function unfold(raw: Uint8Array, { vertices: n, order, foretold }: Traversal): Int16Array {
   const units = new Int16Array(3 * (n + 1)); // the last one stands for zero
   for (let c = 0; c < 3; c += 1) {

@@ -1,20 +1,20 @@
 /**
- * The order in which a surface is sent, and from which vertices each is foretold.
+ * The order in which the vertices of a surface are sent, and the vertices from which each is predicted.
  *
- * Whoever has the resting mesh finds the same: breadth first from vertex 0, neighbours by number; a vertex is foretold
- * by the parallelogram over an edge that came before it, p + q - r (Touma and Gotsman 1998).
+ * Server and page compute the same order from the resting mesh: breadth first from vertex 0, neighbours by number. A vertex
+ * is predicted by the parallelogram over an edge that came before it, p + q - r (Touma and Gotsman 1998).
  */
 
-/** Of one resting mesh of n vertices. */
+/** Order and predictions for one resting mesh of n vertices. */
 export interface Traversal {
   readonly vertices: number;
-  /** Vertices as they are sent, shape (n,). */
+  /** Vertices in the order in which they are sent, shape (n,). */
   readonly order: Uint32Array;
-  /** p, q, r that foretell `order[k]` as p + q - r, shape (n, 3); n stands for zero. */
+  /** Vertices p, q, r that predict `order[k]` as p + q - r, shape (n, 3); the number n stands for zero. */
   readonly foretold: Uint32Array;
 }
 
-/** @param faces Corners, shape (m, 3); all below `n`. */
+/** @param faces Corners of the faces, shape (m, 3); all below `n`. */
 export function traversalOf(n: number, faces: Uint32Array): Traversal {
   const edges = edgesOf(n, faces);
   const near = neighbours(n, edges);
@@ -28,12 +28,12 @@ export function traversalOf(n: number, faces: Uint32Array): Traversal {
   return { vertices: n, order, foretold };
 }
 
-/** The edge across from each corner, sorted by its ends: whoever shares an edge stands side by side. */
+/** The edge opposite to each corner, sorted by its ends, so that corners with the same edge are side by side. */
 interface Edges {
-  /** The end of the lower number, and the other, shape (3 m,), by corner. */
+  /** The edge's end with the lower number, shape (3 m,), by corner; `high` is the other end. */
   readonly low: Uint32Array;
   readonly high: Uint32Array;
-  /** Corners by the lower end of their edge, then by the higher. */
+  /** Corners, sorted by the lower end of their edge, then by the higher end. */
   readonly sorted: Uint32Array;
 }
 
@@ -55,7 +55,7 @@ function next(i: number): number {
   return i % 3 === 2 ? i - 2 : i + 1;
 }
 
-/** Stable, and in a time that no mesh can make long. */
+/** Sort items by key, stably, in a time that no mesh can make long. */
 function sortedBy(key: Uint32Array, items: Uint32Array, n: number): Uint32Array {
   const start = starts(n, key);
   const out = new Uint32Array(items.length);
@@ -69,7 +69,7 @@ function sortedBy(key: Uint32Array, items: Uint32Array, n: number): Uint32Array 
   return out;
 }
 
-/** Where the entries of each number below `n` begin when they are sorted, shape (n + 1,). */
+/** Index at which the entries of each number below `n` begin when they are sorted, shape (n + 1,). */
 function starts(n: number, ...keys: readonly Uint32Array[]): Uint32Array {
   const start = new Uint32Array(n + 1);
   for (const key of keys) {
@@ -93,7 +93,7 @@ function neighbours(n: number, { low, high, sorted }: Edges): Near {
   const begin = starts(n, low, high);
   const end = begin.slice();
   const of = new Uint32Array(2 * sorted.length);
-  // Those of lower numbers first: sorted by it, they come rising, and so do those of higher ones after them.
+  // Neighbours of lower numbers come first, in rising order because of the sorting, then those of higher numbers likewise.
   for (const [from, to] of [[low, high], [high, low]] as const) {
     for (let s = 0; s < sorted.length; s += 1) {
       const i = sorted[s] ?? 0;
@@ -108,7 +108,7 @@ function neighbours(n: number, { low, high, sorted }: Edges): Near {
   return { begin, end, of };
 }
 
-/** All vertices; each part of the mesh begins with its lowest. */
+/** All vertices, breadth first; each connected part of the mesh begins with its lowest vertex. */
 function breadthFirst(n: number, { begin, end, of }: Near): Uint32Array {
   const seen = new Uint8Array(n);
   const order = new Uint32Array(n);
@@ -130,7 +130,7 @@ function breadthFirst(n: number, { begin, end, of }: Near): Uint32Array {
   return order;
 }
 
-/** Over an edge of exactly two faces; of several the one whose r came first, then p, then q. */
+/** Predict by parallelograms over edges of exactly two faces; of several, by the one whose r came first, then p, then q. */
 function parallelograms(n: number, faces: Uint32Array, { low, high, sorted }: Edges, place: Uint32Array): Uint32Array {
   const foretold = new Uint32Array(3 * n).fill(n);
   const at = (v: number): number => place[v] ?? n;
@@ -160,7 +160,7 @@ function parallelograms(n: number, faces: Uint32Array, { low, high, sorted }: Ed
   return foretold;
 }
 
-/** For those without a parallelogram the neighbour that came first foretells alone; n without one that came before. */
+/** Predict each vertex without a parallelogram by its neighbour that came first; by n (zero) if no neighbour came before. */
 function single(foretold: Uint32Array, order: Uint32Array, { begin, end, of }: Near, place: Uint32Array): void {
   const n = order.length;
   for (let k = 0; k < n; k += 1) {

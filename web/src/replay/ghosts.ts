@@ -1,10 +1,10 @@
 /**
- * What delay does to a hand: where it is itself, and where it is for everybody else.
+ * The effect of delay on a hand: its true position, and its position for everybody else.
  *
- * The server, and so everybody who sees or feels a hand, has it as its newest sample said: half a loop old. The own
- * loop knows better of its own tip, now and in the last minute. Of the hands of others nobody here knows where they
- * are now; of any moment before it is known by now, from what came half a loop later. So live there is one pair, the
- * own one, and in a replay there is one for each hand.
+ * The server, and so everybody who sees or feels a hand, has the hand at its newest sample, half a loop old. The own loop
+ * knows its own tip exactly, now and in the last minute. The present position of other hands is not known here, but that at
+ * an earlier moment is, from the sample that came half a loop later. Live there is therefore one pair of positions, that of
+ * the own hand, and in a replay there is a pair for each hand.
  */
 
 import type { TouchState } from "../model/hand";
@@ -13,18 +13,18 @@ import { norm, sub, type Vec3 } from "../model/vec";
 
 export interface Ghost {
   readonly user: number;
-  /** Where everybody else has the hand [m]. */
+  /** Position of the hand's tip for everybody else [m]. */
   readonly arrived: Vec3;
-  /** Where it is itself at that moment [m]. */
+  /** True position of the tip at that moment [m]. */
   readonly itself: Vec3;
   readonly normal: Vec3;
-  /** How much later it arrives [s]. */
+  /** Time by which the position arrives late [s]. */
   readonly late: number;
-  /** Between the two [m]. */
+  /** Distance between the two positions [m]. */
   readonly apart: number;
 }
 
-/** Where a hand's tip is drawn. */
+/** Position at which a hand's tip is drawn. */
 export type TipOf = (user: UserState) => Vec3;
 
 function ghost(user: UserState, arrived: Vec3, itself: Vec3, late: number): Ghost {
@@ -32,10 +32,10 @@ function ghost(user: UserState, arrived: Vec3, itself: Vec3, late: number): Ghos
 }
 
 /**
- * The own hand, now; none before there is a picture of it.
+ * The pair of the own hand now; none before the hand is in the scene.
  *
- * @param own Report of the own loop, and `tip` where that has the tip [m].
- * @param now Page's clock [s].
+ * @param own Report of the own loop; `tip` is the tip's position by that loop [m].
+ * @param now Time on the page's clock [s].
  */
 export function ghostsNow(view: SceneSnapshot, own: TouchState | null, tip: Vec3, now: number, tipOf: TipOf): readonly Ghost[] {
   const heard = own === null || own.phase !== "joined" || own.user === 0 ? undefined : view.users.find(({ user }) => user === own.user);
@@ -45,10 +45,10 @@ export function ghostsNow(view: SceneSnapshot, own: TouchState | null, tip: Vec3
 }
 
 /**
- * All hands at a time of a recording, where what came later tells.
+ * The pairs of all hands at a time of a recording, as far as later samples give the true positions.
  *
- * @param hand A hand at a time, as it arrived; null where that is not known.
- * @param own The number of the own hand, and `track` its tip by its own loop.
+ * @param hand Returns a hand at a time, as it arrived; null where that is not known.
+ * @param own Number of the own hand; `track` returns its tip by its own loop.
  */
 export function ghostsThen(
   users: readonly UserState[], t: number, hand: (user: number, t: number) => UserState | null, own: number, track: (t: number) => Vec3 | null, tipOf: TipOf,

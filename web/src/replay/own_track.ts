@@ -1,11 +1,11 @@
-/** Where the own tip itself was in the last minute, by the hand's own loop and on the server's clock, in memory that does not grow. */
+/** Positions of the own tip in the last minute, by its own loop and on the server's clock, in memory that does not grow. */
 
 import type { Vec3 } from "../model/vec";
 import { lerp } from "../model/vec";
 
 const CAPACITY = 4096; // a minute of 60 reports a second, and a little more
 const WIDTH = 4; // time and place
-const HOLE = 0.25; // s between two reports, and it is not known where the tip was
+const HOLE = 0.25; // s; in a longer gap between two reports the tip's position is not known
 
 export class OwnTrack {
   private readonly data: Float64Array;
@@ -15,7 +15,7 @@ export class OwnTrack {
     this.data = data ?? new Float64Array(WIDTH * capacity);
   }
 
-  /** @param t Server's clock [s]; what is not newer is left out, and what is much older is another clock. */
+  /** @param t Time on the server's clock [s]; a time that is not newer is left out, a much older time means another clock. */
   push(t: number, tip: Vec3): void {
     const last = this.timeOf(this.next - 1);
     if (this.next > 0 && t < last - 1) this.next = 0;
@@ -24,7 +24,7 @@ export class OwnTrack {
     this.next += 1;
   }
 
-  /** Between two reports; null where there were none. */
+  /** Position of the tip, interpolated between two reports; null where there were none. */
   at(t: number): Vec3 | null {
     let [low, high] = [Math.max(0, this.next - this.capacity), this.next];
     const first = low;
@@ -38,7 +38,7 @@ export class OwnTrack {
     return to - from > HOLE ? null : lerp(this.tipOf(low - 1), this.tipOf(low), (t - from) / (to - from));
   }
 
-  /** As it is now, to be kept while this one goes on. */
+  /** Copy of the present track, which stays the same while this one goes on. */
   copy(): OwnTrack {
     const made = new OwnTrack(this.capacity, this.data.slice());
     made.next = this.next;

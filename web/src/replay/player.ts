@@ -1,4 +1,4 @@
-/** The scene of a recording at any of its times: a pure function of both, but for what it keeps to be fast. */
+/** The scene of a recording at any of its times: a pure function of both, apart from a cache. */
 
 import type { Recording } from "../model/recording";
 import { NO_WORD, type SceneSnapshot, type UserState } from "../model/scene";
@@ -8,13 +8,13 @@ import { GAP } from "../watch/frame_buffer";
 import { between, type Frame, place, usersBetween } from "../watch/interpolation";
 import { lastBefore } from "./scrubber";
 
-const NEAR = 6; // frames whose surfaces are at hand
-const NO_LATENCY = { delay: 0, jitter: 0 }; // what was added is in the measured delay
+const NEAR = 6; // frames whose surfaces are kept in the cache
+const NO_LATENCY = { delay: 0, jitter: 0 }; // an added latency is part of the measured delay
 
 export interface Shown extends SceneSnapshot {
-  /** Whether anything was heard at that time; in a silence it is how it was before. */
+  /** Whether the server was heard at that time; during a silence the scene is that from before. */
   readonly known: boolean;
-  /** Whether the surface is that of this time; else it is on its way. */
+  /** Whether the surface is that of this time; otherwise its Green's functions are still being loaded. */
   readonly complete: boolean;
 }
 
@@ -23,7 +23,7 @@ interface Made extends Frame {
 }
 
 export class Player {
-  private readonly near = new Map<number, Made>(); // the least lately used first
+  private readonly near = new Map<number, Made>(); // least recently used first
   private readonly records: (readonly UserRecord[] | undefined)[] = [];
   private readonly positions: Float32Array;
   private drawn = "";
@@ -43,7 +43,7 @@ export class Player {
     const pair = between(a === b ? [a] : [a, b], t, GAP * this.recording.interval) ?? { a, b, share: 0 };
     const complete = a.complete && b.complete;
     const key = `${i} ${pair.share} ${complete}`;
-    // An incomplete surface may have come in part.
+    // More of an incomplete surface may have come since the last call.
     const moved = key !== this.drawn || !complete;
     if (moved) place(this.positions, this.recording.mesh.vertices, pair);
     this.drawn = key;
@@ -51,13 +51,13 @@ export class Player {
     return { t_server: t, positions: this.positions, moved, users, room: pair.b.room, known: this.known(t), complete };
   }
 
-  /** Whether a server spoke at that time. */
+  /** Whether the server was heard at that time. */
   known(t: number): boolean {
     const i = lastBefore(this.times, t);
     return i >= 0 && t - (this.times[i] ?? -Infinity) < NO_WORD;
   }
 
-  /** A hand at a time, without the surface; null where it is not known. */
+  /** A hand at a time, without computing the surface; null where the hand is not known. */
   hand(user: number, t: number): UserState | null {
     const i = lastBefore(this.times, t);
     if (i < 0 || !this.known(t)) return null;
@@ -103,13 +103,13 @@ export class Player {
     }
     const made = surface?.(users) ?? null;
     if (made !== null) return { t_server, users, room, displacement: made, complete: true };
-    // As before: a sign of life says that nothing has moved, and a surface that is on its way is better late than flat.
+    // The former surface: a sign of life means that nothing moved, and an old surface is better than a flat one.
     const before = this.before(i);
     const displacement = before?.displacement ?? new Float32Array(mesh.vertices.length);
     return { t_server, users, room, displacement, complete: surface === null };
   }
 
-  /** The newest frame before that has a surface of its own, or is at hand. */
+  /** The newest earlier frame that has a surface of its own or is in the cache. */
   private before(i: number): Made | undefined {
     for (let k = i - 1; k >= 0; k -= 1) {
       const kept = this.near.get(k);

@@ -1,4 +1,4 @@
-/** What the plots show of a recording: some seconds round the shown time, hand by hand. */
+/** Samples of a recording for the plots: some seconds round the shown time, for each hand. */
 
 import type { UserRecord } from "../protocol/scene";
 import type { Player } from "./player";
@@ -10,7 +10,7 @@ export interface Window {
   readonly end: number;
 }
 
-/** So many seconds with the shown time in the middle, or as near to it as the recording goes. */
+/** A window of `span` seconds with the shown time in the middle, or as near to the middle as the recording allows. */
 export function windowRound(t: number, from: number, to: number, span: number): Window {
   const end = Math.min(Math.max(t + 0.5 * span, Math.min(from + span, to)), Math.max(to, t));
   return { start: end - span, end };
@@ -19,7 +19,7 @@ export function windowRound(t: number, from: number, to: number, span: number): 
 /** Takes one sample of a hand. */
 export type Take = (user: number, t: number, values: readonly number[]) => void;
 
-/** The samples of all hands in a window, by rising time; what was sampled once is kept. */
+/** The samples of all hands in a window, by rising time; samples are computed once and kept. */
 export class Samples {
   private readonly kept: (readonly (readonly [number, readonly number[]])[] | undefined)[] = [];
 

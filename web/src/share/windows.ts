@@ -1,28 +1,28 @@
-/** What lets more people in: another window of this room, and the command by which other machines reach a server. */
+/** Ways to let more people in: another window of this room, and a command that makes a server reachable from other machines. */
 
 import { addressAt } from "./addresses";
 
-const PORT = "8765"; // of a server that is told no other
-const ROOM = /\/r\/[^/]+\/$/; // of several rooms, which a file describes
+const PORT = "8765"; // default port of a server
+const ROOM = /\/r\/[^/]+\/$/; // path of one of several rooms, which a file describes
 const LONGEST = 32; // characters of a name
 
-/** This visitor, as far as others come in by what this page gives them. */
+/** Data of this visitor from which addresses for others are made. */
 export interface Visit {
-  /** Of this page, and its server: http: or https:. */
+  /** Address of this page and its server, http: or https:. */
   readonly address: string;
-  /** Whether this visitor came by an invitation: so must others. */
+  /** Whether this visitor came by an invitation; others then need one, too. */
   readonly invited: () => boolean;
-  /** Token of the link; without one where there was none. */
+  /** Token of the link; undefined if there was none. */
   readonly invitation: () => string | undefined;
 }
 
-let windows = 1; // of this visitor
+let windows = 1; // number of this visitor's windows
 
-/** Open one more window of this room, beside this one where there is room: a page that is covered lets its hand go. */
+/** Open one more window of this room, beside this one if the screen allows: a covered page lets its hand go. */
 export function openWindow({ address, invitation }: Visit, name: string): void {
   windows += 1;
   const { availWidth, availHeight } = screen;
-  // Without an opener it begins with nothing of this tab, as a second visitor does.
+  // Without an opener the new window shares nothing with this tab, like that of a second visitor.
   open(windowAddress(address, name, windows, invitation()), "_blank", `noopener,popup,width=${Math.round(availWidth / 2)},height=${availHeight}`);
 }
 
@@ -30,9 +30,9 @@ export function openWindow({ address, invitation }: Visit, name: string): void {
  * Address of a second visitor's window on this machine.
  *
  * @param page Address of this page.
- * @param name Of the visitor here.
- * @param count Which window this is; the first is the visitor's own.
- * @param invitation Its token: another window begins a session of its own.
+ * @param name Name of this visitor.
+ * @param count Number of the window; the first is the visitor's own.
+ * @param invitation Token of the invitation, with which the other window begins a session of its own.
  */
 export function windowAddress(page: string, name: string, count: number, invitation: string | undefined): string {
   const url = new URL(addressAt(page));
@@ -43,11 +43,11 @@ export function windowAddress(page: string, name: string, count: number, invitat
 }
 
 /**
- * What to type in place of the command that started a server which only its own machine reaches.
+ * Command to type in place of the one that started a server which only its own machine reaches.
  *
  * @param page Address of this page.
- * @param invited Whether who comes needs an invitation: a token is not to be sent unencrypted.
- * @returns Empty where only a proxy encrypts, before several rooms.
+ * @param invited Whether visitors need an invitation, whose token must not be sent unencrypted.
+ * @returns The command; empty where only a proxy can encrypt, as before several rooms.
  */
 export function serveCommand(page: string, invited: boolean): string {
   const { port, protocol, pathname } = new URL(page);

@@ -1,7 +1,7 @@
 /**
- * One hand at one server: engine, socket and timers. It decides when to reconnect.
+ * One hand at one server: engine, socket and timers. The client decides when to reconnect.
  *
- * Socket, clock and timers are given, so that a test can be the server.
+ * Socket, clock and timers are arguments, so that a test can play the server.
  */
 
 import type { TouchSettings, TouchState } from "../model/hand";
@@ -14,18 +14,18 @@ import type { Message } from "./network/delay_line";
 import type { Connection } from "./report";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
-const WAKE = 0.002; // s; browsers make 4 ms of it
+const WAKE = 0.002; // s between two wakes; browsers make it 4 ms
 const REPORT = 1 / 60; // s
 const RETRY = 0.5; // s between attempts to reach a server
-const LONGEST_FADE = 1.1; // s; ten newtons are gone in one
-const GIVEN_UP = 5; // s without a word, after which a new connection is tried; patches come at each tick
-const GIVEN_UP_OUTSIDE = 10; // s; the same before the welcome: who waits for a seat hears its place every two seconds, behind a slow line later
-const FROZEN = 5; // s without a word of the page, after which nobody presses: it draws no more, though no event said so
+const LONGEST_FADE = 1.1; // s; a force of ten newtons fades within one second
+const GIVEN_UP = 5; // s without a message, after which a new connection is tried; patches come at each tick
+const GIVEN_UP_OUTSIDE = 10; // s; the same before the welcome: a waiting client hears its place every two seconds, on a slow line later
+const FROZEN = 5; // s without a message of the page, after which the hand does not press: the page has stopped drawing without an event
 const CHANGED = "there is another object now; your hand comes back to it";
 
 /** The services of the browser. */
 export interface World {
-  /** On the page's clock [s]. */
+  /** Time on the page's clock [s]. */
   now(): number;
   /** Calls `action` after a while [s]. */
   later(seconds: number, action: () => void): void;
@@ -38,14 +38,14 @@ export class TouchClient {
   private readonly engine: TouchEngine;
   private socket: FarSocket | null = null;
   private delay = 0; // s each way, of this connection and of later ones
-  private former: FarSocket | null = null; // holds the seat until the new connection has it
+  private former: FarSocket | null = null; // former connection, which holds the seat until the new one has it
   private connection: Connection = { phase: "connecting", reason: "", code: 0 };
   private report_due = 0;
   private ended = false;
   private ends_at = Infinity;
-  private heard_at = 0; // s; or when the connection was begun
-  private leaves = false; // to come in again at once
-  private page_at: number; // s; the newest word of the page
+  private heard_at = 0; // s; time of the newest message, or of the start of the connection
+  private leaves = false; // whether the hand leaves only to join again at once
+  private page_at: number; // s; time of the newest message of the page
 
   constructor(
     private readonly settings: TouchSettings,
@@ -120,8 +120,8 @@ export class TouchClient {
   }
 
   /**
-   * Friction is asked for in the hello: a hand that wants it now, or no longer, comes in again. With a secret the new
-   * connection takes the old one's seat, which might be somebody else's after a goodbye.
+   * Join anew if friction was switched on or off, because only the hello can ask for friction. With a secret the new
+   * connection takes over the old one's seat, which after a goodbye might go to somebody else.
    */
   private joinAnew(): void {
     const bye = this.engine.toJoinAnew();
@@ -135,7 +135,7 @@ export class TouchClient {
     }
   }
 
-  /** The server has let go of the connection before this one, or is to do so. */
+  /** Close the former connection. */
   private leaveFormer(): void {
     this.former?.close(NORMAL);
     this.former = null;
@@ -189,7 +189,7 @@ export class TouchClient {
       this.comeBack(socket);
       return;
     }
-    // After a broken connection the server may not know yet that it is broken; one that stops may come back.
+    // The server may not know yet that the former connection is broken; a server that stops may come back.
     const again = refusal.code === SERVER_STOPS || (refusal.code === NAME_TAKEN && this.engine.joined);
     if (again) this.lost(socket, refusal.code, refusal.message);
     else this.end(`the server refused: ${refusal.message}`, refusal.code);
@@ -217,7 +217,7 @@ export class TouchClient {
     });
   }
 
-  /** To another object: once there is no force any more, as a hand that is new. */
+  /** Join again at another object, as a new hand, once the force has faded. */
   private comeBack(socket: FarSocket): void {
     this.socket = null;
     this.leaves = false;

@@ -1,31 +1,31 @@
 /**
- * A clock that goes in steps, made even by counting timers between two of them.
+ * Makes a clock even that goes in steps, by counting timers between two steps.
  *
  * Browsers that protect privacy let their clocks go in steps, of 100 ms for instance. A hand whose clock stands still
- * and then jumps would run its periods in one lump, on one patch, and lose those that are too many for a lump; its
- * samples would leave ten times a second. Timers come as often as ever.
+ * and then jumps would run its periods in one batch, on one patch, and lose the periods that are too many for a batch;
+ * its samples would leave ten times a second. Timers still come at their usual rate.
  */
 
-const STANDS = 3; // timers within one reading: a clock whose steps are worth a word
-const LEARNED = 0.2; // share of a new step in the number of timers for one
-const CATCH_UP = 0.015; // s at a timer, at most: fewer than the periods that the loop runs at once
-const STALL = 0.02; // s; a clock that is farther ahead than by a step and this did not go while nothing ran
+const STANDS = 3; // timers within one reading of the clock, from which on it counts as a clock that goes in steps
+const LEARNED = 0.2; // share of the newest step in the mean number of timers per step
+const CATCH_UP = 0.015; // s that one timer may add at most: fewer periods than the loop runs at once
+const STALL = 0.02; // s; if the clock is ahead by more than a step and this, no timers ran meanwhile
 
 export class EvenClock {
-  /** In which the clock goes [s]; 0 where it goes finer than timers. */
+  /** Step of the clock [s]; 0 where it is finer than the timers. */
   step = 0;
   private timers = 0;
-  /** That come while it makes a step. */
+  /** Mean number of timers per step of the clock. */
   private expected = 0;
   private reading: number;
   private shown: number;
 
-  /** @param read The clock [s]. */
+  /** @param read Reads the clock [s]. */
   constructor(private readonly read: () => number) {
     this.reading = this.shown = read();
   }
 
-  /** [s]; never less than before. */
+  /** Time on the even clock [s]; it never goes back. */
   now(): number {
     this.look();
     if (this.step === 0) this.shown = Math.max(this.shown, this.reading);
@@ -37,7 +37,7 @@ export class EvenClock {
     this.look();
     this.timers += 1;
     if (this.step === 0) return;
-    // Before the clock's next step, however many timers come.
+    // The target stays before the clock's next step, however many timers come.
     const target = this.reading + this.step * Math.min(1, this.timers / this.expected);
     const behind = target - this.shown;
     this.shown += behind > this.step + STALL ? behind : Math.min(CATCH_UP, Math.max(0, behind));

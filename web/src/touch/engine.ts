@@ -1,8 +1,8 @@
 /**
  * The haptic client without I/O: messages, cursor and time in; messages and reports out.
  *
- * The Worker (`worker.ts`) is the shell round it. The loop outlives a lost connection: the force fades by itself when
- * patches stop, and comes back when they do.
+ * The Worker (`worker.ts`) is the shell round it. The loop goes on after a lost connection: the force fades when patches
+ * stop coming, and returns when they come again.
  */
 
 import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
@@ -21,7 +21,7 @@ import { TouchSession } from "./network/session";
 import { measured, UNTIMED } from "./network/timing";
 import { type Connection, reportOf } from "./report";
 
-/** The server said why this client may not take part. */
+/** The server refused this client, with a reason. */
 export class Refused extends Error {
   override readonly name = "Refused";
 
@@ -30,16 +30,16 @@ export class Refused extends Error {
   }
 }
 
-/** The server has another object than the one that the loop runs at. */
+/** The server now has another object than that of the loop. */
 export class AnotherObject extends Error {
   override readonly name = "AnotherObject";
 }
 
-/** One user's haptics. */
+/** The haptic client of one user. */
 export class TouchEngine {
   private cursor: Vec3;
   private presses = true;
-  /** Whether the page draws, on which one sees what the hand does. A hand of one that does not gives way. */
+  /** Whether the page draws the hand; the hand gives way while it does not. */
   attended = true;
   private hand: HandSettings;
   private readonly requests: Requests;
@@ -56,7 +56,7 @@ export class TouchEngine {
   private taken_in = false;
   private object_gone = false;
   private leaving = false;
-  private token: string | undefined; // of the session, once there is one
+  private token: string | undefined; // token of the session, when the server has begun one
   private trace: number[] = [];
   private periods = 0;
   private reported_at: number;
@@ -73,7 +73,7 @@ export class TouchEngine {
     this.reported_at = now;
   }
 
-  /** Whether a server has taken this hand in at some time. */
+  /** Whether a server has ever welcomed this hand. */
   get joined(): boolean {
     return this.taken_in;
   }
@@ -83,7 +83,7 @@ export class TouchEngine {
     return this.session.queued;
   }
 
-  /** A connection is open: returns its first message. */
+  /** To be called when a connection is open; returns its first message. */
   opened(): string {
     this.session = new TouchSession();
     this.seq = 0;
@@ -93,13 +93,13 @@ export class TouchEngine {
     return TouchSession.greeting(this.asked, CURSOR);
   }
 
-  /** The connection is gone: nothing more is sent until the next one has its welcome. */
+  /** To be called when the connection is lost: nothing more is sent until the welcome on the next one. */
   lost(): void {
     this.pacer = null;
     this.session = new TouchSession();
   }
 
-  /** There is another object: the force of the one of before fades at once, and no patch of it counts any more. */
+  /** To be called when there is another object: the former object's force fades at once, and its patches are ignored. */
   leaveObject(): void {
     this.pacer = null;
     this.object_gone = true;
@@ -107,23 +107,23 @@ export class TouchEngine {
   }
 
   /**
-   * Begin anew, as a hand that has touched nothing yet: force comes again only after it was free of the new surface.
+   * Begin anew as a hand that has touched nothing yet: it gets a force only after it was free of the new surface.
    *
-   * @returns Whether it has; not while the force of before still fades.
+   * @returns Whether it has begun anew; false while the former force still fades.
    */
   beginAnew(): boolean {
     if (!this.free) return false;
     this.object_gone = false;
     this.loop = START;
-    this.requests.fixed = null; // chosen for the object of before
+    this.requests.fixed = null; // fixed gains were chosen for the former object
     this.settings = this.output = this.welcome = null;
     return true;
   }
 
   /**
-   * One message from the server; throws ProtocolError, AnotherObject or Refused, and the connection is to be closed.
+   * Handle one message from the server; after a ProtocolError, AnotherObject or Refused the connection must be closed.
    *
-   * @returns The answer; null for none.
+   * @returns Message to answer with; null for none.
    */
   hear(data: string | Uint8Array, now: number): string | null {
     const event = this.session.receive(data);
@@ -172,8 +172,8 @@ export class TouchEngine {
   }
 
   /**
-   * Goodbye, where this connection's hello was for a finger with friction and there is none now, or the other way;
-   * null else. The force stays meanwhile, and the server lets the old hand go as the new one comes.
+   * The goodbye message if friction was switched on or off since this connection's hello; null otherwise. The force
+   * stays meanwhile, and the server lets the old hand go when the new one comes.
    */
   toJoinAnew(): string | null {
     if (this.pacer === null || !this.requests.needsHello(this.settings?.friction ?? 0)) return null;
@@ -181,17 +181,17 @@ export class TouchEngine {
     return encodeControl({ type: "bye" });
   }
 
-  /** The law that the user wants, when the server does not know yet; null else, and without a welcome. */
+  /** Message that requests the user's law; null if the server knows it or there was no welcome yet. */
   lawRequest(): string | null {
     return this.pacer === null ? null : this.requests.lawRequest();
   }
 
-  /** The name that the user wants, when the server knows this hand by another; null else, and where it does not know it at all. */
+  /** Message that requests the user's name; null if the server knows the hand by that name, or does not know the hand. */
   nameRequest(): string | null {
     return this.pacer === null && !this.waits ? null : this.requests.nameRequest();
   }
 
-  /** From now on the server counts as silent: the force fades before the end. */
+  /** Treat the server as silent from now on, so that the force fades before the end. */
   letGo(): void {
     this.leaving = true;
     this.loop = { ...this.loop, arrived: -Infinity };
@@ -202,14 +202,14 @@ export class TouchEngine {
     return this.output === null || norm(this.output.force) === 0;
   }
 
-  /** Last messages of the connection: a sample without force, and goodbye; nothing without a welcome. */
+  /** Last messages of the connection: a sample without force, and the goodbye; none without a welcome. */
   farewell(now: number): readonly (string | Uint8Array<ArrayBuffer>)[] {
     if (this.pacer === null) return [];
     this.pacer = null;
     return [this.sample(now, ZERO, null), encodeControl({ type: "bye" })];
   }
 
-  /** Run the periods that have passed; the sample to send now, if one is due. */
+  /** Run the periods that are due; returns the sample to send now, or null. */
   advance(now: number): Uint8Array<ArrayBuffer> | null {
     const [times, schedule] = due(this.schedule, now);
     this.schedule = schedule;
@@ -220,7 +220,7 @@ export class TouchEngine {
     return this.sample(now, this.output?.on_body ?? ZERO, this.output?.anchor ?? null);
   }
 
-  /** The report for the page; begins a new trace. */
+  /** Report for the page; begins a new trace. */
   report(now: number, connection: Connection): TouchState {
     const seconds = now - this.reported_at;
     const state = reportOf({
@@ -247,10 +247,10 @@ export class TouchEngine {
     this.trace.push(t, force_size, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
   }
 
-  /** The server took us in. */
+  /** Begin after the server's welcome. */
   private begin(welcome: Welcome, now: number): void {
     if (this.welcome !== null && this.settings !== null) {
-      // The loop that runs was made for the old one.
+      // The running loop was made for the former welcome.
       const same =
         welcome.simulation_period === this.welcome.simulation_period &&
         JSON.stringify(welcome.body) === JSON.stringify(this.welcome.body);
@@ -269,7 +269,7 @@ export class TouchEngine {
     this.pacer = { period: welcome.simulation_period, due: now };
   }
 
-  /** The settings with the law and friction that the user asks for now. */
+  /** The settings with the law and the friction that the user wants now. */
   private get asked(): TouchSettings {
     const token = this.token === undefined ? {} : { token: this.token };
     return { ...this.initial, ...token, name: this.requests.name, law: this.requests.law, friction: this.requests.mu };

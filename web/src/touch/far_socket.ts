@@ -1,15 +1,15 @@
 /**
- * A connection to the server, and as far away as is asked for: a page may delay itself without asking anybody.
+ * A connection to the server with an added delay, which a page may choose for itself.
  *
- * All that the hand measures and all that its laws use lies behind the delay, as behind a longer network: a message
- * that is held is not sent yet, or not heard yet.
+ * For the measurements and the laws of the hand the delay looks like a longer network: a message that is held counts as
+ * not yet sent, or not yet received.
  */
 
 import { DelayLine, type Message } from "./network/delay_line";
 
-const OPEN = 1; // of a socket
+const OPEN = 1; // `readyState` of a socket
 
-/** What becomes of a connection. */
+/** Functions to be called on the events of a connection. */
 export interface Ends {
   readonly opened: () => void;
   readonly heard: (data: Message) => void;
@@ -20,7 +20,7 @@ export class FarSocket {
   private readonly up = new DelayLine();
   private readonly down = new DelayLine();
 
-  /** @param now Of the clock of the loop [s]. */
+  /** @param now Time on the loop's clock [s]. */
   constructor(private readonly socket: WebSocket, private readonly now: () => number, private readonly ends: Ends) {
     socket.binaryType = "arraybuffer";
     socket.onopen = ends.opened;
@@ -29,23 +29,23 @@ export class FarSocket {
       this.pass();
     };
     socket.onclose = ({ code, reason }) => {
-      // Why it closes may be on its way; the surface that is on its way belongs to a time to come.
+      // Held texts may say why the connection closes; held patches are dropped, because they belong to a later time.
       for (const data of this.down.take(Infinity)) if (typeof data === "string") ends.heard(data);
       ends.lost(code, reason);
     };
   }
 
-  /** Each way, of later messages [s]. */
+  /** Delay of later messages, each way [s]. */
   set delay(seconds: number) {
     this.up.delay = this.down.delay = seconds;
   }
 
   send(data: Message): void {
     this.up.push(data, this.now());
-    this.sendDue(this.now()); // and hears nothing: what is heard may be what sends, and nothing overtakes
+    this.sendDue(this.now()); // received messages are not passed on here: their handler may be the caller, and none may overtake another
   }
 
-  /** Pass on what is due. */
+  /** Pass on the messages that are due. */
   pass(now = this.now()): void {
     this.sendDue(now);
     for (const data of this.down.take(now)) this.ends.heard(data);
@@ -53,12 +53,12 @@ export class FarSocket {
 
   private sendDue(now: number): void {
     for (const data of this.up.take(now)) {
-      // Newest wins: the next sample is one period away.
+      // A sample is dropped while the socket is busy: the next one comes a period later.
       if (typeof data === "string" || this.socket.bufferedAmount === 0) this.socket.send(data);
     }
   }
 
-  /** At once; what is on its way goes out before, and then the last words. */
+  /** Close at once, after sending all held messages and then the last ones. */
   close(code?: number, last: readonly Message[] = []): void {
     if (this.socket.readyState === OPEN) {
       for (const data of [...this.up.take(Infinity), ...last]) this.socket.send(data);

@@ -1,26 +1,26 @@
-/** The page's handle on the haptic Worker: start it, exchange newest values, end it. */
+/** The page's handle on the haptic Worker: starts the Worker, exchanges the newest values, and ends it. */
 
 import type { TouchHandle, TouchSettings, TouchState } from "../model/hand";
 import { PageWait } from "./page_wait";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
-const ALIVE_EVERY = 1000; // ms between two words that the page draws; it draws far more often, or not at all
+const ALIVE_EVERY = 1000; // ms between two messages that the page draws; it draws far more often, or not at all
 const GRACE = 1500; // ms for the Worker to end by itself; the force may take a second to fade
-// The hand before may still be on its way out of the room, under the same name.
+// The former hand may still be leaving the room, under the same name.
 let previous: Promise<void> = Promise.resolve();
 
-// A Worker that has begun and waits for the first hand; later ones find its script in the browser's cache.
+// A started Worker that waits for the first hand; later Workers find the script in the browser's cache.
 let ready: Worker | null = null;
 let prepared = false;
-// With which this page comes back to its name at once. A copy of the tab loads anew, with one of its own.
+// Secret with which this page gets its name back at once. A copy of the tab loads anew and makes its own.
 export const KEY = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
-/** Have a Worker ready, so that nobody who touches waits for its script. */
+/** Start a Worker early, so that the first touch does not wait for its script. */
 export function prepareTouch(): void {
   if (prepared) return;
   prepared = true;
   const worker = newWorker();
-  // The one that is begun with the touch says why.
+  // The Worker that is started with the touch reports the reason.
   worker.onerror = () => {
     if (ready === worker) ready = null;
   };
@@ -32,9 +32,9 @@ function newWorker(): Worker {
 }
 
 /**
- * Begin to touch.
+ * Bring a hand into the room.
  *
- * @param beside The visitor's own hand: another one of this page, under another name, which waits for no hand of before.
+ * @param beside Whether this is a second hand of this page: it has another name and need not wait for the former hand.
  */
 export function startTouch(settings: TouchSettings, beside = false): TouchHandle {
   const worker = beside ? newWorker() : (ready ?? newWorker());
@@ -82,7 +82,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
       return failure;
     },
     get link() {
-      // A delay that was added a moment ago is not yet in what was measured.
+      // The measured value may not yet contain a delay that was added a moment ago.
       const network = state === null || state.network === null ? null : Math.max(state.network, 2 * delay);
       return { network, page_wait: wait.longest, clock_step };
     },

@@ -7,12 +7,12 @@ import type { Welcome } from "../protocol/messages";
 import type { LoopState, Output } from "./loop/state";
 import { clockOffset, type LinkTiming, shortestTrip } from "./network/timing";
 
-/** How the connection is, as the Worker sees it. */
+/** State of the connection, as the Worker sees it. */
 export interface Connection {
   readonly phase: TouchPhase;
-  /** Reason in one sentence; empty for none. */
+  /** Reason for the state in one sentence; empty for none. */
   readonly reason: string;
-  /** Close code behind it; 0 for none. */
+  /** Close code behind the reason; 0 for none. */
   readonly code: number;
 }
 
@@ -41,7 +41,7 @@ export function reportOf(known: Known): TouchState {
   const normal: Vec3 = sight?.normal ?? [0, 0, 1];
   const depth = sight?.depth ?? -1;
   const indentation = safety.scale * (output?.local.indentation ?? 0);
-  // The surface free of the own force, less the own dent: where the tip is held for the eye.
+  // The tip is drawn on the surface free of the own force, less the own dent.
   const dent = indentation + (loop.compliance === null ? 0 : safety.scale * normalShift(loop.friction, normal, loop.compliance));
   const proxy = depth > 0 ? add(probe, scale(normal, Math.max(0, depth - dent))) : probe;
   return {
@@ -82,7 +82,7 @@ export function reportOf(known: Known): TouchState {
   };
 }
 
-/** As the Python client says it, for people. */
+/** State of the loop in words, the same as those of the Python client. */
 function doing({ connection, loop, output, leaving }: Known): string {
   if (leaving || connection.phase === "closed") return "stopped";
   if (loop.patch === null) return "connecting";

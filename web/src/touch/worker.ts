@@ -1,4 +1,4 @@
-/** The haptic Worker: its own thread, so that drawing never holds the hand up. */
+/** The haptic Worker: a thread of its own, so that drawing never holds the hand up. */
 
 import { TouchClient } from "./client";
 import { EvenClock } from "./clock";

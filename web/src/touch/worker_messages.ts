@@ -8,7 +8,7 @@ export type ToWorker =
   | {
       readonly type: "start";
       readonly settings: TouchSettings;
-      /** Of the page's clock, `performance.timeOrigin` [ms]: both then read the same time. */
+      /** Origin of the page's clock, `performance.timeOrigin` [ms], so that page and Worker read the same time. */
       readonly time_origin: number;
     }
   | { readonly type: "point"; readonly target: Vec3; readonly presses: boolean }
@@ -16,9 +16,9 @@ export type ToWorker =
   | { readonly type: "hand"; readonly hand: HandSettings }
   | { readonly type: "name"; readonly name: string }
   | { readonly type: "friction"; readonly mu: number }
-  /** Each message from now on takes longer, each way [s]. */
+  /** Delay to be added to each message from now on, each way [s]. */
   | { readonly type: "delay"; readonly delay: number }
-  /** The page draws: said now and then, so that a hand whose page stands still does not press on. */
+  /** The page draws; sent now and then, so that the hand of a page that stands still does not press on. */
   | { readonly type: "alive" }
   | { readonly type: "close" };
 
@@ -26,8 +26,8 @@ export type FromWorker =
   | {
       readonly type: "state";
       readonly state: TouchState;
-      /** Steps in which the Worker's clock goes [s]; 0, or not said, where it is finer than its timers. */
+      /** Step of the Worker's clock [s]; 0 or absent where the clock is finer than the timers. */
       readonly clock_step?: number;
     }
-  /** The Worker has nothing more to say; the last state came before. */
+  /** The Worker has ended; its last state came before this message. */
   | { readonly type: "ended" };

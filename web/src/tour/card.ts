@@ -66,7 +66,7 @@ export class TourCard {
       show(this.pause, !last);
       if (!this.root.contains(document.activeElement)) this.title.focus({ preventScroll: true });
     }
-    // What is to come may change meanwhile: a partner comes, or cannot.
+    // The number of steps may change meanwhile: a partner comes, or cannot come.
     if (facts !== null) say(this.count, place(steps, state, facts).join(" of "));
     const claim = facts === null ? "" : (step.claim?.(facts) ?? "");
     say(this.claim, claim);

@@ -1,8 +1,8 @@
 /**
- * The guided tour as a state machine: the current step, since when, and whether its condition holds.
+ * The guided tour as a state machine: the current step, its start time, and whether its condition holds.
  *
- * A step is data. It goes on by itself when its condition holds and there was time to read; one that waits too
- * long says so and goes on without. Steps that the server does not allow are skipped, with a sentence.
+ * A step is data. The tour goes on by itself when the step's condition holds and there was time to read; after too long a
+ * wait it says so and goes on without the condition. Steps that the server does not allow are skipped, with a sentence.
  */
 
 import type { LawChoice, LawName } from "../model/laws";
@@ -17,26 +17,26 @@ export interface Facts {
   readonly allowFixedGains: boolean;
   /** Whether the own hand is in the room. */
   readonly touching: boolean;
-  /** On the own hand, and its part that comes from the others [N]. */
+  /** Force on the own hand, and the part of it that comes from the others [N]. */
   readonly force: number;
   readonly fromOthers: number;
-  /** Of the room: in how long the object answers the others [s]. */
+  /** Lag of the room: time in which the object responds to the others [s]. */
   readonly lag: number;
   /** The shortest loop of the hands that the tour delays, measured [s]; 0 before all were measured. */
   readonly loopDelay: number;
   /** The law that runs, and whether its gain is the paper's rule. */
   readonly law: LawName | null;
   readonly paper: boolean;
-  /** Of the own force in the last seconds; null before there were so many since what the tour has changed took effect. */
+  /** Swing of the own force in the last seconds; null until enough seconds have passed since the tour's last change took effect. */
   readonly swing: Swing | null;
-  /** What the paper's rule would do without the room's lag, at what was measured here; null before. */
+  /** Simulated swing under the paper's rule without the room's lag, with the values measured here; null before. */
   readonly rehearsed: Swing | null;
 }
 
 /** An action on the page when a step begins. */
 export type Action =
   | { readonly kind: "touch" }
-  /** Bring a partner where nobody else is. */
+  /** Bring a partner if nobody else is here. */
   | { readonly kind: "partner" }
   | { readonly kind: "rehearse" }
   | { readonly kind: "press"; readonly depth: number }
@@ -57,9 +57,9 @@ export interface Step {
   readonly until?: (facts: Facts) => boolean;
   /** The condition as the end of a sentence that begins with "Waiting until". */
   readonly waiting?: string;
-  /** What of it was measured just now, by numbers; whatever they are, it is said. */
+  /** Sentence on the step's effect as measured just now, whatever the numbers are. */
   readonly claim?: (facts: Facts) => string;
-  /** Why the step cannot be shown; null where it can. */
+  /** Reason why the step cannot be shown; null if it can. */
   readonly without?: (facts: Facts) => string | null;
 }
 
@@ -67,9 +67,9 @@ export interface TourState {
   readonly index: number;
   /** The steps that were shown before this one. */
   readonly before: readonly number[];
-  /** When the step began [s]. */
+  /** Time at which the step began [s]. */
   readonly since: number;
-  /** Since when its condition has held without a gap [s]; null while it does not. */
+  /** Time since which the step's condition has held without a gap [s]; null while it does not hold. */
   readonly heldSince: number | null;
   readonly paused: boolean;
   /** Words about steps that were left out on the way to this one. */
@@ -79,14 +79,14 @@ export interface TourState {
 
 export interface Turn {
   readonly state: TourState;
-  /** To be done now. */
+  /** Actions to be done now. */
   readonly actions: readonly Action[];
 }
 
 const HOLD = 1.0; // s that a condition has to hold
 const PATIENCE = 25; // s after which a step goes on without
 
-/** Time to read a text aloud in one's mind [s]. */
+/** Time in which a visitor reads the step's text [s]. */
 export function readingTime(step: Step): number {
   return 3 + (step.title.length + step.text.length) / 17;
 }
@@ -95,7 +95,7 @@ export function start(steps: readonly Step[], facts: Facts, now: number): Turn {
   return enter(steps, 0, [], facts, now, false, []);
 }
 
-/** Look at the live system; goes on where it is time to. */
+/** Update the state from the live system; goes on to the next step when it is time. */
 export function tick(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
   const step = steps[state.index];
   if (state.ended || step === undefined) return { state, actions: [] };
@@ -110,7 +110,7 @@ export function tick(steps: readonly Step[], state: TourState, facts: Facts, now
   return { state: next, actions: [] };
 }
 
-/** By hand: the next step that can be shown; after the last the tour ends. */
+/** Go on by hand to the next step that can be shown; after the last one the tour ends. */
 export function goNext(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
   return goTo(steps, state, state.index + 1, facts, now);
 }
@@ -120,7 +120,7 @@ export function goBack(steps: readonly Step[], state: TourState, facts: Facts, n
   return enter(steps, can.at(-1) ?? 0, can.slice(0, -1), facts, now, state.paused, []);
 }
 
-/** The same step from its beginning. */
+/** Begin the same step anew. */
 export function again(steps: readonly Step[], state: TourState, facts: Facts, now: number): Turn {
   return state.ended ? { state, actions: [] } : goTo(steps, state, state.index, facts, now);
 }
@@ -129,7 +129,7 @@ export function pause(state: TourState, paused: boolean): TourState {
   return { ...state, paused };
 }
 
-/** Which step this is of those that are shown, and how many they are, as far as it is known now. */
+/** Number of this step among the steps that are shown, and the number of these steps as far as it is known now. */
 export function place(steps: readonly Step[], { index, before }: TourState, facts: Facts): readonly [number, number] {
   const coming = steps.slice(index + 1).filter((step) => shown(step, facts));
   return [before.length + 1, before.length + 1 + coming.length];

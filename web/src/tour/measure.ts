@@ -1,4 +1,4 @@
-/** What the tour measures: the own force over the last seconds, and the rehearsal of the rule for one hand. */
+/** Measurements of the tour: the own force over the last seconds, and a simulation of the rule for one hand. */
 
 import type { TouchState } from "../model/hand";
 import type { SceneSnapshot } from "../model/scene";
@@ -6,12 +6,12 @@ import { dot, sub } from "../model/vec";
 import { type Held, type Pair, rehearse, type Rehearsed } from "./rehearsal";
 import { RESTS, type Swing, swingOf } from "./swing";
 
-/** Seconds that are drawn, and those of them by which a force is said to rest. */
+/** Seconds of force that are drawn, and the last seconds by which a force is said to be at rest. */
 export const SPAN = 8;
 const SETTLED = 3;
-const SETTLES = 10; // s in which what the tour has changed comes to rest, or somebody else moves
-const EVERY = 16; // periods of the loop between two samples that are kept: the trace has a pixel for each
-const LONG = 40; // s that are rehearsed, so that what dies away has done so
+const SETTLES = 10; // s after a change by the tour in which the force comes to rest, unless somebody else moves
+const EVERY = 16; // periods of the loop per kept sample: the trace has one pixel for each sample
+const LONG = 40; // s that are simulated, so that a decaying swing has decayed
 const LEAST_DEPTH = 1e-4; // m; a hand that presses less is not measured
 
 export class TourMeasure {
@@ -22,7 +22,7 @@ export class TourMeasure {
   private skip = 0;
   private disturbed = -Infinity;
 
-  /** A report of the own hand: its periods follow those of the one before. */
+  /** Take a report of the own hand, whose periods follow those of the report before. */
   take(state: TouchState): void {
     if (state === this.seen) return;
     this.seen = state;
@@ -38,12 +38,12 @@ export class TourMeasure {
     }
   }
 
-  /** The tour has changed something at `t` that moves the own force [s]. */
+  /** Note that the tour made a change at time `t` that moves the own force [s]. */
   disturb(t: number): void {
     this.disturbed = t;
   }
 
-  /** Of the own force lately; null before there is so much of it, and while it may move because the tour moved it. */
+  /** Recent swing of the own force; null before there are enough samples, and while the force may move because of the tour. */
   swing(): Swing | null {
     const end = this.times.at(-1) ?? 0;
     const from = this.times.findIndex((t) => t > end - SETTLED);
@@ -52,7 +52,7 @@ export class TourMeasure {
     return swing !== null && swing.size > RESTS && end < this.disturbed + SETTLES ? null : swing;
   }
 
-  /** Rehearse with the hands that press now; whether there were two. */
+  /** Simulate the hands that press now; returns whether there were two. */
   rehearse(view: SceneSnapshot | null, own: TouchState | null, period: number): boolean {
     const pair = view === null || own === null ? null : pairOf(view, own, period);
     if (pair === null) return false;
@@ -60,7 +60,7 @@ export class TourMeasure {
     return true;
   }
 
-  /** Of what was rehearsed, at its end. */
+  /** Swing of the simulated force at its end. */
   rehearsedSwing(): Swing | null {
     if (this.rehearsed === null) return null;
     const { times, forces } = this.rehearsed;
@@ -73,12 +73,12 @@ export class TourMeasure {
   }
 }
 
-/** The own hand, and all others taken as one: as stiff as theirs in the mean, coupled as all of them together. */
+/** The own hand, and all other hands as one: with their mean compliance, and the coupling of all of them together. */
 export function pairOf(view: SceneSnapshot, own: TouchState, period: number): Pair | null {
   const mine = view.users.find((user) => user.user === own.user && user.c_ii > 0 && user.k_o_coupled > 0);
   const others = view.users.filter((user) => user.user !== own.user && user.c_ii > 0);
   if (mine === undefined || others.length === 0) return null;
-  // A loop that was not measured yet is no loop without delay.
+  // A loop that is not yet measured must not pass for a loop without delay.
   if ([mine, ...others].some((user) => !(user.loop_delay > 0))) return null;
   const mean = (of: (user: (typeof others)[number]) => number): number =>
     others.reduce((sum, user) => sum + of(user), 0) / others.length;
@@ -88,7 +88,7 @@ export function pairOf(view: SceneSnapshot, own: TouchState, period: number): Pa
   const held = (c: number, delay: number, depth: number): Held => ({ c, delay, depth });
   return {
     hands: [held(mine.c_ii, mine.loop_delay, below(mine)), held(mean((user) => user.c_ii), mean((user) => user.loop_delay), mean(below))],
-    // What pushes against the hand bulges.
+    // A surface that pushes against the hand bulges.
     coupling: own.felt_from_others > 0 ? -coupling : coupling,
     period,
   };

@@ -1,10 +1,10 @@
 /**
- * What two hands at one object would do without the lag that the server gives it: rehearsed, since on the object
- * itself a force that swings would be felt by whoever is there.
+ * Simulation of two hands at one object without the lag that the server gives the object. On the object itself everybody
+ * in the room would feel a force that swings.
  *
  * The laws are those of this page (`control/`), the compliances and delays those measured at this object now. The hands
- * are held still, as the tour's are and those of the paper's figures. A force reaches the body, and its answer the
- * hand, after the measured delay of the whole loop, in ticks of the simulation.
+ * are held still, like the hands of the tour and those of the paper's figures. A force reaches the body, and
+ * the body's answer reaches the hand, after the measured delay of the whole loop, in ticks of the simulation.
  */
 
 import { predictiveForce } from "../control/predictive";
@@ -15,7 +15,7 @@ import { PAPER } from "../model/laws";
 export interface Held {
   /** Compliance of its contact [m/N]. */
   readonly c: number;
-  /** Delay of its whole loop, measured [s]. */
+  /** Measured delay of its whole loop [s]. */
   readonly delay: number;
   /** Depth at which it is held below the resting surface [m]. */
   readonly depth: number;
@@ -25,22 +25,22 @@ export interface Pair {
   readonly hands: readonly [Held, Held];
   /** Displacement of one contact inward for a unit force on the other [m/N]; negative where it bulges. */
   readonly coupling: number;
-  /** N T [s]. */
+  /** Simulation period N T [s]. */
   readonly period: number;
 }
 
-/** Force on the first hand, a sample a tick. */
+/** Force on the first hand, one sample per tick. */
 export interface Rehearsed {
   readonly times: readonly number[];
   readonly forces: readonly number[];
 }
 
-const MOST = 10; // N that the page's hand renders
-const LATER = 0.25; // s after which the second hand comes down: two that come at once would stay alike
+const MOST = 10; // N; largest force that the page's hand renders
+const LATER = 0.25; // s after which the second hand comes down: two hands that come at once would stay alike
 
 /**
  * @param law The paper's rule for one hand, or the predictive law, for both hands.
- * @param seconds How long.
+ * @param seconds Length of the simulation.
  */
 export function rehearse(pair: Pair, law: "paper" | "predictive", seconds: number): Rehearsed {
   const { hands, coupling, period } = pair;

@@ -4,7 +4,7 @@ import { fixed } from "../ui/words";
 import type { Facts, Step } from "./machine";
 import { RESTS, SWINGS } from "./swing";
 
-/** A lag of the room from which one sees that the object takes its time [s]. */
+/** Lag of the room from which on the slow response of the object is visible [s]. */
 export const SLOW = 0.07;
 const DEPTH = 0.15; // of the guided press, in radii
 export const OCEAN = 0.12; // s each way: a packet to the other side of the world
@@ -12,7 +12,7 @@ export const OCEAN = 0.12; // s each way: a packet to the other side of the worl
 const alone = (facts: Facts): string | null =>
   facts.others > 0 || facts.coming ? null : "No partner could come in here and nobody else has a hand, so there is nobody to feel.";
 
-/** What the paper's rule would do to these very hands; said otherwise where it would do nothing. */
+/** Sentence on the effect of the paper's rule on these very hands; another sentence if there is no effect. */
 export function ruleClaim({ rehearsed }: Facts): string {
   if (rehearsed === null) return "";
   const size = `${fixed(rehearsed.size, 2)} N`;
@@ -22,15 +22,15 @@ export function ruleClaim({ rehearsed }: Facts): string {
   return `Rehearsed with the stiffness, coupling and delay measured here, your force would not keep swinging (${size} are left): hands that couple so little would do without a lag.`;
 }
 
-/** How long the object takes; said otherwise where it does not. */
+/** Sentence on the time that the object takes; another sentence if it takes none. */
 export function lagClaim({ lag, swing }: Facts): string {
   const seconds = `${fixed(lag, 2)} s`;
   if (lag > SLOW) return `The object takes its time: it answers the others in ${seconds} now.`;
-  if (swing === null) return ""; // it may still rise
+  if (swing === null) return ""; // the force may still rise
   return lag > 0 ? `Here it does not take long: it answers the others in ${seconds}.` : "Here it does not: it answers the others at once.";
 }
 
-/** What the own force does now; said otherwise where it does not rest. */
+/** Sentence on the present own force; another sentence if the force is not at rest. */
 export function restClaim({ swing }: Facts): string {
   if (swing === null) return "";
   const size = `${fixed(swing.size, 3)} N`;

@@ -1,23 +1,23 @@
-/** How much a force swings, and how often: what the tour's claims are measured by. */
+/** Size and frequency of a force's swing, by which the tour's claims are measured. */
 
-/** Of a force over some seconds. */
+/** Swing of a force over some seconds. */
 export interface Swing {
-  /** From its least to its largest value [N]. */
+  /** Difference between the largest and the least value [N]. */
   readonly size: number;
-  /** Full swings in a second; 0 where it does not come back [Hz]. */
+  /** Full swings per second; 0 if the force does not swing back [Hz]. */
   readonly hz: number;
 }
 
-/** A force that swings by so much is said to swing [N]: a tenth of it is felt at a fingertip. */
+/** Size from which on a force is said to swing [N]; a fingertip feels a tenth of it. */
 export const SWINGS = 0.5;
-/** A force that swings by less is said to rest [N]: it is less than a finger feels. */
+/** Size below which a force is said to be at rest [N]; a finger does not feel so little. */
 export const RESTS = 0.02;
-const DEAD = 0.15; // share of the size, each side of the middle, in which nothing is counted: noise is no swing
+const DEAD = 0.15; // share of the size on each side of the middle in which crossings are not counted, because noise is no swing
 
 /**
- * @param times Of the samples [s], rising.
- * @param forces [N]
- * @returns Null of fewer than two samples.
+ * @param times Times of the samples [s], rising.
+ * @param forces Samples of the force [N].
+ * @returns The swing; null for fewer than two samples.
  */
 export function swingOf(times: readonly number[], forces: readonly number[]): Swing | null {
   const [first, last] = [times[0], times.at(-1)];

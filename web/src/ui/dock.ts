@@ -10,7 +10,7 @@ import { CutPicture } from "./plots/cut_picture";
 import type { Inks } from "./plots/canvas";
 import { fixed, LAW_WORDS, millimetres } from "./words";
 
-/** mu of the finger, as one chooses it. */
+/** Choices for mu of the finger. */
 type Roughness = "0" | "0.4" | "0.8";
 
 export interface DockActions {
@@ -84,7 +84,7 @@ export class Dock {
     this.set(false, "");
   }
 
-  /** Of the controls [px]; the line of the hint, which comes and goes, is above it. */
+  /** Height of the controls [px], without the line of the hint above them, which comes and goes. */
   get height(): number {
     return this.main.offsetHeight;
   }
@@ -108,7 +108,7 @@ export class Dock {
     this.laws.set(law);
   }
 
-  /** Whether this visitor may touch; one who may not watches. */
+  /** Set whether this visitor may touch; otherwise the visitor only watches. */
   allowTouch(allowed: boolean): void {
     this.button.disabled = !allowed;
     this.button.title = allowed ? "" : "Your invitation lets you watch, not touch";
@@ -118,7 +118,7 @@ export class Dock {
     this.laws.enable("paper", allowed);
   }
 
-  /** @param live Whether the server speaks: the force of a loop without news is none of the object's. */
+  /** @param live Whether the server is heard: without patches the loop's force is not that of the object. */
   update(state: TouchState, live: boolean, colour: string, ink: Inks): void {
     const f = live ? norm(state.force) : 0;
     const others = Math.max(0, Math.min(f, state.felt_from_others));
@@ -134,7 +134,7 @@ export class Dock {
   }
 }
 
-/** Where the hand is. */
+/** Words on where the hand is. */
 function placeWords(state: TouchState): string {
   if (state.doing === "touching") return `${millimetres(state.depth)} deep`;
   return state.doing === "free" ? "in the air" : state.doing;

@@ -1,4 +1,4 @@
-/** Elements without markup: text goes in as text, style as classes. */
+/** Makes elements without markup: text is inserted as text, style as classes. */
 
 type Child = Node | string | null;
 
@@ -27,12 +27,12 @@ export function el<K extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
-/** Write text only where it differs: a live region would speak again, a layout be made again. */
+/** Write text only if it differs; otherwise a live region would speak again, and the layout would be computed again. */
 export function say(node: Element, text: string): void {
   if (node.textContent !== text) node.textContent = text;
 }
 
-/** Show or hide; hidden things are out of reach of the keyboard too. */
+/** Show or hide an element; the keyboard cannot reach a hidden element either. */
 export function show(node: HTMLElement, visible: boolean): void {
   if (node.hidden === visible) node.hidden = !visible;
 }
@@ -44,16 +44,16 @@ export function symbol(letter: string, index = ""): HTMLElement {
   return made;
 }
 
-/** A button with a picture, a name for those who do not see it, and the key that does the same. */
+/** A button with a picture, a name for screen readers, and the key that does the same. */
 export function iconButton(icon: SVGElement, name: string, key: string, press: () => void): HTMLButtonElement {
   const title = key === "" ? name : `${name} (${key})`;
   return el("button", { class: "icon-button", title, attrs: { type: "button", "aria-label": name }, on: { click: press } }, icon);
 }
 
-/** One of several: radio buttons that look like a switch. */
+/** A choice of one of several: radio buttons that look like a switch. */
 export interface Choice<T extends string> {
   readonly root: HTMLElement;
-  /** Null for none of them. */
+  /** Choose a value; null chooses none. */
   set(value: T | null): void;
   enable(value: T, enabled: boolean): void;
 }
@@ -91,13 +91,13 @@ export function choice<T extends string>(
 /** A slider with its name and its value in words. */
 export interface Slider {
   readonly root: HTMLElement;
-  /** As it was set, also where that is between two steps. */
+  /** Value as it was set, even between two steps of the slider. */
   readonly value: number;
-  /** Does not move under a finger that drags it, nor soon after a key: what is set may be an echo of a step before. */
+  /** Set the value, but not while a finger drags the slider or soon after a key: the value may be an echo of an earlier step. */
   set(value: number): void;
 }
 
-const ECHO = 1000; // ms, longer than an echo takes
+const ECHO = 1000; // ms; longer than an echo takes
 
 export function slider(
   label: string,

@@ -1,4 +1,4 @@
-/** A ghost hand that shows the gesture, once, to somebody who has never pressed. */
+/** A ghost hand that shows the gesture once to a visitor who has never pressed. */
 
 import { el, show } from "./dom";
 import { icon } from "./icons";
@@ -24,7 +24,7 @@ export class Ghost {
     show(this.root, wanted && !this.known);
   }
 
-  /** The visitor has pressed. */
+  /** To be called when the visitor has pressed. */
   learned(): void {
     if (this.known) return;
     this.known = true;

@@ -4,7 +4,7 @@ import { el } from "./dom";
 import { icon } from "./icons";
 import { type KeyAction, SHORTCUTS } from "./keyboard";
 
-/** What each key does, as it is shown; null where the line of another key says so too. */
+/** Key and words of each action, as the help shows them; null where the line of another key covers it. */
 const WORDS: Readonly<Record<KeyAction, readonly [string, string] | null>> = {
   left: ["\u2190 \u2192 \u2191 \u2193", "turn the view"],
   right: null,
@@ -28,7 +28,7 @@ const WORDS: Readonly<Record<KeyAction, readonly [string, string] | null>> = {
   escape: ["Esc", "close, let go"],
 };
 
-/** Keys of a replay, for the help: shown, and what they do. */
+/** Keys of a replay and their effects, as the help shows them. */
 const REPLAY_KEYS: readonly (readonly [string, string])[] = [
   ["Space", "play, pause"], ["\u2190 \u2192", "a frame back, on"], ["Shift \u2190 \u2192", "a second back, on"],
   ["Home End", "to the oldest, to the newest"], ["Esc", "back to live"],

@@ -19,7 +19,7 @@ const PATHS = {
 
 export type IconName = keyof typeof PATHS;
 
-/** @param picture By name, or its strokes, for one that comes later than the page. */
+/** @param picture Name of a picture, or its strokes, for a picture whose code is loaded later than the page. */
 export function icon(picture: IconName | `M${string}`): SVGSVGElement {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", "0 0 20 20");

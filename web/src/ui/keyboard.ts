@@ -1,8 +1,8 @@
 /**
  * Keys of the page, as a table; the help has the words for each.
  *
- * A key is first what is printed on it, so that T is the T of a Dvorak or a French keyboard. Where it has a letter of
- * another alphabet, it is what a Latin keyboard has in its place.
+ * A key counts as the sign that is printed on it, so that T is the T of a Dvorak or a French keyboard. A key with a letter
+ * of another alphabet counts as the key of a Latin keyboard in the same place.
  */
 
 export type KeyAction =
@@ -37,21 +37,21 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["Escape"], action: "escape" },
 ];
 
-/** What of an event says which key it was. */
+/** The fields of an event that tell the key. */
 export type Keystroke = Pick<KeyboardEvent, "key" | "code" | "ctrlKey" | "metaKey" | "altKey" | "getModifierState">;
 
-/** What a Latin keyboard has where another alphabet has a letter. */
+/** Signs of a Latin keyboard for the keys where another alphabet has a letter. */
 const SIGNS: Readonly<Record<string, string>> = { BracketLeft: "[", BracketRight: "]", Comma: ",", Period: ".", Minus: "-", Equal: "=", Space: " " };
 const FOREIGN = /^(?!\p{Script=Latin})[\p{L}\p{M}]/u;
-const UNTOLD = /^(Process|Unidentified)$/; // in place of what an input method keeps for itself
-/** No sign that the page or a browser uses: where brackets need a third level, these stand in their place. */
+const UNTOLD = /^(Process|Unidentified)$/; // reported in place of a key that an input method keeps for itself
+/** Signs that neither the page nor a browser uses: keyboards whose brackets need a third level have them in the brackets' place. */
 const BESIDE = /^([^ -~]|Dead|[$^`])$/u;
 const SIGN = /^[^\p{L}\s]$/u;
 
-/** What the table calls a key. */
+/** Name of a key in the table. */
 export function keyOf(event: Pick<Keystroke, "key" | "code" | "getModifierState">): string {
   const { code } = event;
-  // An input method may make signs as wide as its own. (Some accents that stand alone would become a space.)
+  // An input method may make full-width signs. Only these are normalised, as some single accents would become a space.
   const typed = /^[\u3000\uff01-\uff5e]$/.test(event.key) ? event.key.normalize("NFKC") : event.key;
   const key = typed.length === 1 ? typed.toLowerCase() : typed;
   if (SHORTCUTS.some(({ keys }) => keys.includes(key)) || event.getModifierState("AltGraph")) return key;
@@ -62,7 +62,7 @@ export function keyOf(event: Pick<Keystroke, "key" | "code" | "getModifierState"
 /** The action of a key; null where the key belongs to a field, a button or the browser. */
 export function actionOf(event: Keystroke, target: { readonly tagName: string; readonly type?: string } | null): KeyAction | null {
   const key = keyOf(event);
-  // A sign of the third level is typed, though Windows says Ctrl and Alt of it.
+  // A sign of the third level is a typed sign, though Windows reports Ctrl and Alt with it.
   const typed = event.getModifierState("AltGraph") && SIGN.test(key);
   if (event.metaKey || ((event.ctrlKey || event.altKey) && !typed)) return null;
   const shortcut = SHORTCUTS.find((s) => s.keys.includes(key));

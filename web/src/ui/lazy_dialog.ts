@@ -1,4 +1,4 @@
-/** The place of a dialog on the page: what it consists of comes over the network when it is asked for. */
+/** The place of a dialog on the page; the dialog's code is loaded when it is first opened. */
 
 import { el } from "./dom";
 
@@ -30,7 +30,7 @@ export class LazyDialog {
       this.root.append(dialog.root);
       dialog.toggle();
     }, () => {
-      this.loading = false; // to be asked for again
+      this.loading = false; // the code can be requested again
     });
   }
 }

@@ -53,7 +53,7 @@ export class LegendBox {
   }
 }
 
-/** Words under the left end, the middle and the right end. */
+/** Words of the legend under the left end, the middle and the right end. */
 export function legendWords(legend: Legend): [string, string, string] {
   const { low, high } = legend;
   if (legend.colouring === "displacement") {
@@ -61,7 +61,7 @@ export function legendWords(legend: Legend): [string, string, string] {
     return [`${mm} mm in`, "at rest", `${mm} mm out`];
   }
   if (low === null || high === null) return ["", "touch it to find out", ""];
-  // One value is no scale.
+  // A single value makes no scale.
   if (fixed(low, 0) === fixed(high, 0)) return ["", `${fixed(low, 0)} N/m where it was touched`, ""];
   return [`${fixed(low, 0)} N/m`, "", `${fixed(high, 0)} N/m`];
 }

@@ -4,7 +4,7 @@ import { NO_WORD, type WatchPhase } from "../model/scene";
 import { FORBIDDEN, NAME_TAKEN, OBJECT_CHANGED, ROOM_FULL, SERVER_STOPS, TOO_MANY, TOO_SLOW, UNAUTHENTICATED, WRONG_VERSION } from "../protocol/close_codes";
 
 export interface Notice {
-  /** Changes when the matter does, so that a notice that was put away stays away. */
+  /** Key of the cause: a dismissed notice stays away until the key changes. */
   readonly key: string;
   readonly tone: "busy" | "bad" | "info";
   readonly title: string;
@@ -12,13 +12,13 @@ export interface Notice {
   readonly action: "reload" | "dismiss" | "wait" | null;
 }
 
-/** All that the choice depends on. */
+/** All facts on which the choice of a notice depends. */
 export interface NoticeFacts {
-  /** Well also while it is on its way. */
+  /** State of the graphics; "well" also while they are being loaded. */
   readonly picture: "well" | "no webgl" | "not loaded" | "lost";
-  /** Whether the address had a token before the #. */
+  /** Whether the address had a token before the #, where servers log it. */
   readonly misplaced: boolean;
-  /** Steps of the clock by which the own hand goes [s]; 0 where it is fine, and without a hand. */
+  /** Step of the clock of the own hand [s]; 0 if the clock is fine, and without a hand. */
   readonly clockStep: number;
   readonly phase: WatchPhase;
   /** Close code of the last connection; 0 for none. */
@@ -26,32 +26,32 @@ export interface NoticeFacts {
   readonly reason: string;
   /** Seconds to the next attempt; 0 when it is being made. */
   readonly retryIn: number;
-  /** Since the newest word of the server [s]. */
+  /** Time since the newest message of the server [s]. */
   readonly silent: number;
   /** Whether there was a scene before. */
   readonly seen: boolean;
-  /** Seconds that the page did not run and came back from within the last moments; 0 for none. */
+  /** Length of a pause of the page that ended a moment ago [s]; 0 for none. */
   readonly slept: number;
-  /** Whether a hand was let go by that. */
+  /** Whether that pause has let a hand go. */
   readonly letGo: boolean;
-  /** Why the own hand is not in the room; empty for no reason. */
+  /** Reason why the own hand is not in the room; empty for none. */
   readonly touch: string;
   readonly touchCode: number;
-  /** Why the own hand does not go by the name that was asked for; empty for no reason. */
+  /** Reason why the own hand did not get the requested name; empty for none. */
   readonly nameRefused: string;
   /** Whether an administrator has muted the own hand, or frozen the object while it is there. */
   readonly muted: boolean;
   readonly frozen: boolean;
 }
 
-/** In place of the server's words, which count messages. */
+/** Text in place of the server's words, which count messages. */
 const SLOW = "This page did not keep up.";
 const MISPLACED = "Tokens belong behind #, as in /#token=\u2026, which no browser sends. Before it servers may write them down, so the one of this address was not used.";
-/** Steps of a clock, from which on a visitor is told [s]: longer than a picture and some more. */
+/** Step of a clock from which on a notice is given [s]: clearly longer than a picture. */
 const COARSE = 0.04;
-const PUT_OUT = /put out|banned/; // in the server's words
+const PUT_OUT = /put out|banned/; // words of the server's reasons
 
-/** The most urgent notice; null where all is well. */
+/** The most urgent notice; null if there is none. */
 export function notice(c: NoticeFacts): Notice | null {
   if (c.picture === "not loaded") {
     return make("picture", "bad", "The picture did not load",
@@ -78,7 +78,7 @@ export function notice(c: NoticeFacts): Notice | null {
   return ofRestraints(c) ?? ofBrowser(c);
 }
 
-/** What the visitor's own browser, or link, has of its own: nobody needs it to go on. */
+/** Notice about the visitor's browser or link, which does not keep the visitor from going on. */
 function ofBrowser(c: NoticeFacts): Notice | null {
   if (c.misplaced) return make("misplaced", "info", "The token of your link is in the wrong place", MISPLACED, "dismiss");
   if (c.clockStep < COARSE) return null;
@@ -148,7 +148,7 @@ function make(key: string, tone: Notice["tone"], title: string, text: string, ac
   return { key, tone, title, text, action };
 }
 
-/** With a capital and a full stop. */
+/** The text with a capital and a full stop. */
 export function sentence(text: string): string {
   const trimmed = text.trim();
   if (trimmed === "") return "";
@@ -156,7 +156,7 @@ export function sentence(text: string): string {
   return /[.!?\u2026]$/.test(first) ? first : `${first}.`;
 }
 
-/** A length of time for people. */
+/** Words for a length of time. */
 export function period(seconds: number): string {
   if (seconds < 90) return `${Math.round(seconds)} s`;
   if (seconds < 5400) return `${Math.round(seconds / 60)} min`;

@@ -6,7 +6,7 @@ import type { Notice } from "./notice";
 
 export class NoticeBar {
   readonly root: HTMLElement;
-  private readonly title = el("strong", { class: "notice-title", attrs: { role: "status" } }); // not the text, which counts seconds
+  private readonly title = el("strong", { class: "notice-title", attrs: { role: "status" } }); // spoken, unlike the counting text
   private readonly text = el("span", { class: "notice-text" });
   private readonly reload: HTMLButtonElement;
   private readonly wait: HTMLButtonElement;
@@ -14,7 +14,7 @@ export class NoticeBar {
   private shown = "";
   private readonly put = new Set<string>();
 
-  /** @param wait For a place in a full room. */
+  /** @param wait Called to wait for a place in a full room. */
   constructor(reload: () => void, wait: () => void) {
     this.reload = el("button", { class: "button primary", text: "Reload", attrs: { type: "button" }, on: { click: reload } });
     this.wait = el("button", { class: "button primary wait", text: "Wait for a place", attrs: { type: "button" }, on: { click: wait } });
@@ -58,6 +58,6 @@ export class NoticeBar {
     say(this.text, notice.text);
     show(this.reload, notice.action === "reload");
     show(this.wait, notice.action === "wait");
-    show(this.dismiss, notice.action === "dismiss" || notice.action === "wait"); // who does not wait may watch
+    show(this.dismiss, notice.action === "dismiss" || notice.action === "wait"); // a visitor who does not wait may watch
   }
 }

@@ -1,11 +1,11 @@
-/** Force for hands without a force device: a gamepad's rumble, a phone's vibration. */
+/** Feedback of the force without a force device: a gamepad's rumble, a phone's vibration. */
 
 import { norm, type Vec3 } from "../model/vec";
 
 const FULL = 6; // N at which the motors are at their strongest
 const EVERY = 80; // ms between two commands; each runs a little longer
 
-/** How strongly the two motors of a gamepad turn, 0 to 1: heavy for the force, light for its change. */
+/** Strengths of a gamepad's two motors, 0 to 1: the heavy one for the force, the light one for its change. */
 export function rumble(force: number, change: number): { strong: number; weak: number } {
   const strong = Math.min(1, Math.max(0, force / FULL));
   const weak = Math.min(1, Math.max(0, Math.abs(change) / 30));
@@ -13,7 +13,7 @@ export function rumble(force: number, change: number): { strong: number; weak: n
   return { strong: strong < 0.03 ? 0 : strong, weak: weak < 0.08 ? 0 : weak };
 }
 
-/** A phone's motor has one strength: it is told on and off in shares of `EVERY` [ms]. */
+/** Times on and off within `EVERY`, because a phone's motor has only one strength [ms]. */
 export function vibration(force: number): number[] {
   const share = Math.min(1, Math.max(0, force / FULL));
   const on = Math.round(share * EVERY);
@@ -25,7 +25,7 @@ export class Rumble {
   private force = 0;
   private buzzing = false;
 
-  /** @param now Milliseconds. */
+  /** @param now Time [ms]. */
   feel(force: Vec3, now: number): void {
     if (now - this.last < EVERY) return;
     const f = norm(force);

@@ -1,4 +1,4 @@
-/** Light and dark scheme: as the system prefers, until the visitor chooses. */
+/** Light or dark colour scheme: that of the system until the visitor chooses one. */
 
 import type { Scheme } from "../model/colours";
 
@@ -6,7 +6,7 @@ const KEY = "cohaptic.theme";
 
 export class Theme {
   private readonly system = matchMedia("(prefers-color-scheme: dark)");
-  /** Kept, since a query that is read between a change and the word of it says no word of it any more (Chromium). */
+  /** Kept, because in Chromium a query that is read between a change and its event does not report the event any more. */
   private dark = this.system.matches;
   private chosen: Scheme | null;
   private readonly changed: (scheme: Scheme) => void;
@@ -37,7 +37,7 @@ export class Theme {
   }
 }
 
-/** Storage may be forbidden; a page without memory is still a page. */
+/** Stored value of a key; null if there is none, or if the visitor forbids storage. */
 export function recall(key: string): string | null {
   try {
     return localStorage.getItem(key);
@@ -50,6 +50,6 @@ export function keep(key: string, value: string): void {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // Nothing is lost but the memory of a preference.
+    // Without storage only the preference is lost.
   }
 }

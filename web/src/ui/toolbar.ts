@@ -1,4 +1,4 @@
-/** The line on top: the name of the body, the state of the connection, and buttons for the view. */
+/** The top line: the name of the body, the state of the connection, and buttons for the view. */
 
 import { isLive, type SceneStore } from "../model/scene";
 import { el, iconButton, say, show } from "./dom";
@@ -14,7 +14,7 @@ export interface ToolbarActions {
   readonly panel: () => void;
   readonly help: () => void;
   readonly upload: () => void;
-  /** Hidden where the browser has no way to a gamepad. */
+  /** Button for a gamepad; hidden if the browser cannot use one. */
   readonly gamepad: HTMLButtonElement;
 }
 
@@ -59,7 +59,7 @@ export class Toolbar {
     );
   }
 
-  /** @param replay What a replay says in place of the body's name; empty for none. */
+  /** @param replay Words of a replay in place of the body's name; empty for none. */
   update(store: SceneStore, replay: string): void {
     const info = store.info;
     const name = info?.body.name ?? "";

@@ -8,7 +8,7 @@ import { written } from "./plots/lanes";
 
 const THIN = "\u202f";
 
-/** With `places` digits, a true minus, and no minus on nothing. */
+/** A number with `places` digits, a true minus sign, and no minus on zero. */
 export const fixed = written;
 
 export const newtons = (f: number): string => `${fixed(f, 2)}${THIN}N`;
@@ -18,7 +18,7 @@ export const milliseconds = (t: number): string => `${fixed(1e3 * t, 0)}${THIN}m
 /** Letters that are written from right to left (Hebrew, Arabic and their kin). */
 const LEFTWARD = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/;
 
-/** A name before a number: one that is written to the left would draw the number over to its other side. */
+/** A name before a number, isolated if it is written from right to left: it would move the number to its other side. */
 export const named = (name: string): string => (LEFTWARD.test(name) ? `\u2068${name}\u2069` : name);
 
 /** Stiffness with three digits. */
@@ -32,24 +32,24 @@ export function bytesPerSecond(b: number): string {
 }
 
 const WHOLE = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
-const AS_STIFF = 0.99; // of the object's stiffness; a device that renders so much is no softer to the hand
+const AS_STIFF = 0.99; // share of the object's stiffness; a device that renders so much is no softer to the hand
 const LEAST_LAG = 0.005; // s; a smaller lag is shown as none
-const FAR = 100; // a margin beyond is as good as any
+const FAR = 100; // a larger margin is no better
 
-/** The stiffness that a device renders when it is softer than the object; empty for the others. */
+/** Words on the stiffness of a device that is softer than the object; empty for other devices. */
 export function softWords(user: Pick<UserState, "law" | "k_h" | "c_ii">): string {
   const k_o = user.c_ii > 0 ? 1 / user.c_ii : 0;
   if (answersOwnDent(user.law) || !(user.k_h > 0 && user.k_h < AS_STIFF * k_o)) return "";
   return `device renders ${WHOLE.format(user.k_h)} of ${WHOLE.format(k_o)} N/m`;
 }
 
-/** How soon a hand feels the others; nothing while it has none. */
+/** Words on how soon a hand feels the others; empty while there are none. */
 export function lagWords(room: RoomLag, hands: number): string {
   if (hands < 2) return "";
   return room.lag < LEAST_LAG ? "The object answers the others at once" : `The object answers the others in ${fixed(room.lag, 2)} s`;
 }
 
-/** Why so, with the numbers. */
+/** Words on the reasons for the room's lag, with the numbers. */
 export function lagReasons({ lag, coupling, margin }: RoomLag): string {
   const m = `The hands\u2019 coupling m is ${fixed(coupling, 2)}`;
   const far = margin < FAR ? ` (margin ${fixed(margin, 1)})` : "";
@@ -58,40 +58,40 @@ export function lagReasons({ lag, coupling, margin }: RoomLag): string {
   return `${m}${far}: forces enter the object through a lag, so that hands that move are steady at any delay. Its stiffness stays.`;
 }
 
-/** Of each law, in the order in which they are offered: its name and a sentence. */
+/** Name and a sentence for each law, in the order in which they are offered. */
 export const LAW_WORDS: Readonly<Record<LawName, readonly [name: string, hint: string]>> = {
   predictive: ["Predictive", "Presses on the surface free of its own force: the object's own stiffness, at any delay"],
   pi: ["PI", "The paper's proportional-integral law, its gains chosen for the measured delay"],
   proportional: ["Proportional", "The paper's proportional law, its gain chosen for everybody's coupling"],
 };
 
-const NEAR = 0.15; // s of a loop in which hardly anybody notices a delay: two ticks, two ways in a town, a picture
-const FAR_OFF = 0.4; // s; beyond, a voice call would be tiring
+const NEAR = 0.15; // s; hardly anybody notices so short a loop: two ticks, two ways across a town, a picture
+const FAR_OFF = 0.4; // s; with a longer loop a voice call would be tiring
 
-const NOTED = 0.05; // s that a page adds, from which on it says so
-const OFTEN = 0.1; // s by which a loop may be longer than its shortest trip: ticks of the server, a sample's wait
+const NOTED = 0.05; // s; from this delay of its own on, a page says so
+const OFTEN = 0.1; // s by which a loop may exceed its shortest trip: ticks of the server, a sample's wait
 
 /**
- * How a person is connected, without numbers of control.
+ * Words on a person's connection, without numbers of the control.
  *
- * The server measures the loop as a whole, with what the person's machine takes. Of its own hand a page knows better:
- * what the network takes, and what itself adds.
+ * The server measures the loop as a whole, including the time in the person's machine. For its own hand a page knows the
+ * shares: the time in the network, and the time that the page itself adds.
  *
- * @param own Null for the hands of others, and for a time of before.
+ * @param own The page's measurements of its own hand; null for other hands and for a past time.
  */
 export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "latency" | "presence">, own: OwnLink | null = null): string {
   if (!user.fresh) return "Connection lost";
   const added = user.latency.delay > 0 ? `, ${milliseconds(user.latency.delay)} of it each way added here` : "";
   if (!(user.loop_delay > 0)) return "Just came";
   if (own === null || own.network === null) return `${farness(user.loop_delay)}: ${milliseconds(user.loop_delay)} there and back, its machine included${added}`;
-  // A delay that was added a moment ago is not yet in what was measured.
+  // The measured value may not yet contain a delay that was added a moment ago.
   const network = Math.max(own.network, 2 * user.latency.delay);
   const finest = Math.max(0.001, own.clock_step);
   const way = network < finest ? `under ${milliseconds(finest)}` : milliseconds(network);
-  // Either way a message may wait; a clock in steps makes waits of its own.
+  // A message may wait in both directions; a clock that goes in steps adds apparent waits.
   const share = Math.max(0, Math.min(user.loop_delay - network, 2 * own.page_wait - own.clock_step));
   const page = share < NOTED ? "" : `; this page adds up to ${milliseconds(share)}`;
-  // What neither the shortest trip nor the page explains is a path that holds messages up.
+  // Time that neither the shortest trip nor the page explains comes from a path that holds messages up.
   const longest = user.loop_delay - share;
   const heldUp = longest - network - own.clock_step >= OFTEN;
   const now = heldUp ? `, now and then up to ${milliseconds(longest)}` : "";

@@ -1,7 +1,7 @@
 /**
- * One upload at one server: the conversation, over a socket that is given.
+ * One upload at one server: the exchange of messages, over a socket that is an argument.
  *
- * The file goes out in pieces, a few at a time, so that what the page says of its progress is what has left it.
+ * The file goes out in pieces, a few at a time, so that the progress on the page is what has really been sent.
  */
 
 import type { RestMesh } from "../model/body";
@@ -10,7 +10,7 @@ import { ProtocolError } from "../protocol/frame";
 import { decodeRestMesh } from "../protocol/rest_mesh";
 import { type About, CHUNK, decodeUploadAnswer, encodeUploadRequest, type Examined, type UploadAnswer } from "./messages";
 
-/** What the visitor is told. */
+/** News of an upload for the visitor. */
 export type UploadNews =
   | { readonly type: "sending"; readonly share: number }
   | { readonly type: "looking" }
@@ -20,17 +20,17 @@ export type UploadNews =
   | { readonly type: "done"; readonly command: string }
   | { readonly type: "failed"; readonly why: string };
 
-/** What the visitor chose. */
+/** Choices of the visitor. */
 export interface Wish {
-  /** What is held; its lengths are in metres with the scale. */
+  /** Rule for the held part; its lengths are in metres after scaling. */
   readonly rule: string;
   /** Metres in one unit of the file. */
   readonly scale: number;
-  /** [Pa] */
+  /** Young's modulus [Pa]. */
   readonly young: number;
 }
 
-/** The part of a File that is used. */
+/** The fields of a File that are used. */
 export interface Brought {
   readonly name: string;
   readonly size: number;
@@ -38,7 +38,7 @@ export interface Brought {
 }
 
 const AHEAD = 8 * CHUNK; // bytes that may wait in the browser
-const PAUSE = 0.02; // s until it is looked again whether they have gone
+const PAUSE = 0.02; // s until the next check whether they have been sent
 
 /** The services of the browser. */
 export interface World {
@@ -74,7 +74,7 @@ export class UploadClient {
     this.tell({ type: "preparing", phase: "starting", share: 0 });
   }
 
-  /** Nothing is told any more, and the server ends its work. */
+  /** Cancel: no news is reported any more, and the server ends its work. */
   cancel(): void {
     this.over = true;
     this.socket.close(NORMAL);
@@ -153,7 +153,7 @@ export class UploadClient {
     await this.send(from + CHUNK);
   }
 
-  /** Asked anew after a pause, in which it may have changed. */
+  /** Whether the upload is over; a method, because the state may change during an `await`. */
   private isOver(): boolean {
     return this.over;
   }

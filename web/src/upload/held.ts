@@ -1,15 +1,15 @@
-/** The held part of an object: a layer at one of its sides, or what was painted, as a rule for the server. */
+/** The held part of an object, as a rule for the server: a layer at one of its sides, or the painted part. */
 
 import type { Vec3 } from "../model/vec";
 import { MAX_RULE } from "./messages";
 
 /** A layer at one side of the bounding box. */
 export interface Layer {
-  /** 0, 1 or 2. */
+  /** Axis of the layer: 0, 1 or 2. */
   readonly axis: number;
-  /** -1 for the lower side. */
+  /** Side of the box: -1 for the lower side. */
   readonly sign: -1 | 1;
-  /** Of the extent [%]. */
+  /** Thickness as a share of the box's extent [%]. */
   readonly share: number;
 }
 
@@ -19,11 +19,11 @@ export interface Box {
 }
 
 const AXES = "xyz";
-const CELLS = 18; // of the painted grid, along the longest side
+const CELLS = 18; // cells of the painted grid along the longest side
 // Radius of the brush, in cells: a tenth of the object, so that vertices of its tetrahedra lie in it.
 const BRUSH = 1.8;
 
-/** The box of vertices, shape (n, 3). */
+/** Bounding box of vertices, shape (n, 3). */
 export function boxOf(vertices: Float32Array): Box {
   const low: [number, number, number] = [Infinity, Infinity, Infinity];
   const high: [number, number, number] = [-Infinity, -Infinity, -Infinity];
@@ -35,12 +35,12 @@ export function boxOf(vertices: Float32Array): Box {
   return { low, high };
 }
 
-/** "z < 5%", as the server understands it. */
+/** Rule of a layer for the server, such as "z < 5%". */
 export function layerRule({ axis, sign, share }: Layer): string {
   return sign < 0 ? `${AXES[axis] ?? "z"} < ${share}%` : `${AXES[axis] ?? "z"} > ${100 - share}%`;
 }
 
-/** The layer that a rule of the server means; null where it is another kind of rule. */
+/** The layer of a rule of the server; null if the rule is of another kind. */
 export function layerOf(rule: string): Layer | null {
   const found = /^([xyz]) ([<>]) (\d{1,2})%$/.exec(rule);
   if (found === null) return null;
@@ -48,14 +48,14 @@ export function layerOf(rule: string): Layer | null {
   return { axis: AXES.indexOf(axis), sign: sense === "<" ? -1 : 1, share: sense === "<" ? Number(share) : 100 - Number(share) };
 }
 
-/** Where the layer ends, along its axis [m]. */
+/** Coordinate along its axis at which the layer ends [m]. */
 export function layerEnd({ axis, sign, share }: Layer, box: Box): number {
   const low = box.low[axis] ?? 0;
   const high = box.high[axis] ?? 0;
   return sign < 0 ? low + 0.01 * share * (high - low) : high - 0.01 * share * (high - low);
 }
 
-/** Cells of a grid round an object that were painted. */
+/** Painted cells of a grid round an object. */
 export class Painting {
   /** Number of cells along x, y, z. */
   readonly counts: Vec3;
@@ -63,13 +63,13 @@ export class Painting {
   readonly cell: number;
   /** Corner of the first cell [m]. */
   readonly origin: Vec3;
-  /** 255 where it is painted, x fastest; a texture is made of it. */
+  /** Cells, x fastest: 255 where painted; the texture is made of this array. */
   readonly cells: Uint8Array;
 
   constructor(box: Box) {
     const [w, d, h] = [0, 1, 2].map((k) => (box.high[k] ?? 0) - (box.low[k] ?? 0)) as unknown as Vec3;
     this.cell = Math.max(w, d, h) / CELLS;
-    // Half a cell beyond, so that a surface on the box lies inside a cell and not between two.
+    // The grid extends half a cell beyond the box, so that a surface on the box lies inside a cell and not between two.
     const around = (x: number): number => Math.ceil(x / this.cell + 1);
     this.counts = [around(w), around(d), around(h)];
     this.origin = [0, 1, 2].map((k) => 0.5 * ((box.low[k] ?? 0) + (box.high[k] ?? 0) - (this.counts[k] ?? 0) * this.cell)) as unknown as Vec3;
@@ -84,7 +84,7 @@ export class Painting {
     this.cells.fill(0);
   }
 
-  /** Paint a ball round a point. @returns Whether anything changed. */
+  /** Paint a ball round a point. @returns Whether any cell changed. */
   paint(at: Vec3): boolean {
     const middle = at.map((x, k) => (x - (this.origin[k] ?? 0)) / this.cell);
     const range = (k: 0 | 1 | 2): number[] => {
@@ -107,7 +107,7 @@ export class Painting {
     return changed;
   }
 
-  /** Boxes that hold exactly the painted cells; few of them, each grown as far as it goes. */
+  /** A few boxes that together contain exactly the painted cells; each is grown as far as possible. */
   boxes(): Box[] {
     const left = Uint8Array.from(this.cells);
     const free = (x: readonly number[], y: readonly number[], z: readonly number[]): boolean =>
@@ -131,7 +131,7 @@ export class Painting {
   }
 
   /**
-   * The rule of all that is painted; empty for nothing, null for more than the server takes.
+   * The rule of the painted part; empty if nothing is painted, null if the rule is too long for the server.
    *
    * @param larger How many times larger the object will be than it is here.
    */

@@ -6,7 +6,7 @@ import { checkKeys, type Fields, integer, isFields, list, number, parseFields, t
 export const UPLOAD_SUBPROTOCOL = "cohaptic.upload.v1";
 /** Bytes of the file in one message. */
 export const CHUNK = 32 * 1024;
-/** Characters of a rule that says what is held. */
+/** Largest length of a rule for the held part, in characters. */
 export const MAX_RULE = 16_384;
 const MAX_TEXT = 24_576;
 
@@ -26,14 +26,14 @@ export interface UploadOffer {
 export interface Examined {
   readonly type: "examined";
   readonly findings: readonly Finding[];
-  /** The rule of what is held that is proposed. */
+  /** Proposed rule for the held part. */
   readonly fix: string;
-  /** Metres in one unit of the file, as proposed; the mesh that follows is in metres with it. */
+  /** Proposed scale: metres in one unit of the file; the mesh that follows is in metres at this scale. */
   readonly scale: number;
   readonly triangles: number;
 }
 
-/** The choice that a refusal is about; "file" for none of them alone. */
+/** The choice that a refusal is about; "file" if it is about no single choice. */
 export type About = "held" | "size" | "file";
 
 export type UploadAnswer =
@@ -52,7 +52,7 @@ export function encodeUploadRequest(message: UploadRequest): string {
   return JSON.stringify(message);
 }
 
-/** The message of the server; throws ProtocolError, whatever the text. */
+/** Decode a message of the server; throws ProtocolError for any invalid text. */
 export function decodeUploadAnswer(data: string): UploadAnswer {
   const fields = parseFields(data, MAX_TEXT);
   const answer = decode(text(fields, "type"), fields);

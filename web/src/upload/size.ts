@@ -1,18 +1,18 @@
-/** The size of an object: the unit of its file, and how long that makes it, in words. */
+/** The size of an object: the unit of its file, and the resulting lengths in words. */
 
 import type { Vec3 } from "../model/vec";
 
 export type Unit = "mm" | "cm" | "m" | "inch";
 
-/** Metres in each. */
+/** Length of each unit [m]. */
 export const UNITS: Readonly<Record<Unit, number>> = { mm: 1e-3, cm: 1e-2, m: 1, inch: 0.0254 };
-/** Longest side of an object that the server takes [m]. */
+/** Limits of the longest side of an object for the server [m]. */
 export const SMALLEST = 0.005;
 export const LARGEST = 5;
-/** From the wrist to the tip of the middle finger [m]: the mean of women and men, 17.3 and 18.9 cm. */
+/** Length of a hand, from the wrist to the tip of the middle finger [m]: mean of women and men, 17.3 and 18.9 cm. */
 export const HAND = 0.18;
 
-/** Things that everybody knows, and how long they are [m]. */
+/** Familiar things and their lengths [m]. */
 const FAMILIAR: readonly (readonly [number, string])[] = [
   [0.008, "a pea"],
   [0.016, "the tip of a finger"],
@@ -30,13 +30,13 @@ export function unitOf(scale: number): Unit | null {
   return names.find((unit) => Math.abs(scale / UNITS[unit] - 1) < 1e-6) ?? null;
 }
 
-/** "12 mm", "3.4 cm", "1.2 m": two digits, in the unit that one would say it in. */
+/** A length with two digits, in its usual unit: "12 mm", "3.4 cm", "1.2 m". */
 export function lengthWords(metres: number): string {
   const [factor, unit] = metres < 0.01 ? [1e3, "mm"] : metres < 1 ? [1e2, "cm"] : [1, "m"];
   return `${Number((factor * metres).toPrecision(2))} ${unit}`;
 }
 
-/** "18 x 9.0 x 4.2 cm long, about as long as a hand"; what is too small or too large is said. */
+/** Words on a size, such as "18 x 9.0 x 4.2 cm long, about as long as a hand"; they say if it is too small or too large. */
 export function sizeWords(sides: Vec3): string {
   const longest = Math.max(...sides);
   const [factor, unit] = longest < 0.01 ? [1e3, "mm"] : longest < 1 ? [1e2, "cm"] : [1, "m"];

@@ -8,7 +8,7 @@
 
 export interface Material {
   readonly name: string;
-  /** [Pa] */
+  /** Young's modulus [Pa]. */
   readonly young: number;
 }
 
@@ -20,7 +20,7 @@ export const MATERIALS: readonly Material[] = [
 ];
 const LOW = 1e3; // Pa
 const HIGH = 3e6; // Pa
-/** Positions of the slider, 0 to this. */
+/** Last position of the slider; the first is 0. */
 export const STEPS = 100;
 
 /** Young's modulus at a position of the slider [Pa], with two digits. */
@@ -34,13 +34,13 @@ export function positionOf(young: number): number {
   return Math.round((STEPS * Math.log(young / LOW)) / Math.log(HIGH / LOW));
 }
 
-/** The material that is most like it. */
+/** The material with the nearest Young's modulus. */
 export function likest(young: number): Material {
   const away = (m: Material): number => Math.abs(Math.log(m.young / young));
   return MATERIALS.reduce((best, m) => (away(m) < away(best) ? m : best));
 }
 
-/** "like liver, 6 kPa", or between two of them. */
+/** Words such as "like liver, 6 kPa"; between two materials the words name both. */
 export function softnessWords(young: number): string {
   const kilo = young / 1e3;
   const amount = kilo >= 1000 ? `${Number((kilo / 1000).toPrecision(2))} MPa` : `${Number(kilo.toPrecision(2))} kPa`;

@@ -1,4 +1,4 @@
-/** The time that is left of a phase, by the rate of its share so far; `cohaptic_server/progress.py` in TypeScript. */
+/** Estimates the time left of a phase from its rate so far; `cohaptic_server/progress.py` in TypeScript. */
 
 const SOON = 2; // s until the rate is known well enough
 
@@ -9,9 +9,9 @@ export class TimeLeft {
   /**
    * Time left of the phase [s]; null while nothing is known.
    *
-   * @param phase Its name; a new one begins anew.
-   * @param share Of it that is done, 0 to 1.
-   * @param now [s]
+   * @param phase Name of the phase; a new name begins a new estimate.
+   * @param share Share of the phase that is done, 0 to 1.
+   * @param now Time [s].
    */
   seconds(phase: string, share: number, now: number): number | null {
     if (phase !== this.phase) {
@@ -23,7 +23,7 @@ export class TimeLeft {
   }
 }
 
-/** "about 20 s left"; in steps that one can read, so that it does not flicker. */
+/** Words such as "about 20 s left", in steps that are coarse enough not to flicker. */
 export function leftWords(seconds: number | null): string {
   if (seconds === null) return "";
   if (seconds < 5) return "a few seconds left";

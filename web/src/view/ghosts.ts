@@ -1,4 +1,4 @@
-/** Outlined tips beside those that are drawn as hands: the same hands in another place, by their delay. */
+/** Outlined tips beside the drawn tips: the second position of each hand, which differs by the hand's delay. */
 
 import { CylinderGeometry, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, TorusGeometry, Vector3 } from "three";
 import { along, norm, sub, type Vec3 } from "../model/vec";
@@ -6,13 +6,13 @@ import type { Stage } from "./stage";
 
 export interface Outline {
   readonly user: number;
-  /** Of the outlined tip, and of the drawn one [m]. */
+  /** Position of the outlined tip; `from` is that of the drawn tip [m]. */
   readonly at: Vec3;
   readonly from: Vec3;
   readonly normal: Vec3;
 }
 
-const TIP = 0.045; // radii of the body, as a hand's tip has
+const TIP = 0.045; // radii of the body, the size of a hand's tip
 const UP = new Vector3(0, 1, 0);
 
 class Bubble {
@@ -57,7 +57,7 @@ class Bubble {
   }
 }
 
-/** The outlines on a stage; the stage may be another one after lost graphics, or none. */
+/** The outlines on a stage, which may change or be missing after the graphics were lost. */
 export class Outlines {
   private stage: Stage | null = null;
   private radius = 0;
@@ -65,12 +65,12 @@ export class Outlines {
   private readonly bubbles = new Map<number, Bubble>();
   private shown = "";
 
-  /** @param radius Of the body [m]. */
+  /** @param radius Radius of the body [m]. */
   draw(stage: Stage | null, outlines: readonly Outline[], radius: number, colour: (user: number) => string): void {
     if (stage !== this.stage || radius !== this.radius) this.clear();
     [this.stage, this.radius] = [stage, radius];
     if (stage === null) return;
-    // At rest nothing is drawn anew, but for the camera's turns, which draw by themselves.
+    // Outlines at rest need no new picture; turns of the camera draw one by themselves.
     const key = JSON.stringify(outlines.map(({ user, at, from }) => [user, ...at, ...from].map((x) => Math.round(1e5 * x))));
     for (const [user, bubble] of this.bubbles) {
       if (outlines.some((one) => one.user === user)) continue;

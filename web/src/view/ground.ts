@@ -4,7 +4,7 @@ import { CanvasTexture, CircleGeometry, Color, Group, Mesh, MeshBasicMaterial, R
 import type { RestMesh } from "../model/body";
 import type { Scheme } from "../model/colours";
 
-/** Lowest point of a mesh, and how far it reaches from its middle near there [m]. */
+/** Lowest point of a mesh, and the mesh's middle and reach near that height [m]. */
 export function footprint(mesh: RestMesh, radius: number): { z: number; x: number; y: number; reach: number } {
   const v = mesh.vertices;
   let z = Infinity;
@@ -62,7 +62,7 @@ export class Ground {
   }
 }
 
-/** A soft round shadow, painted. */
+/** A painted texture of a soft round shadow. */
 function blob(): CanvasTexture {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 256;

@@ -1,4 +1,4 @@
-/** Hands in the scene: a tip on the surface, a stem to the name, the force as arrow and ring, the patch it holds. */
+/** Hands in the scene: a tip on the surface, a stem to the name, the force as arrow and ring, and the hand's local surface. */
 
 import {
   BufferAttribute,
@@ -22,15 +22,15 @@ import { forceShare } from "../model/scale";
 import { along, norm, unit, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
 
-// In radii of the body.
+// Lengths in radii of the body.
 const TIP = 0.045;
 const LONGEST = 1.2; // arrow, and growth of the ring, for the largest force
 const HEAD = 0.13;
 const LINE = 0.016; // width of the ring
 const STEM = 0.42;
-const END_ON = Math.cos((25 * Math.PI) / 180); // an arrow that is seen from nearer its axis is a blob
+const END_ON = Math.cos((25 * Math.PI) / 180); // an arrow seen from nearer to its axis would look like a blob
 
-/** How far from the middle of the tip the arrow of a force ends and its ring lies, in radii of the body. */
+/** Distance from the middle of the tip at which the arrow of a force ends and its ring lies, in radii of the body. */
 export function reach(force: number): number {
   return TIP + LONGEST * forceShare(force);
 }
@@ -47,7 +47,7 @@ class Hand {
   private readonly shaft: Mesh;
   private readonly head: Mesh;
   private readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
-  /** Of the force, and of the surface under the hand. */
+  /** Direction of the force, and normal of the surface under the hand. */
   private readonly way = new Vector3();
   private readonly normal = new Vector3();
   private presence = 0;
@@ -73,7 +73,7 @@ class Hand {
     this.shaft = new Mesh(new CylinderGeometry(0.02 * radius, 0.02 * radius, 1, 16), this.solid);
     this.head = new Mesh(new ConeGeometry(0.055 * radius, HEAD * radius, 24), this.solid);
     this.ring = new Mesh(new RingGeometry(1, 2, 72, 1), round);
-    this.ring.frustumCulled = false; // its points move
+    this.ring.frustumCulled = false; // its points move, so its bounding sphere would be wrong
     this.probe = new Mesh(new SphereGeometry(0.022 * radius, 16, 12), inside);
     this.thread = new Mesh(new CylinderGeometry(0.004 * radius, 0.004 * radius, 1, 6), inside);
     this.disc = new Mesh(new CircleGeometry(patchRadius, 40), sheet);
@@ -91,7 +91,7 @@ class Hand {
   pose(pose: Pose): void {
     const r = this.radius;
     const f = norm(pose.force);
-    // The tip lies on the surface; where nothing is touched it is the probe.
+    // The tip is drawn on the surface, or at the probe if the hand touches nothing.
     const tip = along(pose.proxy, TIP * r, pose.normal);
     this.tip.position.set(...tip);
     const way = f > LEAST_FORCE ? unit(pose.force) : pose.normal;
@@ -120,11 +120,11 @@ class Hand {
     this.flat.opacity = 0.55 * pose.presence;
   }
 
-  /** The ring in the plane of the picture; the arrow where its length is seen. */
+  /** Turn the ring to the camera; show the arrow only where its length is visible. */
   face(camera: Camera): void {
     const sight = camera.position.clone().sub(this.tip.position).normalize();
     this.ring.quaternion.copy(camera.quaternion);
-    // Of a hand behind the object.
+    // The ring of a hand behind the object is faint.
     this.ring.material.opacity = (this.normal.dot(sight) > 0 ? 0.9 : 0.3) * this.presence;
     this.shaft.visible = this.head.visible = this.ring.visible && Math.abs(this.way.dot(sight)) < END_ON;
   }
@@ -151,7 +151,7 @@ class Hand {
 /** All hands, by user. */
 export class Hands {
   readonly group = new Group();
-  /** Never seen: its shaders are compiled with the body's, so that none waits for them who comes into the room. */
+  /** A hidden hand: its shaders are compiled with the body's, so that the first real hand does not wait for them. */
   private readonly model: Hand;
   private readonly hands = new Map<number, Hand>();
   private readonly radius: number;
@@ -187,17 +187,17 @@ export class Hands {
     }
   }
 
-  /** Before each picture: what depends on from where it is taken. */
+  /** To be called before each picture, for the parts that depend on the camera. */
   face(camera: Camera): void {
     for (const hand of this.hands.values()) hand.face(camera);
   }
 
-  /** Colours depend on the ground they are seen on. */
+  /** Apply the colours of the new scheme, which depend on the background. */
   repaint(): void {
     for (const [user, hand] of this.hands) hand.paint(this.colour(user));
   }
 
-  /** Where a hand's name is written, world frame [m]. */
+  /** Place of a hand's name, world frame [m]; null without that hand. */
   anchor(user: number): Vec3 | null {
     const hand = this.hands.get(user);
     return hand === undefined ? null : hand.anchor.toArray();
@@ -218,7 +218,7 @@ function between(part: Mesh, from: Vec3, to: Vec3): void {
   part.scale.set(1, length, 1);
 }
 
-/** A flat ring from one radius to another: the first half of its points lies inside. */
+/** Set the radii of a flat ring; the first half of its points lies on the inner circle. */
 function widen(position: BufferAttribute, inner: number, outer: number): void {
   const half = position.count / 2;
   for (let i = 0; i < position.count; i++) {

@@ -1,4 +1,4 @@
-/** Names at the ends of the stems: text over the canvas, placed by the object model and not by markup. */
+/** Names at the ends of the stems: text over the canvas, made by DOM calls and not as markup. */
 
 import { norm, type Vec3 } from "../model/vec";
 import { LEAST_FORCE, type Pose } from "./pose";
@@ -8,7 +8,7 @@ interface Label {
   readonly name: HTMLElement;
   readonly force: HTMLElement;
   width: number;
-  /** By how much it stands off its hand's own place [px]; null where there is no room for it. */
+  /** Shift of the name, up or down, from its own place [px]; null if there is no room for it. */
   off: number | null;
 }
 
@@ -17,17 +17,17 @@ interface Pixel {
   readonly y: number;
 }
 
-const CLEAR = 46; // px over a hand whose stem points at the eye
+const CLEAR = 46; // px; height of a name over a hand whose stem points at the eye
 const TALL = 12; // px, half the height of a name
-const OFF = 20; // px at most by which the dock stands off the foot of the stage
-const APART = 26; // px from the middle of a name to that of one below it
-const STEPS = [0, 1, -1, 2, -2, 3, -3]; // by how many names one may be moved: farther off it is nobody's
-const SLACK = 6; // px more than it needs, for a name to go back to its own place: else it would jump to and fro
+const OFF = 20; // px; largest distance of the dock from the foot of the stage
+const APART = 26; // px from the middle of a name to the middle of the name below it
+const STEPS = [0, 1, -1, 2, -2, 3, -3]; // shifts of a name, in heights of names; a name that is farther off would seem to belong to nobody
+const SLACK = 6; // px of extra room before a name returns to its own place, so that it does not jump to and fro
 
 /**
  * Middle of a name so that it begins where the stem ends and covers neither stem nor arrow.
  *
- * @param tip Of the hand, and `end` of its stem [px].
+ * @param tip Tip of the hand; `end` is the end of its stem [px].
  * @param half Half the width of the name [px].
  */
 export function beside(tip: Pixel, end: Pixel, half: number): Pixel {
@@ -42,17 +42,17 @@ export function beside(tip: Pixel, end: Pixel, half: number): Pixel {
 
 /** A name on the picture. */
 export interface Place extends Pixel {
-  /** Half its width [px]. */
+  /** Half the width of the name [px]. */
   readonly half: number;
-  /** What it stands off at the moment [px]; null where it is left out. */
+  /** Present shift of the name [px]; null if the name is left out. */
   readonly off: number | null;
 }
 
 /**
- * How far up or down each name moves, so that none lies on another; null for one that has no room.
+ * Shift of each name, up or down, so that no name covers another; null for a name without room.
  *
- * @param places In the order in which they may choose.
- * @param low And `high`: between them lie the middles of names [px].
+ * @param places Names in the order in which they may choose a place.
+ * @param low Upper and, as `high`, lower limit of the middles of names [px].
  */
 export function arranged(places: readonly Place[], low: number, high: number): (number | null)[] {
   const taken: { x: number; y: number; half: number }[] = [];
@@ -77,9 +77,9 @@ export class Labels {
   }
 
   /**
-   * @param anchor Where a user's name belongs, world frame.
-   * @param project From there to pixels.
-   * @param clear What is covered at the top and at the foot of the picture [px].
+   * @param anchor Returns the place of a user's name, world frame.
+   * @param project Converts a place to pixels.
+   * @param clear Heights that are covered at the top and at the foot of the picture [px].
    */
   place(
     poses: readonly Pose[],
@@ -96,9 +96,9 @@ export class Labels {
     const places: (Place & { readonly label: Label; readonly pose: Pose })[] = [];
     const low = clear[0] + TALL + 4;
     const high = Math.max(low, this.host.clientHeight - clear[1] - OFF - TALL - 4);
-    // One's own has its place first, and the others in the order in which they came.
+    // The own name has its place first, then the others in the order in which their users came.
     const ordered = [...poses].sort((a, b) => Number(b.own) - Number(a.own) || a.user - b.user);
-    // All are written before one is measured: else each would be laid out anew for the next.
+    // All names are written before one is measured; otherwise each measurement would compute the layout again.
     const written = ordered.map((pose) => write(this.labels.get(pose.user) ?? this.make(pose.user), pose));
     for (const [i, pose] of ordered.entries()) {
       const label = this.labels.get(pose.user);
@@ -111,7 +111,7 @@ export class Labels {
       if (gone) continue;
       const half = 0.5 * label.width;
       const middle = beside(project(pose.proxy) ?? pixel, pixel, half);
-      // Kept inside the picture, so that a phone shows the names too.
+      // Names are kept inside the picture, so that a phone shows them, too.
       const x = Math.min(this.host.clientWidth - half - 6, Math.max(half + 6, middle.x));
       places.push({ x, y: Math.min(high, Math.max(low, middle.y)), half, off: label.off, label, pose });
     }
@@ -146,7 +146,7 @@ export class Labels {
   }
 }
 
-/** @returns Whether it has other words now. */
+/** Write the words of a label. @returns Whether they have changed. */
 function write(label: Label, pose: Pose): boolean {
   const words = pose.own ? `${pose.name} (you)` : pose.name;
   const f = norm(pose.force);

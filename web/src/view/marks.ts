@@ -7,7 +7,7 @@ import { along, row, sub, unit, type Vec3 } from "../model/vec";
 import { vertexNormals } from "./body/normals";
 
 const OUT = new Vector3(0, 0, 1);
-const PULSE = 1.2; // s of one ring that widens
+const PULSE = 1.2; // s in which one ring widens
 
 interface Shown {
   readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
@@ -16,7 +16,7 @@ interface Shown {
   readonly normal: Vec3;
 }
 
-/** The vertex of a mesh at rest that is nearest to a point: a mark lies on the surface, wherever it was said to be. */
+/** The resting vertex nearest to a point, so that a mark lies on the surface wherever its message put it. */
 export function nearestVertex(vertices: Float32Array, point: Vec3): number {
   let [best, least] = [0, Infinity];
   for (let i = 0; i < vertices.length / 3; i++) {
@@ -33,8 +33,8 @@ export class Marks {
   private normals: Float32Array | null = null;
 
   /**
-   * @param host In which the names stand.
-   * @param radius Of the body [m].
+   * @param host Element that contains the names.
+   * @param radius Radius of the body [m].
    */
   constructor(private readonly host: HTMLElement, private readonly mesh: RestMesh, private readonly radius: number) {}
 
@@ -44,11 +44,11 @@ export class Marks {
   }
 
   /**
-   * Show those that are young enough.
+   * Show the marks that are young enough.
    *
-   * @param positions Of the vertices as they are, shape (n, 3) [m].
-   * @param colour Of a user, or of who only watches.
-   * @param still For people who asked for less motion: nothing widens.
+   * @param positions Present positions of the vertices, shape (n, 3) [m].
+   * @param colour Colour of a user; null stands for people who only watch.
+   * @param still Whether the visitor asked for less motion: no ring widens then.
    */
   place(marks: readonly Mark[], positions: Float32Array, now: number, colour: (user: number | null) => string, still: boolean, project: (point: Vec3) => { x: number; y: number } | null): void {
     const young = marks.filter((mark) => now - mark.at < MARK_LASTS);
@@ -83,7 +83,7 @@ export class Marks {
     this.normals ??= vertexNormals(this.mesh.vertices, this.mesh.faces);
     const vertex = nearestVertex(this.mesh.vertices, mark.point);
     const normal = unit(row(this.normals, vertex));
-    // Over everything: who points at the far side is seen there as well.
+    // Drawn over everything, so that a mark on the far side is visible, too.
     const material = new MeshBasicMaterial({ transparent: true, side: DoubleSide, depthTest: false, depthWrite: false });
     const ring = new Mesh(new RingGeometry(0.075 * this.radius, 0.1 * this.radius, 40), material);
     ring.renderOrder = 4;

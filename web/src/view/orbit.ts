@@ -3,15 +3,15 @@
 import type { Vec3 } from "../model/vec";
 
 export interface Orbit {
-  /** Round the vertical [rad]; 0 looks from +x. */
+  /** Angle around the vertical [rad]; 0 looks from +x. */
   readonly azimuth: number;
-  /** Above the horizon [rad]. */
+  /** Angle above the horizon [rad]. */
   readonly elevation: number;
-  /** In radii of the body. */
+  /** Distance from the body's middle, in radii of the body. */
   readonly distance: number;
 }
 
-/** Left and right hands of the demo stand on the x axis, so both are seen. */
+/** Initial view: it shows both the left and the right hand of the demo, which are on the x axis. */
 export const HOME: Orbit = { azimuth: -1.36, elevation: 0.26, distance: 5.4 };
 export const NEAREST = 1.6;
 export const FARTHEST = 12;
@@ -25,12 +25,12 @@ export function rotated(orbit: Orbit, right: number, up: number): Orbit {
   };
 }
 
-/** @param factor Above 1 goes away. */
+/** @param factor Factor on the distance; above 1 moves away. */
 export function zoomed(orbit: Orbit, factor: number): Orbit {
   return { ...orbit, distance: Math.min(FARTHEST, Math.max(NEAREST, orbit.distance * factor)) };
 }
 
-/** Where the eye is [m]. */
+/** Position of the eye [m]. */
 export function eye(orbit: Orbit, center: Vec3, radius: number): Vec3 {
   const r = orbit.distance * radius;
   const flat = r * Math.cos(orbit.elevation);

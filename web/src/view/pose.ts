@@ -1,4 +1,4 @@
-/** The drawn state of one hand: from the scene or, for the own hand, from the own loop. */
+/** The state of one hand for drawing: from the scene or, for the own hand, from its own loop. */
 
 import type { TouchState } from "../model/hand";
 import type { UserState } from "../model/scene";
@@ -11,31 +11,31 @@ export interface Pose {
   readonly own: boolean;
   /** Tip of the device [m]. */
   readonly probe: Vec3;
-  /** Where the tip is held on the surface; the probe where nothing is touched [m]. */
+  /** Position of the tip on the surface; that of the probe if the hand touches nothing [m]. */
   readonly proxy: Vec3;
   readonly normal: Vec3;
-  /** On the hand [N]. */
+  /** Force on the hand [N]. */
   readonly force: Vec3;
-  /** The surface that the hand holds: a point of it, and its bend [m], [1/m]. */
+  /** Local surface of the hand: a point of it [m]; `curvature` is its curvature [1/m]. */
   readonly x_free: Vec3;
   readonly curvature: number;
-  /** Whether there is such a surface. */
+  /** Whether there is a local surface. */
   readonly held: boolean;
-  /** 0 to 1. */
+  /** Opacity of the hand, 0 to 1. */
   readonly presence: number;
 }
 
-/** A user as a scene tells of it. */
+/** A user as a scene reports it. */
 type Told = Omit<UserState, "name" | "latency">;
 
-/** Below this a force is not shown [N]. */
+/** Least force that is shown [N]. */
 export const LEAST_FORCE = 0.02;
 
 /**
- * The surface as it is under this hand, x_o = x_free - C_ii f n (docs/protocol.md, patch).
+ * Point of the present surface under this hand, x_o = x_free - C_ii f n (docs/protocol.md, patch).
  *
- * A finger that sticks takes the surface with it in all directions, and its law, f = K (depth - the change of depth by
- * that), tells how far it is below the surface: not at all where K is the object's own.
+ * A sticking finger moves the surface in all directions. Its law, f = K (depth - the change of depth by that motion),
+ * gives its depth below the surface: zero if K is the object's own stiffness.
  */
 export function proxyOf(user: Told): Vec3 {
   const pressed = Math.max(0, dot(user.force, user.normal));
@@ -45,7 +45,7 @@ export function proxyOf(user: Told): Vec3 {
   return along(user.x_free, -user.c_ii * pressed, user.normal);
 }
 
-/** Of the probe below the surface free of the own force; negative outside [m]. */
+/** Depth of the probe below the surface free of the own force; negative outside [m]. */
 export function depthOf(user: Told): number {
   return dot(sub(user.x_free, user.probe), user.normal);
 }
@@ -67,12 +67,12 @@ export function poseOf(user: UserState): Pose {
   };
 }
 
-/** Where the own tip is drawn. */
+/** Position at which the own tip is drawn. */
 export function tipOfOwn(state: TouchState): Vec3 {
   return norm(state.force) > LEAST_FORCE ? state.proxy : state.probe;
 }
 
-/** The own hand: its loop is ahead of the server. */
+/** Pose of the own hand, from its own loop, which is ahead of the server. */
 export function ownPose(state: TouchState, heard: UserState | undefined): Pose {
   return {
     user: state.user,

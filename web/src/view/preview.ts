@@ -1,4 +1,4 @@
-/** An object before it is prepared, with its held part in another colour: turned by hand, and painted on. */
+/** Picture of an object before it is prepared, with its held part in another colour; the visitor can turn it and paint on it. */
 
 import { BufferAttribute, BufferGeometry, Color, Data3DTexture, Mesh, MeshStandardMaterial, RedFormat, Vector3 } from "three";
 import type { RestMesh } from "../model/body";
@@ -15,12 +15,12 @@ const FLESH = 0xd3ab98;
 const AWAY = 3.5; // radii of the object from its middle to the eye
 const FROM_BELOW = -0.4; // rad
 const HELD = "#2b7fd0";
-const REACH = 0.9; // radii of the object's ball, as far as it is seen to the side
-const GAP = 0.15; // radii of the object, between it and what it is compared with
-const WIDE = 1.2; // half the picture's width over the radius for which it is framed
-const TURN = 0.12; // rad for a key
+const REACH = 0.9; // radii of the object's ball, half the width of the object in the picture
+const GAP = 0.15; // radii of the object, between the object and the thing beside it
+const WIDE = 1.2; // half the picture's width over the radius that the camera frames
+const TURN = 0.12; // rad per key press
 
-/** What of the object is held. */
+/** The held part of the object. */
 export type Held = { readonly by: "layer"; readonly layer: Layer } | { readonly by: "paint" };
 
 interface Shown {
@@ -34,7 +34,7 @@ interface Shown {
 }
 
 export class Preview {
-  /** Null without WebGL: then nothing is shown, and the rest goes on. */
+  /** The stage; null without WebGL: nothing is shown then, and the rest of the dialog works. */
   private readonly stage: Stage | null;
   private shown: Shown | null = null;
   private held: Held = { by: "paint" };
@@ -51,7 +51,7 @@ export class Preview {
     uHeld: { value: new Color(HELD) },
   };
 
-  /** @param painted Called when something was painted. */
+  /** @param painted Called when the painted part has changed. */
   constructor(host: HTMLElement, private readonly painted: () => void) {
     this.stage = openStage(host);
     const stage = this.stage;
@@ -100,10 +100,10 @@ export class Preview {
   }
 
   /**
-   * Something familiar beside the object, as large as it is.
+   * Show a familiar thing in its true size beside the object.
    *
    * @param larger How many times larger the object will be than it is here.
-   * @returns What it is, in words; empty where nothing is shown.
+   * @returns Words for the thing; empty if nothing is shown.
    */
   compare(larger: number): string {
     const { shown, stage } = this;
@@ -136,14 +136,14 @@ export class Preview {
     this.stage?.touch();
   }
 
-  /** Draw while it is seen. */
+  /** Set whether the picture is drawn, which is while it is visible. */
   run(on: boolean): void {
     if (on && !this.running) requestAnimationFrame((t) => { this.frame(t / 1000); });
     this.running = on;
     this.stage?.touch();
   }
 
-  /** After a change of what was painted. */
+  /** To be called after a change of the painted part. */
   refresh(): void {
     if (this.shown !== null) this.shown.texture.needsUpdate = true;
     this.stage?.touch();
@@ -168,7 +168,7 @@ export class Preview {
     this.last = now;
   }
 
-  /** What lies beside the object stays on the left of it, and looks at the eye. */
+  /** Keep the thing beside the object on the object's left, facing the eye. */
   private faceEye(): void {
     const { beside, shown, stage } = this;
     if (beside === null || shown === null || stage === null) return;
@@ -189,7 +189,7 @@ export class Preview {
 
   private key(event: KeyboardEvent): void {
     const { stage } = this;
-    if (stage === null || event.ctrlKey || event.metaKey || event.altKey) return; // those are the browser's
+    if (stage === null || event.ctrlKey || event.metaKey || event.altKey) return; // these keys belong to the browser
     const turns: Readonly<Record<string, readonly [number, number]>> = {
       ArrowLeft: [-TURN, 0], ArrowRight: [TURN, 0], ArrowUp: [0, TURN], ArrowDown: [0, -TURN],
     };
@@ -202,7 +202,7 @@ export class Preview {
     stage.touch();
   }
 
-  /** @returns Whether the pointer is on the object, and paints. */
+  /** Paint under the pointer. @returns Whether the pointer is on the object and paints. */
   private paint(x: number, y: number): boolean {
     const { stage, shown } = this;
     if (stage === null || shown === null || this.held.by !== "paint") return false;
@@ -237,7 +237,7 @@ export class Preview {
   }
 }
 
-/** A view in which a held side is seen. */
+/** A view that shows a held side. */
 function towards({ axis, sign }: Layer): Orbit {
   if (axis === 2) return { azimuth: HOME.azimuth, elevation: sign < 0 ? FROM_BELOW : 0.7, distance: AWAY };
   const side = axis === 0 ? (sign < 0 ? Math.PI : 0) : 0.5 * sign * Math.PI;

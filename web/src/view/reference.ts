@@ -1,14 +1,14 @@
-/** Outlines of things whose size everybody knows, to put beside an object. */
+/** Outlines of familiar things, to show beside an object. */
 
 import { DoubleSide, Group, Mesh, MeshBasicMaterial, Path, Shape, ShapeGeometry } from "three";
 
-/** Something in metres, standing on its origin in the plane z = 0, as far to its left as to its right. */
+/** A thing in metres that stands on its origin in the plane z = 0, with equal width to the left and the right. */
 export interface Reference {
   readonly root: Group;
-  /** [m] */
+  /** Width of the thing [m]. */
   readonly width: number;
   readonly height: number;
-  /** "a hand, 18 cm". */
+  /** Words for the thing, such as "a hand, 18 cm". */
   readonly words: string;
   dispose(): void;
 }
@@ -18,7 +18,7 @@ type Stroke = readonly [number, number, number, number, number];
 
 interface Outline {
   readonly words: string;
-  /** Longest side of an object up to which it is shown [m]. */
+  /** Longest side of an object up to which the thing is shown [m]. */
   readonly upTo: number;
   readonly strokes: readonly Stroke[];
 }
@@ -46,7 +46,7 @@ const OUTLINES: readonly Outline[] = [
   },
 ];
 
-/** What an object with this longest side is compared with [m]. */
+/** Outline of the thing to show beside an object with this longest side [m]. */
 export function outlineFor(longest: number): Outline {
   return OUTLINES.find(({ upTo }) => longest <= upTo) ?? (OUTLINES.at(-1) as Outline);
 }

@@ -1,4 +1,4 @@
-/** The scene on the stage: body, ground, hands and names, made for a mesh and moved with the view. */
+/** The scene on the stage: body, ground, hands and names, made for one mesh and moved to each shown moment. */
 
 import { Group } from "three";
 import type { RestMesh } from "../model/body";
@@ -21,18 +21,18 @@ interface Props {
   readonly ground: Ground;
   readonly hands: Hands;
   readonly radius: number;
-  /** Null until somebody has pointed: its code comes then. */
+  /** Marks; null until somebody has pointed, when their code is loaded. */
   marks: Marks | null;
 }
 
-/** Where people point, and how old that is. */
+/** Marks of people who point, and the time to compute the marks' age. */
 export interface Pointing {
   readonly marks: readonly Mark[];
-  /** On the page's clock [s]. */
+  /** Present time on the page's clock [s]. */
   readonly now: number;
 }
 
-/** Everybody's pose; the own hand's comes from the own loop, which is ahead of the server's news. */
+/** Poses of all users; that of the own hand comes from its own loop, which is ahead of the server. */
 export function posesOf(view: SceneSnapshot, own: TouchState | null): Pose[] {
   const inRoom = own !== null && own.phase === "joined" && own.user > 0;
   const poses = view.users.filter((user) => !inRoom || user.user !== own.user).map(poseOf);
@@ -47,10 +47,10 @@ export class SceneView {
   private scheme: Scheme = "light";
   private colouring: Colouring = "displacement";
   private shown = "";
-  /** What the surface was placed by; another array is another time's, whatever it says of having moved. */
+  /** Array by which the surface was placed; a different array is of another time, whatever its flag `moved` is. */
   private fetching = false;
   private placed: Float32Array | null = null;
-  /** Whether there is a picture of the body. */
+  /** Whether the body has been drawn. */
   drawn = false;
 
   constructor(stage: Stage, private readonly host: HTMLElement, private readonly colours: UserColours) {
@@ -79,7 +79,7 @@ export class SceneView {
     return this.props?.surface.legend ?? { colouring: this.colouring, low: null, high: null };
   }
 
-  /** Take the body; another one replaces it. */
+  /** Set the body, in place of a former one. */
   setBody(mesh: RestMesh | null, info: Pick<WatchInfo, "body"> | null): void {
     if (mesh === null || info === null || this.props?.mesh === mesh) return;
     this.clear();
@@ -135,13 +135,13 @@ export class SceneView {
       return;
     }
     const any = props.marks.any;
-    // Grey, as the probe of nobody in particular.
+    // Grey for people without a hand.
     const colour = (user: number | null): string => (user === null ? WATCHES[this.scheme] : this.colours.of(user, this.scheme));
     props.marks.place(marks, view.positions, now, colour, stage.still, (point) => stage.project(point));
     if (any || props.marks.any) stage.touch();
   }
 
-  /** What draws marks, for the body that is there when its code is. */
+  /** Load the code for marks, and make them for the body that is there at that time. */
   private async fetchMarks(): Promise<void> {
     this.fetching = true;
     try {
@@ -154,7 +154,7 @@ export class SceneView {
     }
   }
 
-  /** Off the page, with its stage. */
+  /** Remove the scene from the page, with its stage. */
   dispose(): void {
     this.clear();
     this.labels.place([], () => null, () => null);
@@ -175,10 +175,10 @@ export class SceneView {
   }
 }
 
-/** Colour of who points and has no hand. */
+/** Colour of marks by people without a hand. */
 const WATCHES: Readonly<Record<Scheme, string>> = { light: "#3c434b", dark: "#dfe4e9" };
 
-/** To a hundredth of a millimetre or of a newton. */
+/** A number rounded to a hundredth of a millimetre or of a newton. */
 function short(x: number): number {
   return Math.round(1e5 * x);
 }

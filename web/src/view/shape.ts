@@ -1,4 +1,4 @@
-/** The object as a pointer meets it: its shape at rest, and as it is now. */
+/** The shape of the object for pointers: at rest, and at present. */
 
 import type { RestMesh } from "../model/body";
 import { dot, sub, unit, type Vec3 } from "../model/vec";
@@ -12,9 +12,9 @@ export interface Met extends Place3 {
 }
 
 export class Shape {
-  /** Vertices as they are, shape (n, 3) [m]; the resting ones before anything was seen of them. */
+  /** Present vertices, shape (n, 3) [m]; the resting ones before the first scene. */
   positions: Float32Array;
-  /** Vertices as they were when a press took hold of the surface; null while none does. */
+  /** Vertices at the time when a press grasped the surface; null before the first press. */
   private grasped: Float32Array | null = null;
   private readonly normals: Float32Array;
 
@@ -23,33 +23,33 @@ export class Shape {
     this.normals = vertexNormals(mesh.vertices, mesh.faces);
   }
 
-  /** Where a ray meets the surface as it is; null beside it. */
+  /** Place where a ray meets the present surface; null beside it. */
   meet(origin: Vec3, direction: Vec3): Met | null {
     const hit = pick(this.positions, this.mesh.faces, origin, direction);
     return hit === null ? null : this.met(hit);
   }
 
-  /** From now on `meetGrasped` goes by the surface as it is now. */
+  /** Keep the present surface for `meetGrasped`. */
   grasp(): void {
     this.grasped = this.positions.slice();
   }
 
   /**
-   * Where a ray would meet the surface as a press has found it. Seen from aside the place under a pointer that holds
-   * still wanders as the press goes in, by the depth times the slope: on 10 mm seen from 40 degrees, 8 mm.
+   * Place where a ray would meet the surface as it was when the press began. On the present surface, seen from the side,
+   * the place under a still pointer would wander as the press goes in, by depth times slope: 8 mm for 10 mm at 40 degrees.
    */
   meetGrasped(origin: Vec3, direction: Vec3): Met | null {
     const hit = pick(this.grasped ?? this.positions, this.mesh.faces, origin, direction);
     return hit === null ? null : this.met(hit);
   }
 
-  /** Where the resting surface looks in a direction from the middle of the body; null where it does not. */
+  /** Outermost place of the resting surface in a direction from the middle of the body; null where there is none. */
   towards(direction: Vec3, center: Vec3, radius: number): Met | null {
     const hit = placeTowards(this.mesh.vertices, this.mesh.faces, center, direction, radius);
     return hit === null ? null : this.met(hit);
   }
 
-  /** Of the surface as it is over the resting one, along its normal [m]. */
+  /** Height of the present surface over the resting one, along its normal [m]. */
   height(place: Place): number {
     const { surface, normal, point } = this.met(place);
     return dot(sub(point, surface), normal);

@@ -1,4 +1,4 @@
-/** The stage: renderer, camera, light. It draws when something moved, and not otherwise. */
+/** The stage: renderer, camera and light. It draws only when something has moved. */
 
 import {
   DirectionalLight,
@@ -22,21 +22,21 @@ export class Stage {
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(32, 1, 0.001, 100);
   readonly canvas: HTMLCanvasElement;
-  /** As the camera would stand if it did not lean: a press in progress goes by this one, and no lean moves a hand. */
+  /** The camera without its lean: a press in progress uses this one, so that a lean does not move the hand. */
   readonly straight = new PerspectiveCamera();
-  /** Turns the camera off the normal of what is pressed; null until there was a press. */
+  /** Turns the camera off the normal of the pressed place; null until the first press. */
   leaning: Leaning | null = null;
-  /** By how much the picture is moved in its frame, to the right and up [px]. */
+  /** Shift of the picture in its frame, to the right and up [px]. */
   moved = { x: 0, y: 0 };
   /** Target of the camera, which follows smoothly. */
   target: Orbit = HOME;
-  /** How far the body stands beside the middle of the picture, to the right [m]. */
+  /** Distance of the body to the right of the picture's middle [m]. */
   aside = 0;
-  /** What is covered at the top and at the foot of the picture [px]. */
+  /** Heights that are covered at the top and at the foot of the picture [px]. */
   clear: readonly [number, number] = [0, 0];
-  /** Told of the camera before each picture. */
+  /** Called with the camera before each picture. */
   placed: (camera: PerspectiveCamera) => void = () => undefined;
-  /** Softly, or at once for people who asked for less motion. */
+  /** Whether the camera moves at once, for people who asked for less motion. */
   still = false;
 
   private readonly renderer: WebGLRenderer;
@@ -44,7 +44,7 @@ export class Stage {
   private readonly sky = new HemisphereLight(0xffffff, 0x8890a0, 0.5);
   private readonly room = roomLight();
   private orbit: Orbit = HOME;
-  /** Of the newest picture, shown or being drawn. */
+  /** View of the newest picture, shown or being drawn. */
   private taken: Orbit = HOME;
   private center: Vec3 = [0, 0, 0];
   private radius = 0.1;
@@ -52,13 +52,13 @@ export class Stage {
   private lift = 0;
   private readonly sizes = new ResizeObserver(() => { this.resize(); });
   private readonly pace: FramePace;
-  /** Where the processor draws, once its code is there; else the canvas is drawn on, and the browser does not wait for it. */
+  /** Used if the processor draws, when its code is loaded; null draws on the canvas itself, for which no browser waits. */
   private deferred: DeferredPicture | null = null;
   private readonly pause = (): void => { this.pace.pause(); };
   private gone = false;
-  /** Shaders that are still being compiled. */
+  /** Number of compilations of shaders that still run. */
   private compiling = 0;
-  /** Whether the canvas has another size than its host: no picture that is being drawn is thrown away for it. */
+  /** Whether the canvas has still to be resized to its host, which waits until the present picture is drawn. */
   private sizeDue = false;
 
   constructor(host: HTMLElement, { canvas, context, software }: Graphics) {
@@ -76,16 +76,16 @@ export class Stage {
     this.resize();
   }
 
-  /** Graphics that the system took away, and that it gives back: what was on them is gone. */
+  /** Call back when the system takes the graphics away, and when it gives them back; their contents are gone. */
   watch(lost: () => void, restored: () => void): void {
     this.canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault(); // else it is never given back
+      event.preventDefault(); // otherwise the context is never given back
       lost();
     });
     this.canvas.addEventListener("webglcontextrestored", restored);
   }
 
-  /** Off the page; another stage takes its place. */
+  /** Remove the stage from the page, for another one to take its place. */
   dispose(): void {
     this.gone = true;
     this.sizes.disconnect();
@@ -95,7 +95,7 @@ export class Stage {
     this.canvas.remove();
   }
 
-  /** Look at another body. */
+  /** Aim the camera at another body. */
   frame(center: Vec3, radius: number): void {
     this.center = center;
     this.radius = radius;
@@ -120,7 +120,7 @@ export class Stage {
     this.touch();
   }
 
-  /** Compile the shaders of what was added all at once, beside the page where the browser can; then it is drawn. */
+  /** Compile all shaders of added parts at once, in parallel where the browser can; the parts are drawn afterwards. */
   compile(): void {
     if (!this.renderer.extensions.has("KHR_parallel_shader_compile")) {
       this.renderer.compile(this.scene, this.camera);
@@ -133,23 +133,23 @@ export class Stage {
     });
   }
 
-  /** Something changed: draw at the next chance. */
+  /** Draw at the next chance, because something has changed. */
   touch(): void {
     this.dirty = true;
   }
 
-  /** Turn by the short way to a view. */
+  /** Turn to a view by the shorter way. */
   goTo(orbit: Orbit): void {
     this.target = nearTurn(orbit, this.orbit);
     this.touch();
   }
 
-  /** @returns Whether there is a new picture. */
+  /** Draw if it is needed and possible. @returns Whether there is a new picture. */
   draw(dt: number): boolean {
     const before = this.orbit;
     this.orbit = this.still ? this.target : eased(this.orbit, this.target, dt);
     const leant = this.leaning?.step(dt) === true;
-    // A window that is dragged to another display tells nobody, and neither does one that is zoomed.
+    // No event tells that a window was dragged to another display or zoomed.
     this.pace.fit(finest());
     const resized = this.pace.ratio !== this.renderer.getPixelRatio();
     this.dirty ||= this.orbit !== before || leant || resized;
@@ -157,9 +157,9 @@ export class Stage {
     if (finished) this.tell();
     if (finished && this.sizeDue) this.resize();
     const draws = this.pace.next(dt, this.dirty && this.compiling === 0, this.deferred?.drawing);
-    // In the frame in which one is shown none is begun.
+    // No picture is begun in the frame in which one is shown.
     if (!draws) return finished;
-    // Not before, since a canvas of another size is empty.
+    // Resized only now, because a resized canvas is empty.
     if (this.pace.ratio !== this.renderer.getPixelRatio()) this.resize();
     this.dirty = false;
     this.place();
@@ -174,17 +174,17 @@ export class Stage {
     return true;
   }
 
-  /** From the eye through a point of the window, as if the camera did not lean. */
+  /** Ray from the eye through a point of the window, as if the camera did not lean. */
   ray(x: number, y: number): { origin: Vec3; direction: Vec3 } {
     return this.rayOf(this.straight, x, y);
   }
 
-  /** Through a point of the window to what is seen there. */
+  /** Ray through a point of the window, to the place that is seen there. */
   seen(x: number, y: number): { origin: Vec3; direction: Vec3 } {
     return this.rayOf(this.camera, x, y);
   }
 
-  /** Where in the window a point would be seen if the camera did not lean. */
+  /** Place in the window where a point would appear if the camera did not lean. */
   unleaned(point: Vec3): { x: number; y: number } {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const p = new Vector3(...point).project(this.straight);
@@ -198,25 +198,25 @@ export class Stage {
     return { origin: from.toArray(), direction: at.unproject(camera).sub(from).normalize().toArray() };
   }
 
-  /** Through the middle of the picture. */
+  /** Ray through the middle of the picture. */
   middle(): { origin: Vec3; direction: Vec3 } {
     const box = this.canvas.getBoundingClientRect();
     return this.ray(box.left + 0.5 * box.width, box.top + 0.5 * box.height);
   }
 
-  /** From the middle of the body towards the eye. */
+  /** Direction from the middle of the body towards the eye. */
   towardsEye(): Vec3 {
     return eye({ ...this.orbit, distance: 1 }, [0, 0, 0], 1);
   }
 
-  /** Where a point appears, in pixels of the canvas; null behind the eye. */
+  /** Place where a point appears, in pixels of the canvas; null behind the eye. */
   project(point: Vec3): { x: number; y: number } | null {
     const p = new Vector3(...point).project(this.camera);
     if (p.z > 1) return null;
     return { x: 0.5 * (p.x + 1) * this.canvas.clientWidth, y: 0.5 * (1 - p.y) * this.canvas.clientHeight };
   }
 
-  /** From where the picture was taken, for whoever reads the page by a program: degrees, and radii of the body. */
+  /** Write the view of the picture into the page, for programs that read the page: degrees, and radii of the body. */
   private tell(): void {
     const { azimuth, elevation, distance } = this.taken;
     const degrees = (angle: number): string => ((angle * 180) / Math.PI).toFixed(1);
@@ -234,7 +234,7 @@ export class Stage {
     this.camera.updateMatrixWorld();
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const away = Math.hypot(...from.map((x, k) => x - (this.center[k] ?? 0)));
-    const pixels = (0.5 * height) / (away * Math.tan((0.5 * this.camera.fov * Math.PI) / 180)); // for a metre
+    const pixels = (0.5 * height) / (away * Math.tan((0.5 * this.camera.fov * Math.PI) / 180)); // per metre
     this.moved = { x: this.aside * pixels, y: this.lift };
     this.camera.setViewOffset(width, height, -this.moved.x, this.moved.y, width, height);
     this.straight.copy(this.camera, false);
@@ -270,7 +270,7 @@ export class Stage {
   }
 }
 
-/** Pixels of the display for one of the window; more of them nobody sees on a soft surface. */
+/** Pixels of the display per pixel of the window, limited because nobody sees more of them on a soft surface. */
 function finest(): number {
   return Math.min(window.devicePixelRatio, 2);
 }

@@ -1,4 +1,4 @@
-/** What this page hears and says of its company, over all connections to a room. Without I/O. */
+/** The messages about company that this page receives and sends, over all connections to a room. Without I/O. */
 
 import type { Aim, Company, CompanyLink, Mark, Presence } from "../model/company";
 import type { Vec3 } from "../model/vec";
@@ -13,17 +13,17 @@ export class CompanyTalk implements CompanyLink {
   marks: readonly Mark[] = [];
   declined: CompanyLink["declined"] = null;
   private presence: Presence | null = null;
-  /** Whom a connection that was lost had followed: the next one does so again. */
+  /** User whom the page followed when the connection was lost; the page follows that user again on the next connection. */
   private lost: number | null = null;
 
   /** @param say Sends a message, if there is a connection. */
   constructor(private readonly say: (message: ClientControl) => void) {}
 
-  /** An event of the server; those that are about something else change nothing. */
+  /** Take an event of the server; events that are not about company change nothing. */
   take(event: WatchEvent, at: number): void {
     switch (event.type) {
       case "watching":
-        // Another connection: nothing of the one before holds.
+        // This is another connection, so the state of the former one no longer holds.
         this.lost = this.state?.following ?? this.lost;
         [this.state, this.aimed] = [null, null];
         break;

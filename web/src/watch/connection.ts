@@ -1,7 +1,7 @@
 /**
- * The watch connection: a socket that comes back when it is lost, acks for drawn frames, and the store behind it.
+ * The watch connection: a socket that is opened again when it is lost, acks for drawn frames, and the store behind it.
  *
- * Socket, clock and timers are given, so that a test can be the server. `openWatch` gives the browser's.
+ * Socket, clock and timers are arguments, so that a test can play the server. `openWatch` passes those of the browser.
  */
 
 import { greenUrl, socketUrl } from "../address";
@@ -20,23 +20,23 @@ import { WatchSession } from "./session";
 import { Store } from "./store";
 import { Traffic } from "./traffic";
 
-const PATIENCE = 0.25; // s; a frame that nobody has drawn by then is acknowledged
+const PATIENCE = 0.25; // s; a frame that is not drawn by then is acknowledged all the same
 const FINAL: readonly number[] = [BAD_MESSAGE, UNAUTHENTICATED, FORBIDDEN, WRONG_VERSION]; // refusals that another attempt would not change
-const OPEN = 1; // of a socket
-/** A connection from which nothing has come for so long is given up for a new one [s]; signs of life come twice a second. */
+const OPEN = 1; // `readyState` of a socket
+/** Silence after which a connection is given up for a new one [s]; signs of life come twice a second. */
 const GIVEN_UP = 5;
-/** The same before the first word [s]: a slow line carries the page's own files meanwhile. */
+/** `GIVEN_UP` before the first message [s], longer because a slow line carries the page's own files meanwhile. */
 const GIVEN_UP_AT_THE_DOOR = 10;
-/** The same while the resting mesh is on its way [s]: nothing is heard of a large message before its end. A server gives up after 30 s. */
+/** `GIVEN_UP` while the resting mesh is being sent [s]: a large message is not received before its end. A server gives up after 30 s. */
 const GIVEN_UP_ON_THE_MESH = 35;
 
 /** The services of the browser. */
 export interface World {
-  /** [s] */
+  /** Time on the page's clock [s]. */
   now(): number;
   /** Calls `action` after a while [s]. */
   later(seconds: number, action: () => void): void;
-  /** From 0 to 1. */
+  /** Random number from 0 to 1. */
   chance(): number;
   /** Whether nobody sees the page, and nothing is drawn. */
   hidden(): boolean;
@@ -57,16 +57,16 @@ export class Watch implements SceneStore {
   private retry_at = 0;
   private failures = 0;
   private opened_at = 0;
-  /** Time of the newest word of a server [s]; null before the first. */
+  /** Time of the newest message of a server [s]; null before the first. */
   private heard_at: number | null = null;
   private drawn = true;
   private asked: { readonly encoding: Encoding; readonly rate: number };
   private closed = false;
   readonly company = new CompanyTalk((message) => { this.say(encodeControl(message)); });
-  /** A server of before refuses who asks for company: it is watched without. */
+  /** Whether to ask for company; an older server refuses a page that asks, which then watches without. */
   private sociable = true;
 
-  /** @param address Of the server, http: or ws:. */
+  /** @param address Address of the server, http: or ws:. */
   constructor(
     private readonly address: string,
     encoding: Encoding,
@@ -187,7 +187,7 @@ export class Watch implements SceneStore {
       const event = this.session.receive(data);
       this.store.take(event, now);
       this.company.take(event, now);
-      if (event.type === "aimed") return; // seen with the next picture
+      if (event.type === "aimed") return; // the view is used by the next picture
       if (event.type === "scene") {
         this.traffic.push(now, data.length);
         if (typeof data !== "string") this.store.keep(event.scene.t_server, data);
@@ -207,24 +207,24 @@ export class Watch implements SceneStore {
     }
   }
 
-  /** A server that stands still, or a network that swallows everything, ends no connection: its silence does. */
+  /** End a silent connection, as a server that stands still or a network that drops everything does not end it. */
   private watchOver(socket: WebSocket): void {
     if (socket !== this.socket) return;
     const patience = this.phase === "watching" ? GIVEN_UP : this.session.awaitsMesh ? GIVEN_UP_ON_THE_MESH : GIVEN_UP_AT_THE_DOOR;
     const left = patience - (this.world.now() - Math.max(this.heard_at ?? 0, this.opened_at));
     if (left <= 0) this.lost(socket, "the server does not answer", ABNORMAL);
-    else this.world.later(Math.min(left, GIVEN_UP), () => { this.watchOver(socket); }); // the patience may become a shorter one
+    else this.world.later(Math.min(left, GIVEN_UP), () => { this.watchOver(socket); }); // the patience may become shorter
   }
 
-  /** Body and room are known: scenes follow. */
+  /** Begin to watch: body and room are known, and scenes follow. */
   private begin(): void {
     [this.phase, this.reason, this.code] = ["watching", "", 0];
     const { encoding, rate } = this.store;
-    // Changed since the greeting.
+    // The wish may have changed since the greeting.
     if (this.asked.encoding !== encoding || this.asked.rate !== rate) this.setView(encoding, rate);
   }
 
-  /** A frame is acknowledged when it is drawn, or when it should have been: a page that is hidden draws none. */
+  /** Acknowledge a frame when it is drawn or should have been drawn, because a hidden page draws none. */
   private expectDrawn(): void {
     this.drawn = false;
     if (this.world.hidden()) {
@@ -256,7 +256,7 @@ export class Watch implements SceneStore {
     const now = this.world.now();
     this.reason = reason;
     this.code = code;
-    // Of a session that is too old, or of keys of before: the invitation may still be good.
+    // The refused token may be of an expired session or of former keys; the invitation may still be valid.
     const stranger = code === BAD_MESSAGE && this.sociable && this.phase !== "watching";
     if (stranger) this.sociable = false;
     const again = stranger || (code === UNAUTHENTICATED && this.pass?.forget() === true);

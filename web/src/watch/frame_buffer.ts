@@ -8,7 +8,7 @@ import { firstFrame, nextFrame, playoutDelay, type PlayoutClock } from "./playou
 import type { Room } from "./room";
 
 const KEPT = 1; // s of frames behind the time that is shown
-/** Intervals; the transition to a frame takes at most this long. */
+/** Longest transition to a frame, in frame intervals. */
 export const GAP = 2;
 
 /** Newest frames of one connection. */
@@ -18,7 +18,7 @@ export class FrameBuffer {
   private readonly positions: Float32Array;
   private drawn: Between | null = null;
 
-  /** @param interval Between frames [s]; may change. */
+  /** @param interval Time between frames [s]; may change. */
   constructor(
     private readonly mesh: RestMesh,
     public interval: number,
@@ -31,9 +31,9 @@ export class FrameBuffer {
   }
 
   /**
-   * A frame came.
+   * Take a frame that came.
    *
-   * @param displacement Of the surface, shape (n, 3) [m]; null for that of the frame before.
+   * @param displacement Displacement of the surface, shape (n, 3) [m]; null for that of the previous frame.
    */
   take(scene: Scene, displacement: Float32Array | null, now: number): void {
     const { t_server, users, room } = scene;
@@ -43,12 +43,12 @@ export class FrameBuffer {
         : nextFrame(this.clock, t_server, now, this.interval);
     const surface = displacement ?? this.frames.at(-1)?.displacement ?? new Float32Array(this.positions.length);
     const shown = now - this.clock.lag;
-    // The last frame before the shown time stays, however old: it holds until the next.
+    // The last frame before the shown time is kept however old it is, because it holds until the next frame.
     const old = this.frames.findLastIndex((frame) => frame.t_server <= shown - KEPT);
     this.frames = [...this.frames.slice(Math.max(0, old)), { t_server, users, room, displacement: surface }];
   }
 
-  /** The surface of the newest frame, which came without one, is known now. */
+  /** Set the surface of the newest frame, which came without one. */
   amend(displacement: Float32Array): void {
     const newest = this.frames.pop();
     if (newest !== undefined) this.frames.push({ ...newest, displacement });
@@ -81,7 +81,7 @@ function sameSurface(before: Between | null, now: Between): boolean {
   );
 }
 
-/** The one surface that is shown; null for a mixture. */
+/** Surface that is shown unmixed; null if two surfaces are mixed. */
 function shownAlone({ a, b, share }: Between): Float32Array | null {
   if (share >= 1 || a.displacement === b.displacement) return b.displacement;
   return share <= 0 ? a.displacement : null;

@@ -1,27 +1,27 @@
-/** What came of the scene in the last minute, as the bytes that came, in memory that does not grow. */
+/** The scene frames of the last minute, as received bytes, in memory that does not grow. */
 
-/** No frame is kept for longer than this after its time [s]. */
+/** Age up to which frames are kept [s]. */
 export const KEPT = 60;
-/** Bytes that are kept at most: a minute of forces of 16 hands takes 2.5 MB, one of surfaces of 2,562 vertices 7 MB. */
+/** Most bytes that are kept: a minute of forces of 16 hands takes 2.5 MB, a minute of surfaces of 2,562 vertices 7 MB. */
 export const MOST_BYTES = 8 << 20;
 const MOST_FRAMES = 4096; // a minute at 60 a second, and a little more
 
 /** Frames in the order in which they came. */
 export interface KeptFrames {
-  /** Server's clock [s], rising. */
+  /** Times on the server's clock [s], rising. */
   readonly times: Float64Array;
   readonly frames: readonly Uint8Array[];
 }
 
-/** The newest frames; the oldest give way as soon as one bound is reached: time, bytes or number. */
+/** The newest frames; the oldest are dropped as soon as a bound on time, bytes or number is reached. */
 export class FrameRing {
   private readonly bytes: Uint8Array;
   private readonly times: Float64Array;
   private readonly starts: Uint32Array;
   private readonly lengths: Uint32Array;
-  private oldest = 0; // frames are numbered as they come
+  private oldest = 0; // number of the oldest frame; frames are numbered as they come
   private next = 0;
-  private head = 0; // of `bytes`, where the next frame goes
+  private head = 0; // index in `bytes` of the next frame
 
   constructor(bytes = MOST_BYTES, private readonly most = MOST_FRAMES, private readonly seconds = KEPT) {
     this.bytes = new Uint8Array(bytes);
@@ -34,7 +34,7 @@ export class FrameRing {
     return this.next - this.oldest;
   }
 
-  /** From the oldest kept frame to the newest [s]. */
+  /** Time from the oldest kept frame to the newest [s]. */
   get span(): number {
     return this.length === 0 ? 0 : this.timeOf(this.next - 1) - this.timeOf(this.oldest);
   }
@@ -45,15 +45,15 @@ export class FrameRing {
   }
 
   /**
-   * A frame came.
+   * Keep a frame that came.
    *
-   * @param t Server's clock [s]; of a server that began anew it is another clock, and what was before is forgotten.
+   * @param t Time on the server's clock [s]; a restarted server has another clock, and the former frames are dropped.
    */
   push(t: number, frame: Uint8Array): void {
     if (this.length > 0 && t <= this.timeOf(this.next - 1)) this.clear();
     if (frame.length > this.bytes.length) return;
     if (this.head + frame.length > this.bytes.length) {
-      // The end is too short for it; who lies there is older than all at the beginning.
+      // The end of the buffer is too short for the frame; frames there are older than all at its beginning, and are dropped.
       while (this.length > 0 && this.startOf(this.oldest) >= this.head) this.oldest += 1;
       this.head = 0;
     }
@@ -67,7 +67,7 @@ export class FrameRing {
     this.next += 1;
   }
 
-  /** What is kept now, apart from the ring: it stays when the ring goes on. */
+  /** A copy of the kept frames, which does not change when the ring goes on. */
   take(): KeptFrames {
     const numbers = Array.from({ length: this.length }, (_, k) => this.oldest + k);
     return {
@@ -88,7 +88,7 @@ export class FrameRing {
     return this.lengths[n % this.most] ?? 0;
   }
 
-  /** Whether a frame lies where `length` bytes from `start` on are to be written. */
+  /** Whether frame `n` overlaps the `length` bytes from `start` on. */
   private liesIn(n: number, start: number, length: number): boolean {
     return this.startOf(n) < start + length && start < this.startOf(n) + Math.max(1, this.lengthOf(n));
   }

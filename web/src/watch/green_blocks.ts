@@ -1,10 +1,10 @@
-/** A cache of blocks of Green's functions, least recently used out first, and their fetching. */
+/** Fetches blocks of Green's functions and caches them; the least recently used are dropped first. */
 
 import { type Block, decodeBlock } from "./green_surface";
 
 export const MOST_BLOCKS = 256; // 12 MB for 2,562 vertices
-const AT_ONCE = 6; // requests; a browser has no more connections to one server
-const REST = 1; // s before a vertex that could not be had is asked for again
+const AT_ONCE = 6; // requests at a time; a browser has no more connections to one server
+const REST = 1; // s before a block that could not be fetched is requested again
 
 /** Fetches one block: the body of a response, or a rejection. */
 export type Fetch = (vertex: number) => Promise<ArrayBuffer>;
@@ -13,12 +13,12 @@ export type Fetch = (vertex: number) => Promise<ArrayBuffer>;
 export class GreenBlocks {
   private readonly kept = new Map<number, Block>(); // in the order of their last use
   private readonly pending = new Set<number>();
-  private readonly failed = new Map<number, number>(); // until when not to ask again
+  private readonly failed = new Map<number, number>(); // time before which a vertex is not requested again
   private requested: readonly number[] = [];
 
   /**
-   * @param vertices Of the resting mesh.
-   * @param arrived Called when one more is here.
+   * @param vertices Number of vertices of the resting mesh.
+   * @param arrived Called when one more block has come.
    */
   constructor(
     private readonly vertices: number,
@@ -31,7 +31,7 @@ export class GreenBlocks {
     return this.kept.size;
   }
 
-  /** Of those asked for last, how many are not here. */
+  /** Number of the blocks requested last that have not come. */
   get missing(): number {
     return this.requested.filter((vertex) => !this.kept.has(vertex)).length;
   }
@@ -44,7 +44,7 @@ export class GreenBlocks {
     return block;
   };
 
-  /** Whether all of these are here; those that are not are fetched, unless they could never be here together. */
+  /** Whether the blocks of all these vertices are cached; missing ones are fetched, unless the cache is too small for all. */
   ask(vertices: readonly number[]): boolean {
     this.requested = vertices;
     const complete = vertices.every((vertex) => this.get(vertex) !== null);

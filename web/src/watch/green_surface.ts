@@ -1,17 +1,17 @@
-/** Green's functions of the body, and the surface that forces make with them: displacement = - sum of w f G. */
+/** Green's functions of the body, and the surface that results from forces: displacement = - sum of w f G. */
 
 import { norm, type Vec3 } from "../model/vec";
 import { ProtocolError } from "../protocol/frame";
 import { pressure, type Pressure } from "./pressure";
 import type { Quadrature } from "../model/quadrature";
 
-const LEAST_FORCE = 1e-6; // N; less moves nothing that can be seen
+const LEAST_FORCE = 1e-6; // N; a smaller force has no visible effect
 
 /** One vertex's Green's functions: displacement of all n vertices for a unit force along each axis. */
 export interface Block {
-  /** One unit [m/N]. */
+  /** One unit of `units` [m/N]. */
   readonly scale: number;
-  /** Axis of the force, then vertex, then axis of the displacement, shape (3, n, 3) [scale]. */
+  /** Displacements by axis of the force, vertex, and axis of the displacement, shape (3, n, 3) [scale]. */
   readonly units: Int16Array;
 }
 
@@ -28,7 +28,7 @@ export function decodeBlock(bytes: ArrayBuffer, vertices: number): Block {
 
 /** The load of one user on the body. */
 export interface Press {
-  /** On the hand [N]; the body gets its opposite. */
+  /** Force on the hand [N]; the body gets its opposite. */
   readonly force: Vec3;
   readonly under: Pressure;
 }
@@ -36,7 +36,7 @@ export interface Press {
 /**
  * The loads of all users who press.
  *
- * @param quadrature Finds the points of the resting surface; called where somebody presses.
+ * @param quadrature Returns the points of the resting surface; called only if somebody presses.
  */
 export function pressesOf(
   users: readonly { readonly foot: Vec3; readonly normal: Vec3; readonly force: Vec3 }[],
@@ -48,7 +48,7 @@ export function pressesOf(
     .map(({ foot, normal, force }) => ({ force, under: pressure(quadrature(), foot, normal, radius) }));
 }
 
-/** Vertices whose blocks the presses need, each once. */
+/** Vertices whose blocks the presses need, without duplicates. */
 export function needed(presses: readonly Press[]): readonly number[] {
   return [...new Set(presses.flatMap(({ under }) => under.vertices))];
 }

@@ -7,7 +7,7 @@ import type { UserRecord } from "../protocol/scene";
 const CAPACITY = 1800; // a minute at 30 frames a second
 const MOST_USERS = 64;
 
-/** The newest values of one quantity; the oldest gives way. */
+/** The newest values of one quantity; a new value replaces the oldest. */
 export class Ring implements Series {
   private readonly times: Float64Array;
   private readonly values: Float64Array;
@@ -39,7 +39,7 @@ export class Ring implements Series {
     else this.start = (this.start + 1) % this.capacity;
   }
 
-  /** -1 outside of the stored values, which reads as NaN. */
+  /** Index in the memory; -1 outside of the stored values, which gives NaN. */
   private index(i: number): number {
     return i >= 0 && i < this.count ? (this.start + i) % this.capacity : -1;
   }

@@ -6,29 +6,29 @@ import type { UserRecord } from "../protocol/scene";
 
 /** A frame of the scene with its surface. */
 export interface Frame {
-  /** Server's clock [s]. */
+  /** Time on the server's clock [s]. */
   readonly t_server: number;
   readonly users: readonly UserRecord[];
   readonly room: RoomLag;
-  /** From rest, shape (n, 3) [m]; the one of the frame before where nothing newer is known. */
+  /** Displacement from rest, shape (n, 3) [m]; that of the previous frame if nothing newer is known. */
   readonly displacement: Float32Array;
 }
 
-/** Two frames and the share of the second; the same one twice where there is nothing to interpolate. */
+/** Two frames and the share of the second; the same frame twice if there is nothing to interpolate. */
 export interface Between {
   readonly a: Frame;
   readonly b: Frame;
-  /** 0 to 1. */
+  /** Share of the second frame, 0 to 1. */
   readonly share: number;
 }
 
 /**
- * Where a time lies among frames; null without any.
+ * Position of a time among frames; null without frames.
  *
  * A frame holds until shortly before the next one: the server sends none while nothing changes.
  *
- * @param frames Rising in time.
- * @param longest Before a frame's time the way to it begins, at most [s].
+ * @param frames Frames, rising in time.
+ * @param longest Longest transition to a frame before its time [s].
  */
 export function between(frames: readonly Frame[], t: number, longest: number): Between | null {
   const last = frames.at(-1);

@@ -1,20 +1,20 @@
 /**
- * When a frame is shown: the server's clock against the page's, and how far behind the newest frame to stay.
+ * Time at which a frame is shown, from the offset of the clocks and a lag behind the newest frame.
  *
- * The fastest frame of late gives the clocks' offset, the latest one the time that is needed between two frames; the
- * shown time is `now - lag` on the server's clock. The lag moves slowly, so that shown time runs at most a tenth faster
- * or slower than real time. (One way only, the offset holds the way's least delay: it cannot be told apart, and does
- * not matter for the display.)
+ * The fastest recent frame gives the clocks' offset, and the slowest recent one the lag that leaves two frames to
+ * interpolate between; the shown time is `now - lag` on the server's clock. The lag changes slowly, so that the shown time
+ * runs at most a tenth faster or slower than real time. (Measured one way only, the offset includes the least delay of that
+ * way, which cannot be separated and does not matter for the display.)
  */
 
 const WINDOW = 4; // s; a frame counts for at least this long and at most twice that
-const BEGINNING = 1; // s; frames that came while the page was busy starting count no longer
+const BEGINNING = 1; // s; length of the first window: frames that came while the page was still starting soon do not count
 const SLEW = 0.1; // s of lag per s
-const MARGIN = 0.003; // s; a display does not ask at the moment that a frame comes
-const MOST_LATE = 0.5; // s; a stall of the network is a stall, not a reason to show the past for ever
+const MARGIN = 0.003; // s; margin, as a display does not draw at the very moment at which a frame comes
+const MOST_LATE = 0.5; // s; a frame that is later counts as this: a single stall must not delay the display for ever
 
 interface Span {
-  /** Least and largest of now - t_server [s]. */
+  /** Least value of now - t_server [s]; `most` is the largest. */
   readonly least: number;
   readonly largest: number;
 }
@@ -29,11 +29,11 @@ export interface PlayoutClock {
   readonly beginning: boolean;
   /** Page's clock less the time that is shown [s]. */
   readonly lag: number;
-  /** Arrival of the newest frame, page's clock [s]. */
+  /** Arrival of the newest frame, on the page's clock [s]. */
   readonly at: number;
 }
 
-/** The first frame of a connection came. */
+/** Clock after the first frame of a connection. */
 export function firstFrame(t_server: number, now: number, interval: number): PlayoutClock {
   const age = now - t_server;
   const recent = { least: age, largest: age };
@@ -41,9 +41,9 @@ export function firstFrame(t_server: number, now: number, interval: number): Pla
 }
 
 /**
- * Another frame came.
+ * Clock after another frame.
  *
- * @param interval Between frames [s].
+ * @param interval Time between frames [s].
  */
 export function nextFrame(clock: PlayoutClock, t_server: number, now: number, interval: number): PlayoutClock {
   const age = now - t_server;
@@ -51,7 +51,7 @@ export function nextFrame(clock: PlayoutClock, t_server: number, now: number, in
   const recent = over
     ? { least: age, largest: age }
     : { least: Math.min(clock.recent.least, age), largest: Math.max(clock.recent.largest, age) };
-  // After a pause in which nothing changed, the window before is long past.
+  // After a pause without frames the former window is long past.
   const outdated = clock.beginning || now >= clock.until + WINDOW;
   const before = over ? (outdated ? null : clock.recent) : clock.before;
   const least = Math.min(recent.least, before?.least ?? Infinity);
@@ -63,12 +63,12 @@ export function nextFrame(clock: PlayoutClock, t_server: number, now: number, in
   return { recent, before, until, beginning: clock.beginning && !over, lag, at: now };
 }
 
-/** How late frames are shown after the fastest could be [s]. */
+/** Delay of the display after the earliest time at which the fastest frame could be shown [s]. */
 export function playoutDelay({ recent, before, lag }: PlayoutClock): number {
   return lag - Math.min(recent.least, before?.least ?? Infinity);
 }
 
-/** Time between the frames of a server that sends after ticks only [s]. */
+/** Time between the frames of a server, which sends only after ticks [s]. */
 export function frameInterval(rate: number, simulation_period: number): number {
   return Math.max(1, Math.ceil(1 / (rate * simulation_period) - 1e-6)) * simulation_period;
 }

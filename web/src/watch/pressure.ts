@@ -3,23 +3,23 @@
 import type { Vec3 } from "../model/vec";
 import type { Quadrature } from "../model/quadrature";
 
-/** k vertices, rising; their weights sum to 1. */
+/** k vertices in rising order, with weights that sum to 1. */
 export interface Pressure {
   readonly vertices: readonly number[];
   readonly weights: readonly number[];
 }
 
-/** Cosines between finger and surface: pressed in full from the first on, not at all below the second. */
+/** Cosines between finger and surface: full pressure from the first on, no pressure below the second. */
 const BESIDE = 0;
 const BEHIND = -0.5;
 
 /**
- * The pressure falls as 1 - (r / radius)^2 on the finger's side; each quadrature point hands its part to the corners of
- * its face.
+ * Pressure of a finger: it falls as 1 - (r / radius)^2 on the finger's side, and each quadrature point distributes its
+ * part to the corners of its face.
  *
- * @param foot Centre, on a facet of the resting mesh [m].
+ * @param foot Centre of the pressure, on a facet of the resting mesh [m].
  * @param normal Outward unit normal of the finger.
- * @param radius Below the mesh's resolution it ends on the nearest point [m].
+ * @param radius Radius of the pressure [m]; below the mesh's resolution all pressure is on the nearest point.
  */
 export function pressure(q: Quadrature, foot: Vec3, normal: Vec3, radius: number): Pressure {
   const parts = new Map<number, number>();
@@ -50,7 +50,7 @@ function facingOf(q: Quadrature, point: number, normal: Vec3): number {
   return normal.reduce((sum, n, axis) => sum + n * (q.outward[at + axis] ?? 0), 0);
 }
 
-/** A point's part of the force to the corners of its face. */
+/** Distribute a point's part of the force to the corners of its face. */
 function hand(q: Quadrature, point: number, profile: number, parts: Map<number, number>): void {
   const face = Math.floor(point / q.split);
   const s = point % q.split;

@@ -15,14 +15,14 @@ export class Room {
   private readonly heard = new Map<number, string>();
   events: readonly RoomEvent[] = [];
   restraints: Restraints = NO_RESTRAINTS;
-  /** Names of those who may not come back; only an administrator is told. */
+  /** Names of people who may not come back; the server tells them only to an administrator. */
   putOut: readonly string[] = [];
 
   get roster(): readonly { readonly user: number; readonly name: string }[] {
     return [...this.names].map(([user, name]) => ({ user, name })).sort((a, b) => a.user - b.user);
   }
 
-  /** Names of all who were heard of of late, also of those who have left. */
+  /** Names of all recent users, including those who have left. */
   get everybody(): ReadonlyMap<number, string> {
     return new Map(this.heard);
   }
@@ -35,13 +35,13 @@ export class Room {
     return this.latencies.get(user) ?? NONE;
   }
 
-  /** An event of the server; scenes and meshes are none. */
+  /** Take an event of the server; scenes and meshes change nothing here. */
   take(event: WatchEvent, at: number): void {
     switch (event.type) {
       case "watching":
         this.names.clear();
         this.latencies.clear();
-        // A room that has some tells them next.
+        // A room that has restraints sends them next.
         this.restraints = NO_RESTRAINTS;
         this.putOut = [];
         for (const { user, name } of event.users) this.call(user, name);

@@ -27,14 +27,14 @@ const ALLOWED: Readonly<Record<State, readonly string[]>> = {
 
 const FOR_HANDS = ["welcome", "place", "called", "named"];
 
-/** One connection to a server, seen from the page that watches. */
+/** State of one connection to a server, for the page that watches. */
 export class WatchSession {
   private state: State = "await_watching";
   private mesh: RestMesh = { vertices: new Float32Array(), faces: new Uint32Array() };
   private found: Traversal | null = null;
   private tick = 0;
 
-  /** Whether the server has taken this page in, and the mesh at rest has not come yet. */
+  /** Whether the server has accepted this page but the resting mesh has not come yet. */
   get awaitsMesh(): boolean {
     return this.state === "await_mesh";
   }
@@ -45,7 +45,7 @@ export class WatchSession {
     return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised", ...more });
   }
 
-  /** Take one message from the server; throws ProtocolError if it broke the protocol: the session is over. */
+  /** Take one message from the server; a ProtocolError, for a message that broke the protocol, ends the session. */
   receive(data: string | Uint8Array): WatchEvent {
     try {
       const event = this.decode(data);
@@ -72,7 +72,7 @@ export class WatchSession {
     return { type: "scene", scene: decodeScene(data, () => this.traversal()) };
   }
 
-  /** Found with the first surface: on a fine mesh it takes as long as a few pictures, which come before. */
+  /** Traversal of the resting mesh, computed with the first surface: on a fine mesh that takes as long as a few pictures. */
   private traversal(): Traversal {
     this.found ??= traversalOf(this.mesh.vertices.length / 3, this.mesh.faces);
     return this.found;

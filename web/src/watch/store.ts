@@ -20,13 +20,13 @@ import { type Quadrature, quadratureOf } from "../model/quadrature";
 import { Room } from "./room";
 import type { WatchEvent } from "./session";
 
-/** Everything that belongs to one body. */
+/** All data that belong to one body. */
 interface Held {
   readonly mesh: RestMesh;
   readonly frames: FrameBuffer;
   readonly quadrature: () => Quadrature;
   readonly model: string | null;
-  /** Null where the surface is no sum of Green's functions. */
+  /** Blocks of Green's functions; null if the surface is not a sum of them. */
   readonly blocks: GreenBlocks | null;
 }
 
@@ -38,11 +38,11 @@ export class Store {
   private readonly ring = new FrameRing();
   private held: Held | null = null;
   private newest: Scene | null = null;
-  private lacking: readonly Press[] = []; // of the newest scene, whose surface is still to be made
+  private lacking: readonly Press[] = []; // loads of the newest scene, whose surface still has to be computed
 
   /**
-   * @param fetch Has Green's functions of a model.
-   * @param arrived Called when blocks have come and the shown surface may be better.
+   * @param fetch Fetches Green's functions of a model.
+   * @param arrived Called when blocks have come, so that the shown surface may be better.
    */
   constructor(
     public encoding: Encoding,
@@ -70,12 +70,12 @@ export class Store {
     return { cached: blocks?.size ?? 0, missing: this.inUse === "forces" ? 0 : (blocks?.missing ?? 0) };
   }
 
-  /** Frames as long as blocks are on their way, and for bodies without any. */
+  /** Encoding in use: frames while blocks are being fetched, and for bodies without Green's functions. */
   get inUse(): Encoding {
     return this.encoding === "forces" && this.held?.blocks !== null && this.wants === 0 ? "forces" : "frames";
   }
 
-  /** A message of the server. */
+  /** Take a message of the server. */
   take(event: WatchEvent, now: number): void {
     this.room.take(event, now);
     if (event.type === "watching") {
@@ -113,7 +113,7 @@ export class Store {
     };
   }
 
-  /** Makes surfaces of before from blocks of its own: those that are shown now keep their place. The browser has kept what was fetched once. */
+  /** Makes past surfaces from a second cache of blocks, so that live ones keep theirs. The browser caches what was fetched once. */
   private surfaceMaker(held: Held, live: GreenBlocks, model: string): NonNullable<Recording["surface"]> {
     const vertices = held.mesh.vertices.length / 3;
     const own = new GreenBlocks(vertices, this.fetch(model), this.now, () => undefined);
@@ -127,7 +127,7 @@ export class Store {
     };
   }
 
-  /** The message that asks for another view. */
+  /** Message that requests another encoding and rate. */
   setView(encoding: Encoding, rate: number): string {
     this.encoding = encoding;
     this.rate = Math.min(60, Math.max(1, rate));
@@ -140,7 +140,7 @@ export class Store {
     return this.newest === null ? null : encodeAck(this.newest.tick, this.wants);
   }
 
-  /** Blocks came: the surface of the newest scene may be had now. */
+  /** To be called when blocks came: completes the surface of the newest scene if it is possible now. */
   complete(): void {
     if (this.held === null || this.held.blocks === null || this.lacking.length === 0) return;
     if (!this.held.blocks.ask(needed(this.lacking))) return;
@@ -161,7 +161,7 @@ export class Store {
   private hold(mesh: RestMesh): void {
     const before = this.held;
     const same = before !== null && sameMesh(before.mesh, mesh);
-    // The very object where nothing has changed: the view keeps the geometry that it made from it.
+    // An unchanged mesh stays the same object, so that the view keeps the geometry that it made from it.
     const kept = same ? before.mesh : mesh;
     if (!same) {
       this.histories.clear();
@@ -192,13 +192,13 @@ export class Store {
     this.held.frames.take(scene, this.surfaceOf(this.held, scene), now);
   }
 
-  /** Displacement that a scene says or implies; null while blocks are missing. */
+  /** Displacement that a scene contains, or that follows from its forces; null while blocks are missing. */
   private surfaceOf(held: Held, scene: Scene): Float32Array | null {
     this.lacking = [];
     if (this.encoding === "forces" && held.blocks !== null) {
       const radius = this.info?.body.contact_radius ?? 0;
       const presses = pressesOf(scene.users, held.quadrature, radius);
-      // Asked for even where a surface came: it came because they are missing.
+      // Blocks are requested even if a surface came, because the server sends one while they are missing.
       if (!held.blocks.ask(needed(presses))) this.lacking = presses;
       else if (scene.surface === null) return this.make(held, presses);
     }
@@ -212,7 +212,7 @@ export class Store {
   }
 }
 
-/** The same value at each call, made at the first. */
+/** A function that makes its value at the first call and returns the same value at each later call. */
 function once<T>(make: () => T): () => T {
   let made: T | null = null;
   return () => (made ??= make());

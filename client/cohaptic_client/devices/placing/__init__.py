@@ -1,1 +1,1 @@
-"""Placing a device's workspace in the world: scale, rotation, clutch, centring; for all devices."""
+"""Places any device's workspace in the world, with scale, rotation, clutch and centring."""

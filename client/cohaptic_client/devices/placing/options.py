@@ -1,4 +1,4 @@
-"""Options of every device with a workspace, and the workspace that they ask for."""
+"""Options of all devices with a workspace, and the workspace that these options ask for."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def turn_of(choice: DeviceChoice) -> float:
 
 
 def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
-    """Abilities in the world, with the options of a choice; raises SettingError for a wrong one."""
+    """Abilities in the world with the options of a choice; raises SettingError for a wrong one."""
     choice.one_of("place", _PLACES, "front")
     choice.one_of("recentre", ("yes", "no"), "no")
     turn_of(choice)
@@ -58,7 +58,7 @@ def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
 
 
 def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
-    """The device, placed in the world as the options of its configuration ask.
+    """Place a device in the world as the options of its configuration ask.
 
     Args:
         raw: Device in its own frame.

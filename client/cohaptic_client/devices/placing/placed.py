@@ -1,8 +1,9 @@
 """A device placed in the world: it maps between the device's own frame and that of the world.
 
 While the button of the clutch is held, the tip stands still in the world and the hand moves on, as
-when a mouse is lifted from its pad. The clutch engages only while the hand feels no force, and no
-force is given until its release: a hand moving under a constant force could gain unlimited energy.
+when a mouse is lifted from its pad. The clutch engages only while the hand feels no force, and the
+hand gets no force until the clutch is released: moving on under a constant force, the hand could
+gain unlimited energy.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ LOSS_TIME = 0.02  # s from full to no force once the device is silent, as after 
 # s; margin before `lets_go` from which a period counts as too long: a driver measures from write to
 # write, and this class from read to read
 _SOONER = 0.001
-# s without force after a period in which the device let go. The loop's own release takes half of
-# this time, and starts from the earlier force, which the hand has already lost.
+# s without force after a period so long that the device took the force away by itself. The loop's
+# own release takes half of this time, and starts from the force that the hand has already lost.
 AFTER_LOSS = 2.0 * LOSS_TIME
 _LONGEST_STEP = 0.002  # s; a late period counts as at most this while the force falls
 
@@ -34,7 +35,7 @@ def return_time(max_force: float) -> float:
 
 
 class RawDevice(Protocol):
-    """A device in its own frame, whose axes point right, away from the user and up.
+    """A device in its own frame; the axes of that frame point right, away from the user and up.
 
     Its methods behave as those of `device.Device`; `release` may be called from another thread.
     """
@@ -57,17 +58,17 @@ class RawDevice(Protocol):
         ...
 
     def close(self) -> None:
-        """Zero force, then release the hardware; may be called twice."""
+        """Write zero force, then release the hardware; may be called twice."""
         ...
 
 
 class Placed:
-    """A device whose workspace lies in the world.
+    """A device whose workspace is placed in the world, with centring and clutch.
 
     Args:
         raw: Device in its own frame.
         recentre: Whether the tip's first position is put on the workspace's centre.
-        clutch: Bit of `DeviceSample.buttons` that holds the tip; 0 for none.
+        clutch: Bit in `DeviceSample.buttons` of the button that holds the tip; 0 for none.
     """
 
     def __init__(
@@ -128,7 +129,7 @@ class Placed:
         self._raw.release()
 
     def close(self) -> None:
-        """Zero force, then release the hardware; may be called twice."""
+        """Write zero force, then release the hardware; may be called twice."""
         self._raw.close()
 
     def _use_clutch(self, pressed: bool, position: Vec3) -> None:

@@ -19,11 +19,11 @@ from cohaptic_client.devices.device import DeviceInfo
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """Place of a device's frame in the world.
+    """Position, scale and turn of a device's frame in the world.
 
     Args:
-        origin: Point of the device's frame that is put on `center` [m].
-        center: Point of the world [m].
+        origin: Point of the device's frame that lies on `center` [m].
+        center: Point of the world on which `origin` lies [m].
         scale: Metres of the world for a metre of the device.
         turn: Turn of the device's frame about the vertical, counterclockwise from above [rad].
     """
@@ -34,28 +34,28 @@ class Workspace:
     turn: float = 0.0
 
     def position(self, device: Vec3) -> Vec3:
-        """Point of the world for a point of the device [m]."""
+        """Map a point of the device's frame to the world [m]."""
         o, c = self.origin, self.center
         x, y, z = self.velocity((device[0] - o[0], device[1] - o[1], device[2] - o[2]))
         return (c[0] + x, c[1] + y, c[2] + z)
 
     def velocity(self, device: Vec3) -> Vec3:
-        """Velocity in the world for a velocity of the device [m/s]."""
+        """Map a velocity in the device's frame to the world [m/s]."""
         s = self.scale
         x, y, z = _turned(device, self.turn)
         return (s * x, s * y, s * z)
 
     def force(self, world: Vec3) -> Vec3:
-        """Force on the hand in the device's frame for a force in the world, of equal size [N]."""
+        """Turn a force from the world into the device's frame; its size stays the same [N]."""
         return _turned(world, -self.turn)
 
     def holding(self, device: Vec3, world: Vec3) -> Workspace:
-        """The same map with the device's point `device` put on `world`, for centring and clutch."""
+        """Return this map, moved so that the device's point `device` lies on the point `world`."""
         return replace(self, origin=device, center=world)
 
 
 def seen_from_world(info: DeviceInfo, scale: float) -> DeviceInfo:
-    """Abilities of a device behind a workspace of this scale, as seen in the world."""
+    """Abilities that a device has in the world, through a workspace of this scale."""
     return replace(
         info,
         max_stiffness=info.max_stiffness / scale,

@@ -1,1 +1,1 @@
-"""The loop at work: its periods over a device, and the life of its process around them."""
+"""Runs the haptic loop over a device, and handles the start and end of the loop's process."""

@@ -1,18 +1,18 @@
-"""The life of the loop's process: open the device, run the loop, let the hand go in any case.
+"""The life of the loop's process: open the device, run the loop, release the hand in any case.
 
 The process ends on command, on a signal, or when the network process is gone; the last force is
 always zero.
 
 No signal ends the process with force on the hand. Ctrl-C reaches every process of a terminal; this
 process ignores it and ends when its parent says so. Ctrl-Z would stop the process in contact, with
-the last force on the hand until it is resumed. The loop ignores it, runs on, and lets go because
-its stopped parent is silent. Any other signal that would end the process ends the loop first. Under
-`nohup` the closing of the terminal does not end it.
+the last force on the hand until it is resumed. The process ignores Ctrl-Z, too, runs on, and lets
+the hand go because its stopped parent is silent. Any other signal that would end the process ends
+the loop first. Under `nohup` the closing of the terminal does not end the process.
 
-Whatever ends the loop, the hand is let go without a jerk, and the device is closed. Errors of a
-driver, errors of ours and signals may come in contact: the force of that moment then follows the
-same ramp as after a fault (`safety.FAULT_RELEASE_TIME`), because taking 10 N away in a millisecond
-jolts the hand as much as giving them.
+Whatever ends the loop, the hand is released without a jerk, and the device is closed. Errors of a
+driver, errors of this program and signals may come while the hand is in contact: the force of that
+moment then follows the same ramp as after a fault (`safety.FAULT_RELEASE_TIME`), because taking
+10 N away in a millisecond jolts the hand as much as applying them.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Release:
         self._done = False
 
     def __call__(self, force: Vec3 = ZERO) -> None:
-        """Ramp the force down, write zero twice, close; errors of the device are ignored.
+        """Ramp the force down, write zero force twice, close the device; ignore its errors.
 
         Args:
             force: Force that the device was given last [N].
@@ -114,7 +114,7 @@ _ENDING: Final = (
 
 
 def handle_signals(end: Callable[[str], None]) -> None:
-    """Have `end` called with the name of each signal that would end the process."""
+    """Ignore `_IGNORED`; have `end` called with the name of each signal in `_ENDING`."""
 
     def ended(number: int, _frame: object) -> None:
         end(signal.Signals(number).name)
@@ -165,7 +165,7 @@ def live(text: str) -> None:
         sys.exit(2)
     watchdog = _watchdog(device, clock, config.limits.stall)
     release = Release(device, clock, config.haptic_period, watchdog)
-    # For an end of the process that not even `finally` sees.
+    # For an end of the process without the `finally` below.
     atexit.register(release)
     _without_collector()
     orphaned = False
@@ -212,7 +212,7 @@ def _opened(config: LoopConfig) -> Device:
 
 
 def _let_go(release: Release, loop: HapticLoop | None) -> None:
-    """Release the device from the force that the loop gave it last."""
+    """Release the device, on a ramp from the force that the loop gave it last."""
     release(ZERO if loop is None else loop.written)
 
 
@@ -226,7 +226,7 @@ def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | No
 
 
 def _without_collector() -> None:
-    """Switch garbage collection off: the loop makes no cycles, and a run could cost periods."""
+    """Switch garbage collection off: the loop makes no cycles, and a collection delays periods."""
     gc.collect()
     gc.freeze()
     gc.disable()

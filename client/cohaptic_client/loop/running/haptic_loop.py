@@ -1,4 +1,4 @@
-"""The haptic loop over a device: it reads, runs `step`, writes, and exchanges newest values.
+"""The haptic loop over a device: reads the tip, runs `step`, writes the force, shares results.
 
 Work that need not be done in every period is done at housekeeping, 20 times a second: the parent's
 commands, the newest row if nobody keeps every row, and at intervals the report of the state.
@@ -41,9 +41,9 @@ class Intake:
     A plane or sphere comes into use one period after its frame is read, a mesh patch two periods.
 
     Args:
-        slot: Slot with the newest frame. The network process has decoded the frame before, and has
+        slot: Slot with the newest frame. The network process has decoded each frame before, and has
             refused wrong ones.
-        make: Makes the surface of a patch.
+        make: Function that makes the surface of a patch.
 
     Attributes:
         patch: Patch to be used once `advance` has returned True.
@@ -58,7 +58,7 @@ class Intake:
         self.surface: Surface | None = None
 
     def advance(self) -> bool:
-        """Do the part of this period; returns whether `patch` is to be used in this period."""
+        """Do this period's part of the work; returns whether `patch` is to be used now."""
         patch = self._begun
         if patch is None:
             frame = self._slot.read()
@@ -76,8 +76,8 @@ class Intake:
 ORPHANED_AFTER = 2.0  # s without a heartbeat of the network process
 HOUSEKEEPING: Final = 0.05  # s between looks at commands
 REPORT: Final = 0.25  # s between reports of the state; a new fault is reported at once
-# s after the start that lateness and cost leave out: code and data are not in the caches yet, and
-# the parent is still busy with its own start.
+# s after the start in which lateness and cost are not counted: code and data are not in the caches
+# yet, and the parent is still busy with its own start.
 WARM_UP: Final = 0.5
 # Bound once, because the look-up of an enum member takes time in every period (see `safety`).
 _FAULT: Final = Mode.FAULT
@@ -86,7 +86,7 @@ _ENGAGED: Final = Mode.ENGAGED
 
 @dataclass
 class Statistics:
-    """How punctual the loop is; only `periods` includes the first `WARM_UP`.
+    """Punctuality of the loop; only `periods` includes the first `WARM_UP` [s].
 
     Args:
         late: Lateness of each period [s].
@@ -102,7 +102,7 @@ class Statistics:
 
 
 class HapticLoop:
-    """The loop over a device.
+    """The haptic loop over an opened device.
 
     Args:
         memory: Memory shared with the network process.
@@ -111,7 +111,7 @@ class HapticLoop:
         engaged: Called once, with the time at which the hand can feel a force for the first time.
 
     Attributes:
-        statistics: How punctual the loop is.
+        statistics: Punctuality of the loop.
         orphaned: Whether the loop ends because the network process is gone.
         interrupted: Name of the signal that ends the loop; empty for none.
         written: Force that the device was given last [N].
@@ -229,7 +229,7 @@ class HapticLoop:
         self.interrupted = signal
 
     def _begin_at_zero(self, watchdog: Watchdog, output: Output) -> Output:
-        """Output and state from zero force: the watchdog has released a device that hung."""
+        """Restart output and state at zero force, after the watchdog has released the device."""
         watchdog.begin()
         watchdog.fired = False
         fault = f"the device held up the loop for more than {1e3 * self._limits.stall:g} ms"
@@ -237,7 +237,7 @@ class HapticLoop:
         return replace(output, force=ZERO, on_body=ZERO, anchor=None, damping_force=0.0)
 
     def _obey(self, now: float) -> None:
-        """Look for a heartbeat, an acknowledgement and the command to stop."""
+        """Read the parent's heartbeat, acknowledgement and stop; end if the parent is silent."""
         command, commanded = self._memory.command.read(), False
         if command is not None:
             self._heard = now

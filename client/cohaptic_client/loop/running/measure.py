@@ -1,4 +1,4 @@
-"""Measures how punctual empty periods are on this machine, and what the system has granted.
+"""Measures how late empty periods are on this machine, and tells what the system has granted.
 
 python -m cohaptic_client.loop.running.measure SECONDS
 
@@ -18,7 +18,7 @@ PERIOD: Final = 0.001  # s
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """Lateness of periods of `PERIOD` over a time [s], and what the system has granted."""
+    """Measure empty periods for `seconds` [s]: lateness, and what the system has granted."""
     compiled.use("loop")
     # Imported only now, because a module that was imported before `use` stays interpreted.
     from cohaptic.clock import SystemClock

@@ -2,7 +2,7 @@
 
 A driver call that does not return leaves the last force on the hand. If the device offers
 `release`, this thread calls it. If the loop hangs for `GIVE_UP`, the thread ends the process; the
-device's own firmware then receives nothing any more and takes the force away.
+device's own firmware then receives no more forces and takes the last one away.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 
 LOOK: Final = 0.005  # s between looks at the loop: a quarter of `SafetyLimits.stall`
 GIVE_UP: Final = 2.0  # s; twice a reasonable time-out of a driver's USB transfer
-HELD: Final = 3  # exit status of a process whose device never came back
+HELD: Final = 3  # exit status of a process whose device call did not return
 
 
 @runtime_checkable
@@ -37,7 +37,7 @@ class Watchdog:
     Args:
         device: Device to be released.
         clock: Clock of the loop.
-        limit: A call that takes longer is a stall [s].
+        limit: Longest time of a device call; a longer call is a stall [s].
         end: Ends the process with a status.
 
     Attributes:
@@ -61,11 +61,11 @@ class Watchdog:
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
 
     def start(self) -> None:
-        """Begin to watch."""
+        """Start the watching thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop watching."""
+        """Let the watching thread end."""
         self._stopped = True
 
     def begin(self) -> None:

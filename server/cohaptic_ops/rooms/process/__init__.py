@@ -1,1 +1,1 @@
-"""The process of one room: its start, its messages, and the connections handed over to it."""
+"""Starts the process of one room, exchanges messages with it, and hands connections over to it."""

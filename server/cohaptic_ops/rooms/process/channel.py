@@ -1,4 +1,4 @@
-"""One end of a socket pair over which two processes exchange lines."""
+"""Exchanges lines between a room's process and its supervisor over a socket pair."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from cohaptic_ops.rooms.process.reports import LONGEST, Line, decode, encode
 
 
 class Channel(asyncio.Protocol):
-    """One end of a channel; made by `open_channel`.
+    """One end of a channel; `open_channel` makes it.
 
     Args:
-        take: Called with each line.
-        end: Called once the other end is closed, or has sent bytes that are not a line.
+        take: Called with each line that comes.
+        end: Called when the channel has ended: the other end was closed, or sent an invalid line.
 
     Attributes:
         open: Whether the other end is connected.
@@ -28,12 +28,12 @@ class Channel(asyncio.Protocol):
         self._transport: asyncio.WriteTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Note the transport; called by the event loop at the beginning."""
+        """Note the transport; the event loop calls this at the beginning."""
         assert isinstance(transport, asyncio.WriteTransport)
         self._transport, self.open = transport, True
 
     def data_received(self, data: bytes) -> None:
-        """Cut bytes of the other end into lines; called by the event loop."""
+        """Cut bytes from the other end into lines; the event loop calls this."""
         *lines, self._rest = (self._rest + data).split(b"\n")
         try:
             if len(self._rest) > LONGEST:
@@ -44,12 +44,12 @@ class Channel(asyncio.Protocol):
             self.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Report the end of the channel; called by the event loop."""
+        """Report the end of the channel; the event loop calls this."""
         self.open = False
         self._end()
 
     def tell(self, line: Line) -> None:
-        """Write a line without waiting; do nothing once the other end is closed."""
+        """Write a line without waiting; do nothing if the channel has ended."""
         if self._transport is not None and self.open:
             self._transport.write(encode(line))
 
@@ -61,7 +61,7 @@ class Channel(asyncio.Protocol):
         return True
 
     def close(self) -> None:
-        """Write the waiting lines, and close."""
+        """Close the channel after the waiting lines are written."""
         if self._transport is not None:
             self._transport.close()
 
@@ -74,7 +74,7 @@ class Channel(asyncio.Protocol):
 async def open_channel(
     end: socket.socket, take: Callable[[Line], None], ended: Callable[[], None]
 ) -> Channel:
-    """Serve one end of a pair of stream sockets; arguments as for `Channel`."""
+    """Make a channel of one end of a pair of stream sockets; arguments as for `Channel`."""
     loop = asyncio.get_running_loop()
     end.setblocking(False)
     _, channel = await loop.connect_accepted_socket(lambda: Channel(take, ended), end)

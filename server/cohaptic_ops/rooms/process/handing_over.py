@@ -1,4 +1,4 @@
-"""Hands connections over: one process accepts them, and another one serves them.
+"""Hands connections from the process that accepts them to another process that serves them.
 
 A connection travels over a pair of unix sockets (SCM_RIGHTS) with a number. At the other end
 `HandedDoor` accepts the connection like a listening socket; when the connection is closed, its
@@ -22,12 +22,12 @@ _NUMBER = struct.Struct("<Q")
 # Bytes that may wait; a connection counts as about 1 KiB. If more than a hundred connections wait
 # before a room accepts any, the room hangs.
 _WAITING = 64 * 1024
-_TAKEN_AT_ONCE = 8  # connections before other events have their turn, as at a door
+_TAKEN_AT_ONCE = 8  # connections accepted before other events of the loop have their turn
 CAN_HAND_OVER = hasattr(socket, "send_fds") and hasattr(socket, "AF_UNIX")
 
 
 def handing_pair() -> tuple[socket.socket, socket.socket]:
-    """A socket pair: the end that hands connections over, and the end that receives them."""
+    """Make a socket pair: the end that hands connections over, and the end that receives them."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
     ours.setblocking(False)
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _WAITING)
@@ -52,7 +52,7 @@ class HandedSocket(Taken):
 
     Args:
         file: File descriptor of the connection.
-        number: Number that the connection came with.
+        number: Number with which the connection was handed over.
         left: Called once with the number, when the connection is closed.
     """
 
@@ -88,7 +88,7 @@ class HandedDoor(socket.socket):
         """Do nothing, since the socket pair is connected from the beginning."""
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection; raises BlockingIOError if none waits now."""
+        """Return the next connection and its address; raises BlockingIOError if none waits now."""
         loop = asyncio.get_running_loop()
         while True:
             if self._taken >= _TAKEN_AT_ONCE:

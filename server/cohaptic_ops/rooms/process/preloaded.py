@@ -1,6 +1,7 @@
-"""Imports the modules of rooms in the process that rooms are forked from, so that forks are fast.
+"""Imports all modules that a room needs into the starter, the process that rooms are forked from.
 
-This module is the last one that the process imports. Rooms share the memory of all modules.
+A forked room starts fast, since it need not import the modules, and all rooms share their memory.
+The starter imports this module last.
 """
 
 from __future__ import annotations

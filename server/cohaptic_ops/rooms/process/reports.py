@@ -1,6 +1,7 @@
 """Messages between a room's process and its supervisor, as lines of JSON. No I/O.
 
-A message with state (`Report`, `Measured`, `Allow`) replaces the one before; the others are events.
+A message with state (`Report`, `Measured`, `Allow`) replaces the previous message of its kind; the
+other kinds are events.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ class _Line(BaseModel):
 
 
 class Ready(_Line):
-    """The room can be touched."""
+    """Message: the room is open and can be touched."""
 
     kind: Literal["ready"] = "ready"
 
 
 class Failed(_Line):
-    """The room cannot be opened; its process ends.
+    """Message: the room cannot be opened or has failed, and its process ends.
 
     Args:
         why: Reason, as a sentence.
@@ -37,7 +38,7 @@ class Failed(_Line):
 
 
 class Left(_Line):
-    """Connections that were handed over have ended.
+    """Message: connections that were handed over have ended.
 
     Args:
         numbers: Numbers with which the connections were handed over.
@@ -51,11 +52,11 @@ class Report(_Line):
     """State of a room, sent two to four times a second.
 
     Args:
-        users, watchers: Numbers of users and watchers who are there.
-        held_users, held_watchers: Numbers of seats that the room holds.
+        users, watchers: Numbers of users and watchers who are in the room.
+        held_users, held_watchers: Numbers of seats that the room holds for users and watchers.
         users_serial, watchers_serial: Serial numbers of the newest `Allow` that the room has read;
             0 before the first.
-        ticks, missed: Numbers of ticks, due and missed, since the start of the room.
+        ticks, missed: Numbers of due and of missed ticks since the start of the room.
     """
 
     kind: Literal["report"] = "report"
@@ -77,7 +78,7 @@ class Measured(_Line):
 
 
 class Allow(_Line):
-    """Numbers of seats that a room may hold.
+    """Message to a room: the numbers of seats that the room may hold.
 
     Args:
         users, watchers: Seats of users and of watchers.
@@ -92,13 +93,13 @@ class Allow(_Line):
 
 
 class Stop(_Line):
-    """The room has to tell its clients that it stops, and end."""
+    """Message to a room: close the clients' connections and end."""
 
     kind: Literal["stop"] = "stop"
 
 
 class ReadAgain(_Line):
-    """The room has to read its files of keys again."""
+    """Message to a room: read the key files again."""
 
     kind: Literal["read_again"] = "read_again"
 

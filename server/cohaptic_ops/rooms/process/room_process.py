@@ -1,4 +1,4 @@
-"""The process of one room: an ordinary server that gets its connections handed over.
+"""The process of one room: an ordinary server to which another process hands the connections.
 
 A room may run at a real-time priority, before ordinary processes. Threads of equal real-time
 priority do not preempt each other: on two cores, two rooms whose ticks take longer than a period
@@ -50,11 +50,12 @@ from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.server import CohapticServer
 
-# Shares of a core, with hysteresis. A tick within half of its period leaves other rooms their turn
-# in each of their periods.
+# Shares of a core above which a room loses its priority, and below which it gets the priority back
+# (hysteresis). If a tick takes at most half of its period, other rooms get their turn in each
+# period.
 MOST = 0.5
 LESS = 0.25
-CALM = 5.0  # s below `LESS` until a room has priority again, so that its priority does not flap
+CALM = 5.0  # s below `LESS` until a room gets its priority back, so that it does not flap
 
 
 class Precedence:
@@ -69,10 +70,10 @@ class Precedence:
         self._calm_since: float | None = None
 
     def see(self, share: float, now: float) -> bool:
-        """Update `first` by the recent cost of ticks; returns whether it changed.
+        """Update `first` from the recent cost of a tick; returns whether `first` changed.
 
         Args:
-            share: Processor time of a tick over the period, as a share of a core.
+            share: Processor time of a tick divided by the period: the share of a core.
             now: Time [s].
         """
         before = self.first
@@ -88,10 +89,11 @@ class Precedence:
 
 
 REPORT_EVERY = 0.25  # s; an eighth of the shortest lease
-# s between reports of a sleeping room, for which waking up costs more than all else. A change of
-# its seats is reported at once.
+# Time between reports of a sleeping room [s]: waking up is the largest cost of such a room. The
+# room reports at once when the number of its seats changes.
 REPORT_ASLEEP = 0.5
-# s: the system counts processor time in hundredths of a second, and metrics are due every second.
+# Time between measurements [s]: the system counts processor time in hundredths of a second, and
+# metrics are due every second.
 _MEASURED_EVERY = 1.0
 _SWITCH_INTERVAL = 5e-4  # s, as in `cohaptic serve`
 _NOT_PREPARED = 2  # exit status of a room that could not be opened
@@ -110,22 +112,21 @@ def run_room(
     protect: Protect = Protection,
     measured: bool = False,
 ) -> None:
-    """Main function of the process.
+    """Run one room until it has to stop; the main function of its process, never returns.
 
     Args:
         build: Makes the body; a module-level function, which the process can import.
         control: The room's end of the channel to the supervisor.
         door: Receiving end of the pair over which connections are handed over.
-        style: Style of the log.
-        protect: Makes the protection of the room; reads the files of keys.
+        protect: Makes the access control of the room; reads the key files.
         measured: Whether the room sends its metrics to the supervisor.
     """
     set_up_log(style, settings.room)
-    # Both signals are for the supervisor, which ends the rooms, or lets them read files again.
+    # The supervisor handles both signals: it ends the rooms, or lets them read files again.
     for number in ("SIGINT", "SIGHUP"):
         if hasattr(signal, number):
             signal.signal(getattr(signal, number), signal.SIG_IGN)
-    # Threads of one room would wait for those of another.
+    # Several threads of one room would wait for the threads of another room.
     with threadpool_limits(limits=1):
         failed = asyncio.run(_Room(settings, build, door, protect, measured).live(control))
     logging.shutdown()
@@ -135,7 +136,7 @@ def run_room(
 
 @dataclass
 class _Room:
-    """The room in the process, with the arguments of `run_room`."""
+    """The room that this process runs, with the arguments of `run_room`."""
 
     settings: ServerSettings
     build: Build
@@ -232,8 +233,8 @@ class _Room:
             done_before, done = done, _ticks_done(server)
             if done <= done_before:
                 continue
-            # Only ticks that were done count: otherwise a room that is kept waiting would seem to
-            # need little.
+            # Only ticks that were done count: a room that gets too little processor time would
+            # otherwise seem to need little.
             share = (used - before) / (done - done_before) * self.settings.simulation_hz
             if precedence.see(share, self.clock.now()):
                 if precedence.first:
@@ -243,7 +244,7 @@ class _Room:
                     log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
 
     async def _pause(self, server: CohapticServer) -> float:
-        """Wait until the next report is due; returns the longest time of this wait [s]."""
+        """Wait until the next report is due; returns the upper bound of the wait [s]."""
         if not server.sleeps:
             await asyncio.sleep(REPORT_EVERY)
             return REPORT_EVERY

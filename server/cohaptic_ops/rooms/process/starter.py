@@ -1,8 +1,8 @@
-"""The process that rooms are forked from (the starter), and handles of the forked processes.
+"""Runs the starter, the process that rooms are forked from, and makes handles of the rooms.
 
-The starter has imported all modules that rooms need, so that a room starts at once. Rooms outlive
-it. If it were killed, only the next room to be started would notice, and would wait for all these
-imports. The starter is therefore replaced as soon as it has ended.
+The starter has imported all modules that rooms need, so that a room starts at once. Rooms go on if
+the starter ends, but the next room to be started would have to wait for all these imports. This
+module therefore starts a new starter as soon as the old one has ended.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ def can_fork() -> bool:
 
 
 def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
-    """The class of room processes, which are forked from the starter if the system can fork.
+    """Return the class of room processes: forked from the starter if the system can fork.
 
     Args:
-        preload: Modules that the starter imports, beside those that every room needs.
+        preload: Modules that the starter imports, beside the modules that every room needs.
     """
     context: Any = multiprocessing.get_context("forkserver" if can_fork() else "spawn")
     if can_fork():
@@ -47,10 +47,10 @@ def room_processes(preload: Sequence[str]) -> Callable[..., BaseProcess]:
 
 
 async def keep_starter(clock: Clock) -> None:
-    """Start the process that rooms are forked from whenever it is missing, until cancelled.
+    """Keep the starter running until cancelled: start it again whenever it has ended.
 
     Args:
-        clock: Clock of the back-off for a process that ends again and again.
+        clock: Clock for the back-off if the starter ends again and again.
     """
     if not can_fork():
         return
@@ -79,10 +79,10 @@ def _starter_pid() -> int:
 
 
 class Hold:
-    """Handle that can end a started process even if the process that forked it has ended.
+    """Handle that can kill a room's process even if the starter that forked it has ended.
 
-    `multiprocessing` learns of the end of a process from the starter that forked it. Once the
-    starter has ended, `multiprocessing` takes all its processes for ended, and kills none of them.
+    `multiprocessing` learns of the end of a process from the starter that forked it. If the starter
+    has ended, `multiprocessing` believes that its processes have ended, too, and kills none.
     """
 
     def __init__(self, process: BaseProcess) -> None:
@@ -100,7 +100,7 @@ class Hold:
                 self._process.kill()
 
     def join(self) -> None:
-        """Wait for the end of the process, and release the handle; blocks its thread."""
+        """Wait for the end of the process, and release the handle; blocks the calling thread."""
         if self._file >= 0:
             ended = select.poll()
             ended.register(self._file, select.POLLIN)

@@ -1,1 +1,1 @@
-"""The water balloon, linear and nonlinear: a rubber membrane round a constant volume."""
+"""Two models of a water balloon, linear and nonlinear: rubber round a constant volume."""

@@ -3,7 +3,8 @@
 The rubber membrane (`membrane.py`) is unstretched at radius R / stretch, and incompressible water
 fills it to radius R. The inflated state solves dE/dx = p dV/dx at V = V0 on the mesh itself. The
 tangent K = d2E/dx2 - p d2V/dx2 (in-plane elasticity, pretension, follower pressure) is therefore
-symmetric, and every rigid motion of a free balloon is in its null space. Contacts then push on
+symmetric, and every rigid motion of a free balloon is in its null space. Contact forces f then give
+the displacement u, with a multiplier q for the volume:
 
     [ K  g ] [u]   [f]        g = dV/dx, exact volume to first order: g . u = 0
     [ g' 0 ] [q] = [0]
@@ -75,14 +76,14 @@ class BalloonSettings:
 
 @dataclass(frozen=True, eq=False)
 class Inflated:
-    """Equilibrium of membrane and water, with no vertex fixed.
+    """A balloon in equilibrium of membrane and water, with no vertex fixed.
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
         faces: Vertices of each triangle, shape (m, 3).
         pressure: Pressure of the water [Pa].
         stiffness: Tangent K, sparse, shape (3 n, 3 n) [N/m].
-        volume_gradient: g, shape (3 n,) [m^2].
+        volume_gradient: g = dV/dx, shape (3 n,) [m^2].
     """
 
     x: Floats
@@ -93,7 +94,7 @@ class Inflated:
 
 
 class Balloon:
-    """The linear balloon behind the `Body` Protocol.
+    """The linear balloon, as a `Body`.
 
     Args:
         settings: Size, rubber and base; None takes the defaults.
@@ -127,7 +128,7 @@ class Balloon:
         return Superposition(self) if self.damping == 0.0 else None
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Superpose the Green's functions of the loads; damping makes this lag behind `before`."""
+        """Superpose the Green's functions under the loads; with damping, lag from `before`."""
         n, count = len(self.mesh.vertices), len(loads)
         starts, ends, vertices, weights, directions, forces = LoadArrays.of(loads)
         flat, C = np.empty((count, 3 * n)), np.empty((count, count))
@@ -145,7 +146,7 @@ class Balloon:
         previous = 0.0 if before is None else before.displacement
         x = np.asarray((displacement + self.damping * previous) / (1.0 + self.damping))
         energy = 0.5 * float(x.ravel() @ (self.inflated.stiffness @ x.ravel()))
-        # C of the steady state: that of one tick is unsafely small under delay (science 3.3).
+        # C of the steady state: C of one tick would be unsafely small under delay (science 3.3).
         return DenseResponse(x, fields, C, energy)
 
 
@@ -200,10 +201,10 @@ def fixed_by_base(balloon: Inflated, settings: BalloonSettings) -> Mask:
 
 
 def _free_compliance(balloon: Inflated, free: Mask) -> Compliance:
-    """C over the free unknowns, zero at the base, shape (3 n, 3 n), exactly symmetric [m/N].
+    """Compliance C of all vertices, zero at the base, shape (3 n, 3 n), exactly symmetric [m/N].
 
-    This is half of the time of a server's start. LAPACK's inverse of a factor takes a third of the
-    time of a solution for every unit force, and all steps work on one triangle of the matrix.
+    This takes half of the time in which a server starts. LAPACK's inverse of a factor takes a third
+    of the time of a solve for every unit force, and all steps work on one triangle of the matrix.
     """
     K: Floats = np.asarray(balloon.stiffness[free][:, free].toarray(), dtype=np.float64)
     g = balloon.volume_gradient[free]

@@ -1,12 +1,12 @@
 """Solves  [K g; g' 0] [u; q] = [b; 0]:  a tangent K at constant volume (g = dV/dx).
 
-K may have one negative mode, which constant volume forbids. The factorisation therefore eliminates
-first all unknowns but those of a cap, the root of the tree of fronts: K must be positive definite
-with the cap held. Next comes the row of the volume, whose pivot is negative, and then the cap,
-which must be positive definite again. This succeeds only if K is positive definite on all motions
-that keep the volume: a tangent that can be factored is stable. The place of the cap decides how far
-from rest the rest of the body stays positive definite: the last vertices in an order of narrow band
-serve better than the vertices on the top, or than a belt.
+K may have one negative mode, which constant volume forbids. The factorisation therefore begins with
+all unknowns outside of a cap of vertices (the root of the tree of fronts): K must be positive
+definite with the cap held. Next comes the row of the volume, whose pivot is negative, and then the
+cap, which must be positive definite again. This succeeds only if K is positive definite on all
+motions that keep the volume: a tangent that can be factored is stable. The place of the cap decides
+up to which deformation K with the cap held stays positive definite: the last vertices in an order
+of narrow band serve better than the vertices on the top, or than a belt.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def order_from_base(faces: Ints, free: Mask) -> Ints:
 
 
 class ConstantVolumeFactor:
-    """A factored tangent at constant volume: a `TangentSolver`.
+    """A factored tangent at constant volume, as a `TangentSolver`.
 
     Args:
         workspace: Memory for matrices of K's pattern, with the cap as the root front.
@@ -73,7 +73,7 @@ class ConstantVolumeFactor:
             raise IndefiniteTangentError("the tangent is indefinite")
 
     def solve(self, b: Floats) -> tuple[Floats, Floats]:
-        """Displacements u, shape (c, size) [m], and q, shape (c,) [Pa], under `b` (c, size) [N]."""
+        """Displacements u (c, size) [m] and multipliers q (c,) [Pa] under `b` (c, size) [N]."""
         x = np.asarray(self._factor.forward(b.T), dtype=np.float64)
         inner, last = x[: self._root], x[self._root :]
         along = self._y[:, 0] @ inner
@@ -89,5 +89,5 @@ class ConstantVolumeFactor:
         return self.solve(b)[0]
 
     def step(self, b: Floats) -> Floats:
-        """The exact displacements of `displacements`, which are as quick to compute."""
+        """Returns `displacements`: an approximation would not be quicker to compute."""
         return self.displacements(b)

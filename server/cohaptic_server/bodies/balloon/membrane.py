@@ -1,4 +1,4 @@
-"""Incompressible neo-Hookean rubber membrane on triangles of constant strain.
+"""An incompressible neo-Hookean rubber membrane of triangles with constant strain.
 
 Per area of the unstretched sheet of thickness h and shear modulus mu, with the in-plane right
 Cauchy-Green tensor C = F^T F of the 3x2 deformation gradient F (the thickness follows from

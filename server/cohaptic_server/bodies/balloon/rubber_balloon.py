@@ -1,4 +1,4 @@
-"""The water balloon under finite deformation: rubber that wrinkles, water of constant volume.
+"""The water balloon under finite deformation: its rubber wrinkles, its water keeps the volume.
 
 This is the nonlinear counterpart of `balloon.py`: the same inflated balloon, but with energy,
 forces and volume at the present positions (`rubber_sheet.py`). Each tick iterates (`newton.py`)
@@ -44,7 +44,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class FilledState:
-    """A deformed surface, not necessarily in equilibrium.
+    """A deformed balloon, not necessarily in equilibrium.
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
@@ -69,11 +69,12 @@ class FilledState:
 
 
 class FilledSheet:
-    """Sheet, water and base: a `Hyperelastic` body.
+    """A rubber sheet on a fixed base, filled with water, as a `Hyperelastic` body.
 
     Args:
-        sheet: Rubber and water.
-        dof: Indices into (3 n,) of the unknowns, in the order of the sheet's analysis, (size,).
+        sheet: Energy, forces and tangent of the rubber round the water.
+        dof: Indices of the unknowns among the 3 n coordinates, in the order of the sheet's
+            analysis, shape (size,).
         volume: Volume of the water [m^3].
     """
 
@@ -85,7 +86,7 @@ class FilledSheet:
         self._workspace = Workspace(sheet.analysis)
 
     def at(self, x: Floats, pressure: float) -> FilledState:
-        """Returns the state at vertices `x`, shape (n, 3) [m], with a known pressure [Pa]."""
+        """Returns the state at vertex positions `x` (n, 3) [m], with a known pressure [Pa]."""
         strain = self._sheet.strain(x)
         g = self._sheet.volume_gradient(x)
         return FilledState(
@@ -140,7 +141,7 @@ class FilledSheet:
 
 
 # Shares of the vertices in the cap, tried in turn. Far past its pressure maximum a balloon needs a
-# larger cap for the rest to be positive definite; but a larger cap costs more.
+# larger cap for the other vertices to be positive definite; but a larger cap costs more.
 _CAPS = (0.14, 0.3, 0.5)
 
 
@@ -156,7 +157,7 @@ class RubberResponse(FiniteResponse):
 
 
 class RubberBalloon:
-    """The nonlinear balloon behind the `Body` Protocol.
+    """The nonlinear balloon, as a `Body`.
 
     Args:
         settings: As for the linear balloon.

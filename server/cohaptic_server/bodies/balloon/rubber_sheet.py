@@ -18,11 +18,11 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class RubberSheet:
-    """Rubber and water, with the unknowns in the order of an analysis.
+    """A rubber sheet round water, with the unknowns in the order of an analysis.
 
     Args:
         membrane: The unstretched sheet.
-        number: Number of each vertex among the free ones, negative if fixed, shape (n,).
+        number: Index of each vertex among the free vertices, negative if fixed, shape (n,).
         analysis: Pattern of the tangent on the free vertices.
 
     Attributes:
@@ -50,7 +50,7 @@ class RubberSheet:
         return energy(strain, self._area) * self._mu_h
 
     def force(self, strain: Floats) -> Floats:
-        """Nodal forces that keep the rubber in this state, dE/dx, shape (n, 3) [N]."""
+        """Nodal forces that keep the rubber in this strain, dE/dx, shape (n, 3) [N]."""
         out = np.zeros((self._size, 3))
         add_forces(strain, self.faces, self._gradients, self._stiffness, out)
         return out

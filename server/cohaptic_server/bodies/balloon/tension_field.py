@@ -1,4 +1,4 @@
-"""Neo-Hookean rubber that wrinkles: the relaxed energy of a membrane that carries no compression.
+"""Relaxed energy of neo-Hookean rubber that wrinkles: a membrane that carries no compression.
 
 A compressed thin sheet buckles at almost no force into wrinkles that are finer than any triangle.
 The energy of `membrane.py`, without wrinkles, would resist compression; its tangent would be
@@ -7,7 +7,7 @@ Steigmann 1990) assumes the wrinkles of least energy. Per area of the unstretche
 squares of the principal stretches c1 >= c2, it is
 
     taut      c2^2 c1 > 1     W = mu h / 2 (c1 + c2 + 1 / (c1 c2) - 3)      as in `membrane.py`
-    wrinkled  else, c1 > 1    W = mu h / 2 (c1 + 2 / sqrt(c1) - 3)          the width follows freely
+    wrinkled  else, c1 > 1    W = mu h / 2 (c1 + 2 / sqrt(c1) - 3)          the width adjusts freely
     slack     else            W = 0
 
 The relaxed energy is convex in the deformation gradient: its Hessian, which is exact here, has no
@@ -76,7 +76,7 @@ def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
 
 
 def energy(strain: Floats, area: Floats) -> float:
-    """Sum of W / (mu h) times area [m^2].
+    """Compute the strain energy over mu h, the sum of W / (mu h) times area [m^2].
 
     Args:
         strain: Strain of each triangle, shape (m, 10).
@@ -95,7 +95,7 @@ def energy(strain: Floats, area: Floats) -> float:
 def add_forces(
     strain: Floats, faces: Ints, gradients: Floats, stiffness: Floats, out: Floats
 ) -> None:
-    """Add the nodal forces that keep the sheet in this state.
+    """Add the nodal forces that keep the sheet in the given strain.
 
     Args:
         strain: Strain of each triangle, shape (m, 10).
@@ -120,7 +120,7 @@ def add_forces(
                 out[faces[e, k], i] += along * strain[e, 2 + i] + across * strain[e, 5 + i]
 
 
-# One function, since a triangle takes only 0.1 us, of which calls would take a noticeable part.
+# One function: a triangle takes only 0.1 us, and calls would take a noticeable part of this.
 def add_tangents(
     strain: Floats,
     gradients: Floats,

@@ -1,1 +1,1 @@
-"""Inertia of a linear body by its lowest natural modes, so that jelly wobbles (science 3.14)."""
+"""Gives a linear body inertia by its lowest natural modes: jelly wobbles (science 3.14)."""

@@ -1,11 +1,12 @@
-"""A linear body with inertia: its lowest modes swing, the rest follows at once (science 3.14).
+"""A linear body with inertia: its lowest modes swing, all others follow at once (science 3.14).
 
-    x = C f + shapes e,    e = D f - shapes' f
+    x = C f + shapes e,    e = (D - 1) shapes' f
 
-The elastic body responds as if it had no mass. Each mode adds its deviation e from the static
-amplitude. A change of force creates a deviation, because a mode does not follow a force at once;
-the deviation then decays as a damped oscillation. Kinetic and elastic energy together never grow by
-more than the work of the forces.
+The elastic body responds to the forces f as if it had no mass. Each mode adds its deviation e from
+the static amplitude shapes' f, with D the second-order low-pass of the mode. A change of force
+creates a deviation, because a mode does not follow a force at once; the deviation then decays as a
+damped oscillation. Kinetic and elastic energy together never grow by more than the work of the
+forces.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from cohaptic_server.bodies.modal.modes import Modes, step_of, swing_of
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
 
-# Lowest frequency at which the swing is evaluated, as a share of the slowest mode's (the swing is
-# 1 % of the static amplitude there, at the default damping), and the number of frequencies up to
-# the Nyquist frequency. A peak has a relative width of twice the damping ratio, at least 4 %.
+# Lowest frequency at which the swing is evaluated, as a share of the slowest mode's frequency (at
+# the default damping the swing there is 1 % of the static amplitude), and the number of frequencies
+# up to the Nyquist frequency. A peak has a relative width of twice the damping ratio, at least 4 %.
 _LOWEST, _FREQUENCIES = 0.1, 300
 
 
@@ -34,11 +35,11 @@ class ModalResponse:
     Args:
         elastic: Static response of the elastic body.
         modes: Modes of the body.
-        along: Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)].
+        along: Static amplitude of each mode per unit force of a load, shape (loads, k) [sqrt(m/N)].
         static: Static amplitude of each mode under the loads, shape (k,) [sqrt(N m)].
         deviation: Deviation of each mode from its static amplitude, and the deviation's speed over
             the mode's angular frequency, shape (k, 2) [sqrt(N m)].
-        felt: Share of the swing that is shown to hands, 0 to 1. Everybody sees the whole swing.
+        felt: Share of the swing that is shown to hands, 0 to 1. Each user sees the whole swing.
     """
 
     elastic: Response
@@ -70,7 +71,7 @@ class ModalResponse:
         return self.elastic.at(vertices) + self._swing(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices that a hand is shown, without its loads, (k, 3) [m].
+        """Displacement of some vertices as a hand is shown it, without its `loads`, (k, 3) [m].
 
         The static displacement by `loads` is left out. The share `felt` of the swing is added,
         including the swing that these loads cause.
@@ -92,7 +93,7 @@ class ModalResponse:
 
 
 class ModalBody:
-    """A linear elastic body with inertia, behind the `Body` Protocol.
+    """A linear elastic body with inertia, as a `Body`.
 
     Args:
         elastic: A body whose displacements under several loads add up.
@@ -103,7 +104,7 @@ class ModalBody:
         elastic: As given.
         modes: As given.
         dt: As given.
-        swing: Amplitude of the modes' swing over frequency.
+        swing: Largest swing of any mode, relative to its static amplitude, for each frequency.
         name: Name of the elastic body.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
@@ -121,7 +122,7 @@ class ModalBody:
         self.swing = Swing(at, np.asarray(sizes.max(axis=0)))
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ModalResponse:
-        """Advance the swing by a tick from `before`; without `before`, the static response."""
+        """Advance the swing by a tick from `before`; None gives the static response."""
         count, known = len(self.modes), before if isinstance(before, ModalResponse) else None
         elastic = self.elastic.respond(loads, None if known is None else known.elastic)
         arrays = LoadArrays.of(loads)
@@ -139,7 +140,7 @@ class ModalBody:
         return response if isinstance(response, ModalResponse) else None
 
     def along(self, loads: LoadArrays) -> Floats:
-        """Amplitude of each mode per force of each load, shape (loads, k) [sqrt(m/N)]."""
+        """Static amplitude of each mode per unit force of a load, shape (loads, k) [sqrt(m/N)]."""
         along = np.empty((len(loads.forces), len(self.modes)))
         for i, (a, b) in enumerate(zip(loads.starts.tolist(), loads.ends.tolist(), strict=True)):
             shapes = self.modes.shapes[:, loads.vertices[a:b]]
@@ -152,5 +153,5 @@ class ModalBody:
             self.elastic.prefetch(vertices)
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
         return vertex_compliance(self.elastic)

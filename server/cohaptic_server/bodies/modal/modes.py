@@ -48,8 +48,8 @@ def check_damping_ratio(damping: float) -> None:
     """Refuse a damping ratio outside of the range of the oscillator model.
 
     Raises:
-        SettingError: The ratio is not within 0.02 and 0.95. Below, a swing outlasts a visit; above,
-            a mode does not swing, and `--relaxation` describes it better.
+        SettingError: The ratio is below 0.02, where a swing outlasts a visit, or above 0.95, where
+            a mode does not swing and `--relaxation` describes it better.
     """
     if not 0.02 <= damping <= 0.95:
         raise SettingError("--damping-ratio", damping, "from 0.02 to 0.95 of critical damping")
@@ -62,7 +62,7 @@ def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
     (e, e' / w).
 
     Args:
-        frequency: w of each mode, shape (k,) [rad/s].
+        frequency: Angular frequency w of each mode, shape (k,) [rad/s].
         damping: Damping ratio zeta, below 1.
         dt: Simulation period N T [s].
 
@@ -77,7 +77,7 @@ def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
 
 
 def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats:
-    """|D(z) - 1| of each mode: its swing about the static amplitude, relative to that amplitude.
+    """Swing of each mode about its static amplitude, relative to that amplitude: |D(z) - 1|.
 
     D(z) is the ratio of the mode's amplitude to the static one, for a force that is constant over
     each tick, including the tick in which it is applied.
@@ -86,7 +86,7 @@ def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats
         frequency: Angular frequency of each mode, shape (k,) [rad/s].
         damping: Damping ratio.
         dt: Simulation period N T [s].
-        at: Angular frequencies up to the Nyquist frequency, shape (p,) [rad/s].
+        at: Angular frequencies of the force up to the Nyquist frequency, shape (p,) [rad/s].
 
     Returns:
         Shape (k, p).

@@ -2,8 +2,10 @@
 
 The loops are compiled where there is a compiler (`element_loops.pxd` has the types), run without
 the global interpreter lock, and do not check shapes. m is the number of elements, a the number of
-nodes of an element, c the number of corners at which the deformation gradient is taken, and q the
-number of quadrature points. A deformation gradient F_ip is a row of nine, with index 3 i + p.
+nodes of an element, c the number of corners at which the deformation gradient is taken, r the
+number of pairs of these corners, and q the number of quadrature points. L_s are the barycentric
+coordinates, N_a the shape functions, and y_s = dx/dL_s. U(J) is as in `rubber_tetrahedra.py`. A
+deformation gradient F_ip is a row of nine, with index 3 i + p.
 """
 
 from __future__ import annotations
@@ -35,8 +37,8 @@ def corner_gradients(
         x: Positions of the nodes, shape (n, 3) [m].
         elements: Nodes of each element, shape (m, a).
         gradients: dL_s/dX_p of the barycentric coordinates, shape (m, 4, 3) [1/m].
-        nodes: Node of the element that makes up y_s at each corner, with node s, shape (c, 4).
-        factors: Factor of that node, and of node s, shape (c, 4, 2).
+        nodes: Node of the element that, with node s, determines y_s at each corner, shape (c, 4).
+        factors: Factor of that node in y_s, and factor of node s, shape (c, 4, 2).
         out: Receives the deformation gradients, shape (m, 9, c).
     """
     with cython.nogil:
@@ -162,7 +164,7 @@ def moduli(
     swell: Floats,
     weighted: Floats,
 ) -> None:
-    """Compute the parts of the tangent at the points, from the derivatives of the energy by J.
+    """Compute the parts of the tangent at the quadrature points from U' and U''.
 
     Args:
         F: Deformation gradients, shape (m, 9, q); replaced by w U' F [N m].

@@ -1,4 +1,4 @@
-"""Compressible neo-Hookean rubber, which no finite energy inverts.
+"""Compressible neo-Hookean rubber, which only an infinite energy could invert.
 
 The energy per volume of the body at rest, with the deformation gradient F and its determinant J, is
 

@@ -22,9 +22,9 @@ _WEIGHTS = (1.0 / 90.0, 1.0 / 40.0, 3.0 / 40.0, 16.0 / 45.0)
 
 
 def shape_gradients(count: int) -> Floats:
-    """dN_a/dL_i at the quadrature points, shape (q, a, 4); L are barycentric coordinates.
+    """dN_a/dL_i at the quadrature points, shape (q, a, 4), for barycentric coordinates L.
 
-    With ten nodes N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q; with four nodes N_a = L_a.
+    The shape functions N are L_a (2 L_a - 1) and 4 L_p L_q with ten nodes, L_a with four.
     """
     if count == 4:
         return np.eye(4)[None]
@@ -48,8 +48,8 @@ def lattice() -> Floats:
 def whole_bounds() -> Floats:
     """Matrix from a cubic's values on the lattice to its Bernstein coefficients, shape (20, 20).
 
-    These coefficients bound the cubic, too, but less tightly than those of `bounds`, which are
-    weighted means of these.
+    These coefficients bound the cubic less tightly than the coefficients of `bounds`, which are
+    their weighted means.
     """
     return np.asarray(np.linalg.inv(_bernstein(lattice()[:20])), dtype=np.float64)
 

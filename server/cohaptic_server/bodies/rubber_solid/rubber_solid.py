@@ -3,7 +3,8 @@
 This is the nonlinear counterpart of `solid.py`, on the same mesh with the same small-strain moduli
 (`neo_hookean.py`). Each tick iterates (`newton.py`) under the contacts' forces as dead loads, which
 keep their directions while the surface moves. `fields` and `compliance` are those of the tangent
-at the present state (science 3.6); while the body moves, the tangent may lag by a chord.
+at the present state (science 3.6); while the body moves, the tangent may lag by
+`TickLimits.chord`.
 
 With a damping B_o the body is Kelvin-Voigt as in eq. (9): `viscous.py`.
 """
@@ -29,7 +30,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.side_by_side import cores
 
-# One factorisation in a tick of a moving hand, since this is most of the cost of a tick.
+# One step, with one factorisation, in a tick: the factorisation is most of the cost of a tick.
 _STEPS = 1
 _CHORD = 0.002  # share of the body's size; limits the chord if below `newton.CHORD`
 _MOVE = 0.2  # share of the body's size; limits the motion if below `newton.MAX_MOVE`
@@ -58,12 +59,12 @@ class RubberSolidResponse(FiniteResponse):
 
 
 class RubberSolid:
-    """The nonlinear solid behind the `Body` Protocol.
+    """The nonlinear solid, as a `Body`.
 
     Args:
         tets: The object at rest.
         fixed: Vertices that do not move, shape (n,).
-        settings: Material, elements and contact radius; no columns are cached.
+        settings: Material, elements and contact radius; `cache` has no effect.
         name: Name of the body, shown to users and sent over the network.
         damping: B_o / K_o at the simulation period of the server.
         table: Result of `vertex_compliance` for the same solid; None computes it when needed.
@@ -130,7 +131,7 @@ class RubberSolid:
         )
 
     def vertex_compliance(self, progress: Callable[[float], None] | None = None) -> Floats:
-        """C_ii of a contact centred at each vertex of the body at rest, along its normal.
+        """C_ii of a contact centred at each vertex of the body at rest, along the vertex normal.
 
         Args:
             progress: Receives the completed share, up to 1; not called if the table exists.

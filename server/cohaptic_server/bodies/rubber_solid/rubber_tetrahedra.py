@@ -61,10 +61,10 @@ class ShapeTables:
     Args:
         interpolation: Shape functions of the corners at the points, shape (c, q).
         products: Products of each pair of these functions, shape (r, q).
-        nodes: Node that makes up y_s together with node s, shape (c, 4).
-        factors: Factor of that node, and of node s, shape (c, 4, 2).
+        nodes: Node that, with node s, determines y_s = dx/dL_s at each corner, shape (c, 4).
+        factors: Factor of that node in y_s, and factor of node s, shape (c, 4, 2).
         terms: Barycentric coordinates in each shape function, shape (a, 2).
-        shapes: Derivatives by these coordinates at the points, shape (a, 2, q).
+        shapes: Derivatives of each shape function by these coordinates at the points, (a, 2, q).
         turning: Matrix from the vectors of `element_loops.turns`, shape (6 r), to those of the
             pairs of nodes, shape (6 r, a (a + 1) / 2).
     """
@@ -101,7 +101,7 @@ class ShapeTables:
 
 
 def _pulls(at_corners: Floats) -> tuple[Ints, Floats]:
-    """Nodes and factors of y_s at the corners, from dN_a/dL_s there, shape (c, a, 4)."""
+    """`nodes` and `factors` of `ShapeTables`, from dN_a/dL_s at the corners, shape (c, a, 4)."""
     corners = len(at_corners)
     nodes, factors = np.zeros((corners, 4), dtype=np.int64), np.zeros((corners, 4, 2))
     for c, s in itertools.product(range(corners), range(4)):
@@ -189,7 +189,7 @@ class SolidState:
 
 @dataclass(frozen=True, eq=False)
 class SolidTangent:
-    """A factored tangent: a `TangentSolver`."""
+    """A factored tangent, as a `TangentSolver`."""
 
     factor: Refined
 
@@ -203,7 +203,7 @@ class SolidTangent:
 
 
 class RubberTetrahedra:
-    """A solid, fixed in part: a `Hyperelastic` body.
+    """A solid with some fixed nodes, as a `Hyperelastic` body.
 
     Args:
         shape: Nodes and elements at rest, and the fixed nodes.
@@ -211,10 +211,10 @@ class RubberTetrahedra:
 
     Attributes:
         material: As given.
-        dof: Unknowns in the order of the factor, as indices into (3 n,), shape (size,).
+        dof: Indices of the unknowns among the 3 n coordinates, in the factor's order, (size,).
     """
 
-    # Share of the negative part of the moduli that is removed.
+    # Shares of the negative part of the moduli that a stiffened tangent leaves out.
     stiffenings = (1.0,)
 
     def __init__(self, shape: SolidShape, material: NeoHookean) -> None:
@@ -295,7 +295,7 @@ class RubberTetrahedra:
     def _evaluate(
         self, x: Floats, begin: int, end: int, corners: Floats, J: Floats
     ) -> tuple[float, Floats]:
-        """Write deformation gradients and determinants of the elements from `begin` to `end`.
+        """Write the gradients and determinants of elements `begin` to `end` to `corners` and `J`.
 
         Returns:
             Energy of these elements without its logarithmic part [J], and their nodal forces [N].
@@ -337,7 +337,7 @@ class RubberTetrahedra:
     def factor_tangent(
         self, state: SolidState, stiffening: float, b: Floats
     ) -> tuple[SolidTangent, Floats]:
-        """Factor the tangent, with a share `stiffening` of its negative moduli removed."""
+        """Factor the tangent without a share `stiffening` of the negative part of its moduli."""
         try:
             factor = Refined(self._workspaces, self.tangent(state, stiffening))
             found = factor.checked(np.ascontiguousarray(b.T))

@@ -1,7 +1,7 @@
-"""A bounded store of Green's columns: slots in one slab, reused from the least recently used.
+"""A bounded store of Green's columns: a new column takes the slot of the least recently used.
 
-The slab is in single precision. A column stores its rows place after place (`places.py`), so that a
-contact reads the rows round it in runs.
+All slots lie in one array of single precision, the slab. A column stores its rows place after place
+(`places.py`), so that a contact reads the rows round it in runs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cohaptic_server.bodies.solid.places import PLACE, Places, Positions
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
 MIN_CAPACITY = 256  # columns at any budget: more than a full room touches in one tick
-_PROTECTED = 4  # ticks after its last use for which a column stays: a response may still read it
+_PROTECTED = 4  # ticks that a column stays after its last use: a response may still read it
 _PLACE_BYTES = 36 * PLACE
 
 
@@ -25,7 +25,7 @@ class Column:
 
     Args:
         vertex: The vertex with the unit force.
-        places: Places whose displacement is known, rising, shape (q,).
+        places: Places (`places.py`) whose displacement is known, rising, shape (q,).
         values: Displacement in x, y, z for a force in x, y, z, at each vertex of these places,
             shape (q, PLACE * 9) [m/N].
     """
@@ -36,7 +36,7 @@ class Column:
 
 
 class ColumnStore:
-    """The columns of one solid that are known at present.
+    """Store of the columns of one solid that are known at present.
 
     Args:
         points: The surface vertices, shape (n, 3) [m].
@@ -48,8 +48,8 @@ class ColumnStore:
 
     Attributes:
         places: As given.
-        kernel: Sums the columns.
-        kind: Kind of each vertex's column; columns of one kind keep the same places, shape (n,).
+        kernel: Loops that sum the columns in the slab.
+        kind: Kind of each vertex's column, shape (n,); columns of one kind keep the same places.
         column_bytes: Memory of one column [bytes].
         capacity: Number of slots.
         slot: Slot of each vertex's column, -1 if there is no column, shape (n,).
@@ -109,13 +109,13 @@ class ColumnStore:
         return int((self._vertex >= 0).sum())
 
     def grow(self, capacity: int) -> None:
-        """Make room for `capacity` columns; if the store has to grow, it is empty afterwards."""
+        """Make room for `capacity` columns; a store that has to grow loses all its columns."""
         if capacity > self.capacity:
             self.capacity = capacity
             self._allocate()
 
     def tick(self, touched: Ints, step: float) -> None:
-        """Begin a tick.
+        """Begin a tick: note the touched vertices, and fade in all columns further.
 
         Args:
             touched: Vertices that are touched in this tick.
@@ -147,10 +147,10 @@ class ColumnStore:
             column: Column to store. The store keeps the places within its reach, and sets places
                 that the column lacks to 0.
             share: Initial fade-in share.
-            protected: Ticks after its last use for which a column must stay.
+            protected: Number of ticks that a column must stay after its last use.
 
         Returns:
-            Whether the column is in the store; False if all slots are in use.
+            Whether the column is in the store; False if every stored column must stay.
         """
         if self.slot[column.vertex] >= 0:
             return True

@@ -27,7 +27,7 @@ from cohaptic_server.numeric import Floats, Ints, Narrow
 
 @dataclass(frozen=True, eq=False)
 class FarField:
-    """The compliance of a solid between samples of its surface.
+    """The far field of a solid: the compliance between samples of the surface.
 
     Args:
         samples: Vertices of the surface, shape (m,).
@@ -85,10 +85,10 @@ class FarField:
         return out
 
     def without(self, values: Floats, field: Floats, force: Floats) -> Floats:
-        """Displacement of the samples without a force, shape (m, 3) [m].
+        """Displacement of the samples without one of the forces, shape (m, 3) [m].
 
         Args:
-            values: Displacement with the force, shape (m, 3) [m].
+            values: Displacement with all forces, shape (m, 3) [m].
             field: Result of `respond` for the force's contact, shape (3, m, 3) [m/N].
             force: Force to leave out, shape (3,) [N].
         """
@@ -97,7 +97,7 @@ class FarField:
         return out
 
     def between(self, spreads: Floats, fields: Floats) -> Floats:
-        """Displacement of contacts by forces on contacts, from the samples alone.
+        """Displacement of each contact by a force on each contact, from the samples alone.
 
         Args:
             spreads: Result of `spread` for each contact, shape (c, m).
@@ -111,7 +111,7 @@ class FarField:
         return out
 
     def self_compliance(self, vertices: Ints, weights: Floats, direction: Floats) -> float:
-        """Self-compliance of a contact, from `own` of the vertices under the contact [m/N].
+        """Self-compliance of a contact, a mean of `own` over the vertices under the contact [m/N].
 
         Args:
             vertices: Vertices under the contact, shape (k,).
@@ -127,7 +127,7 @@ class FarField:
         return found
 
     def vertex_compliance(self, normals: Floats) -> Floats:
-        """C_ii of a contact centred at each vertex along its normal, shape (n,) [m/N].
+        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N].
 
         Args:
             normals: Unit normals of the vertices, shape (n, 3).
@@ -136,7 +136,7 @@ class FarField:
         return table
 
     def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Arrays for a file, under the names that stored objects have always used."""
+        """Returns the arrays for a file, under the names that stored objects have always used."""
         return {
             "places": self.samples,
             "near": self.near,

@@ -1,7 +1,8 @@
-"""Builds the far field of a solid: presses all over its surface, and the interpolation weights.
+"""Builds the far field of a solid from presses all over its surface.
 
 A press needs only forward substitution (`cholesky/forward.py`). The presses on the samples give the
 compliance between all samples, and a press on each vertex gives that vertex's self-compliance.
+Moving least squares give the weights for the interpolation from the samples.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _MIN_COSINE = 0.3  # between normals; a sample below this is on another side of 
 # made (`objects/prepare.py`) has fronts of 20,000 rows: the forces of 256 presses take 120 MB.
 _BATCH = 256
 _SHARE_OF_SAMPLES = 0.1  # rough share of the presses on samples in the time of all presses
-_CORE = 0.1  # squared share of the reach below which the weight levels off
+_CORE = 0.1  # square of the share of the reach below which the weight levels off
 _TIKHONOV_LINEAR = 1e-6  # relative Tikhonov term on the linear coefficients
 _TIKHONOV_QUADRATIC = 1e-5  # relative Tikhonov term on the quadratic coefficients
 _OTHER_SIDE = 1e-4  # weight of a sample on another side, which matters if all samples are there
@@ -67,9 +68,9 @@ def build_far_field(
 
 
 def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc_array:
-    """Share of each free node in a press centred at each vertex, shape (free, n).
+    """Share of each free node in the force of a press centred at each vertex, shape (free, n).
 
-    The share of the force on fixed vertices causes no displacement and is left out.
+    The force on fixed vertices causes no displacement and is left out.
     """
     found = [
         pressure(mesh, at, radius, normal)
@@ -108,10 +109,10 @@ def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float
 def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Ints, Floats]:
     """Samples round each vertex and its weights `carries`, (n, k) each: moving least squares.
 
-    The weights reproduce quadratic functions in the tangent plane once each sample is spread over
-    its pressure 1 - (r / radius)^2, whose second moment is radius^2 / 6. So a force keeps its
-    moments although the samples' pressure blurs it again. If every vertex is a sample, each vertex
-    is interpolated from itself alone.
+    The weights reproduce quadratic functions in the tangent plane when the force on each sample is
+    spread over a pressure 1 - (r / radius)^2, whose second moment is radius^2 / 6. So a force keeps
+    its moments although the samples' pressure blurs it again. If every vertex is a sample, each
+    vertex is interpolated from itself alone.
     """
     from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
 
@@ -144,7 +145,7 @@ def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Int
 
 
 def _kernel(part: Floats) -> Floats:
-    """Wendland's C2 function over a core that raises the weight of samples close to the vertex.
+    """Weight of each neighbour by its distance: Wendland's C2 function, raised near the vertex.
 
     Args:
         part: Distance of each neighbour over that of the farthest one, shape (n, k).

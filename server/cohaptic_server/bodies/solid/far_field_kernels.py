@@ -116,10 +116,10 @@ def interpolate(near: Ints, carries: Floats, vertices: Ints, values: Floats, out
 
 
 def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
-    """Compute the displacement of the samples without a force.
+    """Compute the displacement of the samples without one of the forces.
 
     Args:
-        values: Displacement with the force, shape (m, 3) [m].
+        values: Displacement with all forces, shape (m, 3) [m].
         field: Displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
         force: Force to leave out, shape (3,) [N].
         out: Receives the displacement without the force, shape (m, 3) [m].
@@ -132,10 +132,10 @@ def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
 
 
 def between(spreads: Floats, fields: Floats, out: Floats) -> None:
-    """Compute the displacement of contacts by forces on contacts, by the far field alone.
+    """Compute the displacement of each contact by a force on each, by the far field alone.
 
     Args:
-        spreads: Share of each sample in each contact, shape (c, m).
+        spreads: Share of each sample in the force on each contact, shape (c, m).
         fields: Displacement of the samples by each contact per unit force along x, y, z, shape
             (c, 3, m, 3) [m/N].
         out: Receives the displacement of contact i by a force on contact j; the third axis is the
@@ -157,7 +157,7 @@ def between(spreads: Floats, fields: Floats, out: Floats) -> None:
 
 
 def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: Floats) -> float:
-    """Self-compliance of a contact: mean over those of contacts centred at the vertices under it.
+    """Self-compliance of a contact, a mean over contacts centred at the vertices under it.
 
     A vertex counts with the fourth power of its weight. The vertices near the centre of the
     pressure dominate, because the compliance may change much within a contact, and vertices that

@@ -27,7 +27,7 @@ class ColumnRequest:
 
     Args:
         vertices: Vertices with the unit forces, shape (k,).
-        places: Places whose displacement counts, rising, shape (q,).
+        places: Places (`places.py`) whose displacement is wanted, rising, shape (q,).
     """
 
     vertices: Ints
@@ -46,8 +46,8 @@ class GreenColumns:
     Attributes:
         given: The factor or its reader; may be replaced while no thread solves.
         nodes: As given.
-        places: The order of the rows of a column.
-        store: The columns that are known.
+        places: Places of the surface vertices, the order of a column's rows.
+        store: Store of the columns that are known.
         solved: Number of columns solved for so far.
     """
 
@@ -107,10 +107,10 @@ class GreenColumns:
         return columns_of(request, values)
 
     def respond(self, vertices: Ints, forces: Floats) -> Floats:
-        """Displacement under several load cases, solved directly and not stored.
+        """Solve for the displacement under several load cases, without the store.
 
         Args:
-            vertices: Vertices with a force in some case, shape (k,).
+            vertices: Vertices with a force in any of the cases, shape (k,).
             forces: Forces on these vertices in the r cases, shape (k, 3, r) [N].
 
         Returns:
@@ -142,7 +142,7 @@ def solve_columns(factor: Factor, nodes: Ints, vertices: Ints, rows: Ints) -> Na
         factor: Factor of the stiffness over the free nodes.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
         vertices: Vertices with the unit forces, shape (k,).
-        rows: Vertices whose displacement counts, shape (r,).
+        rows: Vertices whose displacement is wanted, shape (r,).
 
     Returns:
         Displacement in x, y, z for a force in x, y, z, shape (k, r, 9) [m/N].

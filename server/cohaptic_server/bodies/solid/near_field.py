@@ -1,9 +1,9 @@
 """One contact of a solid: exact columns near the contact, the far field beyond.
 
-The displacement by a contact is the far field's, corrected near the contact by the columns under
-it. The correction counts in full up to `NEAR_FIELD_END` sample spacings from the contact and falls
-smoothly to zero at `FAR_FIELD_START`, where the two fields no longer differ noticeably. So a tick
-reads only the nearby rows of a column. The fall also keeps the displacement continuous while a
+The displacement by a contact is that of the far field, corrected near the contact by the columns
+under it. The correction counts in full up to `NEAR_FIELD_END` sample spacings from the contact and
+falls smoothly to zero at `FAR_FIELD_START`, where the two fields no longer differ noticeably. So a
+tick reads only the nearby rows of a column. The fall also keeps the displacement continuous while a
 contact slides over a vertex whose column is missing, and while a new column fades in.
 """
 
@@ -51,7 +51,7 @@ class Surroundings:
 
 @dataclass(frozen=True, eq=False)
 class SolidContact:
-    """The response to a force in any direction on one contact, per newton.
+    """The response to a unit force in any direction on one contact.
 
     Args:
         around: Mesh, columns and far field.
@@ -80,7 +80,7 @@ class SolidContact:
     def of(
         cls, around: Surroundings, vertices: Ints, weights: Floats, far_field: Floats
     ) -> SolidContact:
-        """Returns the response by the columns that are known at present.
+        """Returns the response computed with the columns that are known at present.
 
         Args:
             around: Mesh, columns and far field.
@@ -116,7 +116,7 @@ class SolidContact:
         return out
 
     def missing_compliance(self, direction: Floats, smoothed: Floats) -> float:
-        """Part of the self-compliance that columns and far field together miss [m/N].
+        """Part of the self-compliance that neither columns nor far field contain [m/N].
 
         Args:
             direction: Unit vector of the force, shape (3,).
@@ -174,7 +174,7 @@ class SolidContact:
         return self._block(self, *_EVERYWHERE)[0]
 
     def _block(self, other: SolidContact, full: float, none: float) -> tuple[Floats, Floats]:
-        """Displacement of a contact by the columns under this contact, where these count.
+        """Displacement of `other` by the columns under this contact, where these columns count.
 
         Args:
             other: The displaced contact.

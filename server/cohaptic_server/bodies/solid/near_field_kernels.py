@@ -22,7 +22,7 @@ _FAR = 1e9  # m; farther from the origin than any vertex
 
 
 class NearFieldKernel:
-    """Sums of columns, and the corrections that these make to a far field.
+    """Sums the columns under a contact, and corrects a far field by the sums.
 
     Args:
         points: Resting positions of all vertices, shape (n, 3) [m].
@@ -150,15 +150,15 @@ class NearFieldKernel:
         Args:
             vertices: Vertices under the pressure, shape (v,).
             order: Positions in `vertices`, by rank, shape (v,).
-            pressure: Share of each of these vertices, shape (v,).
+            pressure: Share of each of these vertices in the pressure, shape (v,).
             centre: Centre of the contact with the columns, shape (3,) [m].
             full: Distance from `centre` up to which columns count in full [m].
             none: Distance from `centre` beyond which columns do not count [m].
             kinds: Kind of each column, shape (s,).
             slots: Slots of the columns under the contact, shape (s,).
             weights: Share of the force on each column, shape (s,).
-            counted: Receives the share of each of `vertices` times the weight of columns at that
-                vertex, shape (v,).
+            counted: Receives the share of each of `vertices` in the pressure times the weight with
+                which columns count at that vertex, shape (v,).
             out: Receives displacement in x, y, z for a force in x, y, z, shape (9,) [m/N].
         """
         count = self._find(vertices, order, centre, full, none)
@@ -215,7 +215,7 @@ class NearFieldKernel:
     def _find_runs(self, vertices: Ints, count: int) -> int:
         """Find runs of rows that lie side by side in a column; returns the number of runs.
 
-        A run is stored as its first and end position in the sums, its place, and its offset there.
+        `runs` receives the first and end position in the sums, the place, and the offset there.
         """
         number = 0
         first = 0

@@ -1,4 +1,4 @@
-"""The expensive parts of a solid, computed once: its stiffness, the factor, the far field.
+"""Computes the expensive parts of a solid once: its stiffness, the factor and the far field.
 
 The stiffness is that of linear elastic tetrahedra with four or ten nodes: isotropic Hooke with
 Lame's lambda = E nu / ((1 + nu)(1 - 2 nu)) and mu = E / (2 (1 + nu)). With H_ab = integral of
@@ -35,7 +35,7 @@ from cohaptic_server.progress import Progress
 
 @dataclass(frozen=True, eq=False)
 class SolidParts:
-    """The parts from which a solid is made in a moment.
+    """The prepared parts from which a `Solid` is built quickly.
 
     Args:
         shape: Nodes and surface.
@@ -49,7 +49,7 @@ class SolidParts:
 
 
 class KeptFactor(Protocol):
-    """Storage in which a factor in double precision outlives an interruption."""
+    """Storage that keeps a factor in double precision if the preparation is interrupted."""
 
     def load(self) -> Factor | None:
         """Returns the stored factor; None if there is none."""
@@ -61,7 +61,7 @@ class KeptFactor(Protocol):
 
 
 def plan_of_solid(shape: SolidShape, retained: Mask | None = None) -> Plan:
-    """Plan of a solid's factorisation, from its elements alone.
+    """Plan the factorisation of a solid's stiffness, from the elements alone.
 
     Args:
         shape: Nodes and surface.
@@ -94,7 +94,7 @@ def factor_of(
     matrix = sp.csr_array(stiffness_of(shape)[dof][:, dof])
     points, retained = shape.nodes[free], _on_surface(shape)[free]
     plan = plan or plan_of_solid(shape)
-    give_back()  # the estimate of memory counts the memory in use
+    give_back()  # unused memory, since the estimate of memory counts the memory in use
     return factorise(matrix, points, retained, progress, plan)
 
 
@@ -182,12 +182,12 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_a
 
 
 def _linear_means() -> Floats:
-    """mean(D_ai D_bj) of N_a = L_a, for which D is the identity; shape (4, 4, 4, 4)."""
+    """mean(D_ai D_bj) for N_a = L_a, where D is the identity; shape (4, 4, 4, 4)."""
     return np.asarray(np.einsum("ai,bj->abij", np.eye(4), np.eye(4)))
 
 
 def _quadratic_means() -> Floats:
-    """mean(D_ai D_bj) of N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q, shape (10, 10, 4, 4).
+    """mean(D_ai D_bj) for N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q, shape (10, 10, 4, 4).
 
     D is linear in L, D_ai = c_ai0 + sum_k c_aik L_k. Over a tetrahedron the mean of L_k is 1/4, the
     mean of L_k L_l is 1/20, and the mean of L_k^2 is 1/10.
@@ -204,7 +204,7 @@ def _quadratic_means() -> Floats:
 
 
 def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
-    """Sum element blocks (m, a, 3, a, 3) into a sparse (3 n, 3 n)."""
+    """Sum element blocks (m, a, 3, a, 3) into a sparse matrix (3 n, 3 n)."""
     # Indices of four bytes suffice for any matrix that fits into memory, and halve the memory.
     dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1).astype(np.int32)
     rows = np.repeat(dof, dof.shape[1], axis=1).ravel()

@@ -1,9 +1,9 @@
-"""The order of vertices in a column: the vertices of one place lie side by side.
+"""The order of vertices in a column, by places: groups of 32 vertices close on the surface.
 
 A contact needs the rows of the vertices round it from each column. In the order of a mesh's file
 these rows may lie anywhere, and each costs a cache line and a half for its 36 bytes. Recursive
 bisection, down to single vertices, therefore cuts the surface into places of 32 vertices: vertices
-that are close on the surface are close in memory, and are read in runs.
+that are close on the surface are close in memory, and are read in runs of successive rows.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from cohaptic_server.numeric import Floats, Ints
 # Positions of places in a column: 16 bits suffice for the 32,768 places of a million vertices.
 Positions = npt.NDArray[np.int16]
 
-# Vertices of a place. More vertices give longer runs; fewer waste less memory at the rim of a
+# Vertices in a place. More vertices give longer runs; fewer waste less memory at the rim of a
 # column, which keeps whole places.
 PLACE = 32
 
@@ -49,10 +49,10 @@ class Places:
         return self.order.reshape(-1, PLACE)[places].ravel()
 
     def within(self, reach: float) -> list[Ints]:
-        """For each place, the places with a vertex within `reach` [m] of one of its own, rising.
+        """For each place, the places with a vertex within `reach` [m] of its vertices, rising.
 
-        Centres within `reach` suffice, and centres too far apart exclude a place. Otherwise the
-        vertices are compared, place by place, since all pairs do not fit into memory.
+        Places with centres within `reach` count as well; centres too far apart exclude a place.
+        Otherwise the vertices are compared, place by place: all pairs do not fit into memory.
         """
         x = self._points[self.order].reshape(-1, PLACE, 3)
         extent = np.sqrt(((x - self.centres[:, None]) ** 2).sum(axis=2).max(axis=1))

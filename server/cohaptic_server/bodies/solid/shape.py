@@ -1,4 +1,4 @@
-"""A solid before anything is solved: material, nodes, surface, boundary conditions."""
+"""Geometry, material and boundary conditions of a solid: everything before the first solve."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class SolidSettings:
         young: Young's modulus E [Pa]; soft tissue has 1e3 to 1e5, rubber 1e6. A solid of several
             materials takes `Moduli` instead.
         nu: Poisson's ratio, 0 to 0.499.
-        contact_radius: Radius of the pressure under a contact [m]; 0 takes a fingertip's, or a
-            larger one if the mesh is too coarse.
+        contact_radius: Radius of the pressure under a contact [m]; 0 takes the radius of
+            `fitting_radius`.
         order: 1 for linear tetrahedra, 2 for quadratic ones (docs/decisions/0013).
         cache: Memory for Green's functions [bytes].
     """
@@ -134,7 +134,7 @@ def shape_of(
 
 
 def fitting_radius(mesh: SurfaceMesh) -> float:
-    """A fingertip's contact radius, or the smallest that the mesh resolves if that is larger [m].
+    """A fingertip's radius, at most a quarter of the mesh's size but at least two spacings [m].
 
     With a radius below two vertex spacings the stiffness would depend on the mesh, not on the body.
     """

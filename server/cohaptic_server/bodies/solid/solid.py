@@ -1,4 +1,4 @@
-"""A linear elastic solid of tetrahedra: any object, fixed in some region.
+"""A linear elastic solid of tetrahedra: an object of any shape, fixed in some region.
 
     K u = f,    u = 0 at fixed nodes,    C = P' K^-1 P over the surface vertices P
 
@@ -7,8 +7,8 @@ columns of C under the present contacts (`green_columns.py`). Loads and displace
 the surface vertices; with quadratic elements these include the midpoints of edges, so that every
 node on the surface can be touched.
 
-A solid has two modes. In the first it solves for missing columns at once, and is exact. In the
-background mode it lists the missing columns, uses its far field until the columns arrive
+A solid has two modes. In the first, a solid solves for missing columns at once, and is exact. In
+the background mode it lists the missing columns, uses its far field until the columns arrive
 (`near_field.py`), and never makes a tick wait; the server delivers them (`shell/column_worker.py`).
 
 The response to several loads is the superposition of the responses to each, computed on demand.
@@ -46,8 +46,8 @@ class SolidResponse:
         loads: The loads, c of them.
         contacts: The k contacts on which the loads act; several loads may share a contact.
         contact_of: Contact of each load, shape (c,).
-        fields: Displacement of the far field's samples by each contact per unit force along
-            x, y, z, shape (k, 3, m, 3) [m/N].
+        fields: Displacement of the far field's samples per unit force along x, y, z on each
+            contact, shape (k, 3, m, 3) [m/N].
         radius: Contact radius [m].
     """
 
@@ -60,7 +60,7 @@ class SolidResponse:
 
     @classmethod
     def of(cls, around: Surroundings, loads: Sequence[Load], radius: float) -> SolidResponse:
-        """Returns the response by the columns that are known at present."""
+        """Returns the response computed with the columns that are known at present."""
         number: dict[tuple[int, int], int] = {}
         firsts: list[Load] = []
         contact_of = np.empty(len(loads), dtype=np.int64)
@@ -99,7 +99,7 @@ class SolidResponse:
         return C
 
     def _corrected(self, smoothed: Floats) -> Floats:
-        """Displacement of each contact by a force on each, shape (k, k, 3, 3) [m/N].
+        """Displacement of each contact by unit forces on each contact, (k, k, 3, 3) [m/N].
 
         Args:
             smoothed: The same displacement by the far field alone, shape (k, k, 3, 3) [m/N].
@@ -197,13 +197,13 @@ FADE_IN_TICKS = 15  # ticks until a new column counts in full: a quarter of a se
 # vertex before its column could arrive, and solving for it would take a core from resting fingers.
 MIN_TOUCH_TICKS = 9
 _LONGEST_EDGE = 2.0  # contact radii; more distant corners of a touched face carry little force
-_OFF_CENTRE = 1.1  # factor for a pressure whose centre, on a curved surface, is beside its foot
-_BATCH_RADIUS = 2.0  # contact radii round the most urgent column within which others are requested
+_OFF_CENTRE = 1.1  # allowance: on a curved surface a pressure's centre is beside the contact point
+_BATCH_RADIUS = 2.0  # contact radii; missing columns this close to the most urgent one come with it
 MAX_UNDELIVERED = 64  # largest number of delivered columns that wait for a tick, which takes all
 
 
 class Solid:
-    """The solid behind the `Body` Protocol.
+    """The linear solid, as a `Body`.
 
     Args:
         tets: The object at rest.
@@ -219,7 +219,7 @@ class Solid:
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
         shape: Nodes, elements and surface.
-        columns: The Green's functions.
+        columns: Source and store of the Green's functions (columns of C).
         missing: Vertices whose columns are missing in the background mode, most urgent first.
 
     Raises:
@@ -268,7 +268,7 @@ class Solid:
         """Switch to the background mode: ticks do not wait, the server delivers `missing` columns.
 
         Args:
-            fill: Whether to provide the memory for columns at once; if not, call
+            fill: Whether to provide the memory for columns now; if not, call
                 `columns.store.fill` before the first column is delivered.
         """
         # A contact reads its columns as far as they count, and at all vertices under itself.
@@ -312,7 +312,7 @@ class Solid:
             self.deliver(self.columns.solve(request))
 
     def deliver(self, columns: Iterable[Column]) -> None:
-        """Hand over columns for the next tick; columns beyond `MAX_UNDELIVERED` are dropped."""
+        """Queue columns for the next tick; columns beyond `MAX_UNDELIVERED` are dropped."""
         for column in columns:
             if len(self._delivered) < MAX_UNDELIVERED:
                 self._delivered.append(column)
@@ -359,12 +359,12 @@ class Solid:
         return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along its normal, shape (n,) [m/N]."""
+        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
         return self.far_field.vertex_compliance(self.mesh.normals)
 
 
 def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
-    """Each touched vertex once, and its largest weight in any load."""
+    """Vertices under any load, each once, and the largest weight of each in a load, (v,) each."""
     if not loads:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     vertices = np.concatenate([load.vertices for load in loads])
@@ -376,7 +376,7 @@ def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
 
 
 class SolidGreen:
-    """Green's functions of a solid, solved anew because the column store belongs to the tick."""
+    """Green's functions of a solid, always solved for: only the tick may use the column store."""
 
     def __init__(self, solid: Solid) -> None:
         self._solid = solid
@@ -387,11 +387,11 @@ class SolidGreen:
         return self._solid.mesh
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force on one, shape (3, n, 3) [m/N]."""
+        """Displacement of all vertices per unit force along x, y, z on one, (3, n, 3) [m/N]."""
         forces = np.eye(3)[None]
         return self._solid.columns.respond(np.array([vertex]), forces).reshape(3, -1, 3)
 
     def identity(self) -> bytes:
-        """Bytes of the far field, which is prepared; a solve would read a factor of a gigabyte."""
+        """Bytes of the far field, which exists: a solve may have to read a factor of a gigabyte."""
         far_field = self._solid.far_field
         return far_field.own.astype("<f4").tobytes() + far_field.compliance.tobytes()

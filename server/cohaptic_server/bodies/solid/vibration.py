@@ -1,10 +1,10 @@
-"""The lowest natural modes of a solid: its swing, and the frequency limit of a static model.
+"""The lowest natural modes of a solid, for its swing and for the validity of a static model.
 
     K x = w^2 M x
 
 with the stiffness K over the free nodes and the lumped mass M. The Lanczos method in shift-invert
 mode (ARPACK) finds the smallest w; each step solves with the Cholesky factor of K. Under a force
-that oscillates with w' a mode moves 1 / (1 - (w' / w)^2) times as far as under a constant force.
+that oscillates with w', a mode moves 1 / (1 - (w' / w)^2) times as far as under a constant force.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
     """Mass at each node, shape (nodes,) [kg].
 
     Args:
-        density: Mass density, one for all or one for each tetrahedron, shape (m,) [kg/m^3].
+        density: Mass density of all tetrahedra, or of each one, shape (m,) [kg/m^3].
     """
     corner, midside = _SHARES[shape.elements.shape[1]]
     shares = np.full(shape.elements.shape[1], midside)

@@ -1,4 +1,4 @@
-"""Curvature of the bulge that a displacement makes, for `world/loops/free_surfaces.py`."""
+"""Curvature of the bulge that a displacement makes in a surface, for `free_surfaces.py`."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def fit_bulge(
     radius: float,
     matrix: Floats,
 ) -> float:
-    """Largest outward curvature that a displacement gives a plane round a contact [1/m].
+    """Largest outward curvature that a displacement gives to a plane round a contact [1/m].
 
-    The displacement along the contact's normal is fitted by a quadratic, over vertices that face as
-    the contact does. The weight of a vertex falls to zero towards the radius.
+    The displacement along the contact's normal is fitted by a quadratic, over vertices that face
+    the same way as the contact. The weight of a vertex falls to zero towards the radius.
 
     Args:
         rest: Resting positions of all vertices, shape (n, 3) [m].
@@ -94,7 +94,7 @@ def add_height(matrix: Floats, s: float, t: float, height: float, weight: float)
 
 
 def solve(matrix: Floats) -> None:
-    """Solve the symmetric positive definite equations; the solution replaces the right side."""
+    """Solve the normal equations; the solution replaces their right side."""
     for i in range(_UNKNOWNS):
         for row in range(i + 1, _UNKNOWNS):
             factor = matrix[i, row] / matrix[i, i]

@@ -1,7 +1,7 @@
 """The search for a contact on a displaced surface: the inner loops of `world/contact.py`.
 
 The module is compiled where a compiler is at hand; as plain Python it gives the same numbers. The
-search leaves its result in arrays of the caller, so that no object is made on the way.
+search writes its result to arrays of the caller, so that no Python object is made on the way.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints
 
 KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`
-# m; where facets or others tilt the surface, an offset along it is also an error of the depth. For
-# a press less deep than this, the tolerance shrinks with the square of the depth's share, as both
-# the offset and its part of the force count. Without that, the force on one limb was 4 % off at
-# 2 mm.
+# m; where facets or other users tilt the surface, an offset along it is also an error of the depth.
+# For a shallower press the tolerance shrinks with the square of its depth over this one, as both
+# the offset and its part of the force count. Otherwise the force on one limb was 4 % off at 2 mm.
 _DEEP = 0.01
 _FINEST = 1e-6  # m; no caller needs a finer tolerance
 MIN_SLOPE = 0.1  # lower bound of a contact's slope; keeps the stopping distance positive
@@ -30,20 +29,20 @@ _FOOT, _POINT, _NORMAL = 0, 1, 2  # rows of a frame
 
 
 class ContactSearch:
-    """Searches on one surface. It holds the contact that was found last.
+    """Searches for contacts on one surface, and holds the contact that was found last.
 
     Args:
         vertices: Resting positions, shape (n, 3) [m].
         normals: Normals at the vertices, shape (n, 3).
         faces: Corners of the faces, shape (m, 3).
-        rings: Faces round each vertex, short rows filled up with the first, shape (n, valence).
+        rings: Faces round each vertex; short rows repeat their first face, shape (n, valence).
         near: Search for the nearest point of the surface.
         field: Displacement of the surface.
-        pressure: Pressure search, which leaves vertices in `under` and shares in `weights`.
+        pressure: Pressure search, which writes vertices to `under` and shares to `weights`.
         size: Radius of a sphere of the surface's area [m].
         frame: Foot, contact point and normal that were found, shape (3, 3).
-        under: Vertices under the pressure, rising, shape (n,).
-        weights: Share of each of these in the force, shape (n,).
+        under: Vertices under the pressure, in rising order, shape (n,).
+        weights: Share of each of these vertices in the force, shape (n,).
 
     Attributes:
         count: Number of vertices under the pressure.
@@ -83,7 +82,7 @@ class ContactSearch:
         self.slope = slope
 
     def give(self, frame: Floats, under: Ints, weights: Floats) -> None:
-        """Copy the contact found into the first places of arrays that are long enough."""
+        """Copy the contact that was found into arrays, which may be longer than needed."""
         for i in range(3):
             for j in range(3):
                 frame[i, j] = self.frame[i, j]
@@ -102,18 +101,19 @@ class ContactSearch:
         keep: float,
         tolerance: float,
     ) -> int:
-        """Find the contact of a probe on the loaded field.
+        """Find the contact of a probe on the surface, displaced by the loaded field.
 
         Args:
             x, y, z: Position of the probe [m].
             radius: Radius of the pressure [m].
-            again: Start from the contact that was taken or found last; else search everywhere.
-            keep: Offset beside the normal within which the last contact stays [m].
-            tolerance: Offset to which a moved contact is found [m].
+            again: Whether to start from the contact that was taken or found last; otherwise the
+                whole surface is searched.
+            keep: Offset of the probe beside the normal up to which the last contact is kept [m].
+            tolerance: Offset that may remain after the contact has moved [m].
 
         Returns:
-            `KEPT`, `MOVED`, or `UNKNOWN` where the displacement is not known at some vertex under
-            the pressure or beside it; the contact is then at the place where it is needed.
+            `KEPT`, `MOVED`, or `UNKNOWN` if the displacement of some vertex under the pressure or
+            beside it is not known; the contact is then at the place where it is needed.
         """
         self.field.lacking = False
         state, limit = KEPT, keep
@@ -169,13 +169,13 @@ class ContactSearch:
         return state
 
     def look(self) -> int:
-        """Turn the normal of the contact to the loaded field; `KEPT` or `UNKNOWN` as `locate`."""
+        """Set the normal to that on the loaded field; return `KEPT` or `UNKNOWN`, as `locate`."""
         self.field.lacking = False
         self.turn()
         return UNKNOWN if self.field.lacking else KEPT
 
     def put(self, place: Floats) -> None:
-        """Put the contact point on the loaded field into `place`, shape (3,) [m].
+        """Write the contact point, displaced by the loaded field, to `place`, shape (3,) [m].
 
         `field.lacking` tells whether the field is not known at some vertex under the pressure.
         """
@@ -197,13 +197,13 @@ class ContactSearch:
             self.frame[_FOOT, axis] = self.near.foot[axis]
 
     def settle(self, radius: float) -> None:
-        """Find pressure, contact point and normal at the foot."""
+        """Find the pressure, the contact point and the normal that belong to the foot."""
         self.press(radius)
         self.lift()
         self.turn()
 
     def press(self, radius: float) -> None:
-        """Spread the pressure round the foot, over the surface that faces as the normal does."""
+        """Spread the pressure round the foot, over the surface on the side of the normal."""
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
         self.count = self.pressure.spread(x, y, z, nx, ny, nz, radius)
@@ -221,8 +221,8 @@ class ContactSearch:
         """Set the contact point to the point of the smooth resting surface over the foot.
 
         Each vertex under the pressure estimates the height of the surface from its position and
-        normal; the mean of its normal and the common one makes the estimate exact to second order,
-        and therefore exact on every quadric.
+        normal; taking the mean of its normal and the mean normal of all these vertices makes the
+        estimate exact to second order, and therefore exact on every quadric.
         """
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         nx = ny = nz = 0.0

@@ -8,13 +8,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class LoadedField:
-    """Holder of one displacement field after the other, on a surface of n vertices.
+    """Holds one displacement field at a time, on a surface of n vertices.
 
     Args:
         count: Number of vertices, n.
 
     Attributes:
-        lacking: Whether a displacement was asked for that is not known; the caller resets it.
+        lacking: Whether `moved` was called for a vertex whose displacement is not known; the caller
+            resets it.
     """
 
     def __init__(self, count: int) -> None:
@@ -25,7 +26,7 @@ class LoadedField:
         self.lacking = False
 
     def load(self, known: Ints, values: Floats, whole: bool) -> None:
-        """Take a displacement field: values at the vertices `known`, or at all if `whole`."""
+        """Hold a new displacement field: values at the vertices `known`, or at all if `whole`."""
         for k in range(self.known.shape[0]):
             self.row[self.known[k]] = -1
         for k in range(known.shape[0]):
@@ -35,11 +36,11 @@ class LoadedField:
         self.whole = whole
 
     def follow(self, vertices: Ints, values: Floats, share: float, followed: Floats) -> None:
-        """Move the loaded field by a share of the way to another one.
+        """Compute the field that lies a share of the way from the loaded field to another one.
 
         Args:
             vertices: Vertices at which the other field is known, shape (k,).
-            values: Displacement of the other field there, shape (k, 3) [m].
+            values: Displacement of the other field at these vertices, shape (k, 3) [m].
             share: Share of the way, 0 to 1.
             followed: Set to the field in between, or to the other field where the loaded one is not
                 known, shape (k, 3) [m].

@@ -1,4 +1,4 @@
-"""Points near a place: building the tree that is searched, and the search for one place."""
+"""Builds the tree of some points, and searches it for the points near one place."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.numeric import Floats, Ints
 
-LEAF = 8  # points in a leaf: fewer make more boxes, more make more distances
+LEAF = 8  # points in a leaf: with fewer, more boxes are compared; with more, more distances
 
 
 class NearTree:
@@ -26,7 +26,7 @@ class NearTree:
         self.found = np.zeros(len(points), dtype=np.int64)
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Indices of points within `radius` [m] of a place (3,) [m], rising, shape (k,)."""
+        """Indices of the points within `radius` [m] of a place (3,) [m], in rising order, (k,)."""
         x, y, z = point.tolist()
         count = self.tree.within(x, y, z, radius, self.found)
         return np.sort(self.found[:count])

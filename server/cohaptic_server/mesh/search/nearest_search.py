@@ -1,4 +1,4 @@
-"""The point of a resting surface nearest to a place."""
+"""Finds the point of a resting surface nearest to a place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class NearestSearch:
-    """Searches on the faces of one surface.
+    """Searches the faces of one surface for the point nearest to a place.
 
     Args:
         vertices: Resting positions, shape (n, 3) [m].
@@ -48,10 +48,10 @@ class NearestSearch:
                 self.face = self.around[face, k]
 
     def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
-        """Move the foot to a face if that is nearer than `best` [m^2]; return the lesser square.
+        """Move the foot to a face if its squared distance is below `best` [m^2]; return the lesser.
 
-        The candidate is the foot in the triangle's plane if that lies inside the triangle, else the
-        nearest point of an edge.
+        The candidate is the foot of the perpendicular to the triangle's plane if that lies inside
+        the triangle, else the nearest point of an edge.
         """
         a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
         ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
@@ -83,7 +83,11 @@ class NearestSearch:
         ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
         x: float, y: float, z: float, best: float,
     ) -> float:  # fmt: skip
-        """Move the foot to a + s u + t v if that is nearer than `best` [m^2]; the lesser square."""
+        """Move the foot to p = a + s u + t v if that is nearer to (x, y, z) than before.
+
+        Returns:
+            The lesser of `best` and the squared distance of p [m^2].
+        """
         px, py, pz = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
         square = (x - px) * (x - px) + (y - py) * (y - py) + (z - pz) * (z - pz)
         if square >= best:

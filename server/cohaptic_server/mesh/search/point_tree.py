@@ -1,8 +1,8 @@
 """Search among points of a surface: the nearest to a place, and all within a radius of the place.
 
 The search uses a balanced tree of bounding boxes, which `near.py` builds. Tests compare its answers
-with scipy's `cKDTree`; it makes no Python object on the way, since a tick searches several times
-for each user.
+with those of scipy's `cKDTree`. The search makes no Python object on the way, since a tick searches
+several times for each user.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class PointTree:
                         best, found = square, k
                 continue
             node *= 2
-            # The nearer child last, so that it is taken first.
+            # The nearer child is put last, so that it is taken first.
             nearer = 0
             if self.apart(node + 1, x, y, z) < self.apart(node, x, y, z):
                 nearer = 1
@@ -68,7 +68,7 @@ class PointTree:
         Args:
             x, y, z: Coordinates of the place [m].
             radius: Radius round the place [m].
-            found: Set to indices of the points; one place for each point of the tree.
+            found: Set to the indices of the points; as long as the tree has points.
         """
         count = self.inside(x, y, z, radius, found)
         for k in range(count):
@@ -76,7 +76,7 @@ class PointTree:
         return count
 
     def inside(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
-        """Do the same as `within`, with positions in the tree instead of indices."""
+        """Do the same as `within`, but put positions in the tree instead of indices."""
         most = radius * radius
         count = 0
         self.stack[0] = 1
@@ -98,12 +98,12 @@ class PointTree:
         return count
 
     def first(self, node: int) -> int:
-        """Position in the tree of a leaf's first point; the end for the node past the last leaf."""
+        """Position of a leaf's first point; number of points for the node past the last leaf."""
         leaf = node - (1 << self.levels)
         return (leaf * self.count) >> self.levels
 
     def square(self, k: int, x: float, y: float, z: float) -> float:
-        """Squared distance of a place from a point, by its position in the tree [m^2]."""
+        """Squared distance of a place from the point at position `k` in the tree [m^2]."""
         dx = self.points[k, 0] - x
         dy = self.points[k, 1] - y
         dz = self.points[k, 2] - z

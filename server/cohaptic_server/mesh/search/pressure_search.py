@@ -1,4 +1,4 @@
-"""The pressure of a fingertip: vertices under it, and the share of the force on each.
+"""Finds the vertices under the pressure of a fingertip, and the share of the force on each.
 
 The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
 """
@@ -21,13 +21,13 @@ class PressureSearch:
     """Spreads pressures over one surface.
 
     Args:
-        tree: Tree of the quadrature points; the next four arrays are in its order.
+        tree: Tree of the quadrature points; the next four arrays are in the order of the tree.
         areas: Areas of the quadrature points, shape (q,) [m^2].
         corners: Corners of the points' faces, shape (q, 3).
         shares: Barycentric coordinates of the points, shape (q, 3).
         outward: Unit normals of the points' faces, shape (q, 3).
-        under: Where vertices under a pressure are left, rising, shape (n,).
-        weights: Where the share of each of these vertices in the force is left, shape (n,).
+        under: Array for the vertices under a pressure, in rising order, shape (n,).
+        weights: Array for the share of each of these vertices in the force, shape (n,).
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class PressureSearch:
 
         Args:
             x, y, z: Centre of the pressure [m].
-            nx, ny, nz: Outward unit normal of the finger; zeros for all sides.
+            nx, ny, nz: Outward unit normal of the finger; zeros to press all sides.
             radius: Radius of the pressure [m].
         """
         most = radius * radius

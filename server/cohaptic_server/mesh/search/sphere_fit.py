@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from cohaptic_server.numeric import Floats, Ints
 
-_UNKNOWNS = 5  # curvature, height, and tilt as a vector in the plane
+_UNKNOWNS = 5  # curvature, height, and tilt as a vector of three components
 _TIKHONOV = 1e-10  # relative to the mean of the normal matrix's diagonal
-MIN_POINTS = 6  # a sphere with height and tilt has four unknowns
+MIN_POINTS = 6  # a sphere with height and tilt in two directions has four unknowns
 
 
 def fit_spheres(
@@ -25,13 +25,14 @@ def fit_spheres(
 
     Args:
         rest: Resting positions of all vertices, shape (v, 3) [m].
-        starts: Where each contact's part begins, and where the last ends, of `vertices` in the
-            first row and of `rows` in the second, shape (2 or more, n + 1).
+        starts: Index at which the part of each contact begins, and index at which the last part
+            ends: in `vertices` (first row) and in `rows` (second row), shape (2 or more, n + 1).
         vertices: Vertices whose displacement is known, shape (k,).
         displacement: Displacement of these vertices, shape (k, 3) [m].
-        rows: Vertices that are fitted, counted from the contact's first vertex, shape (r,).
+        rows: Vertices that are fitted, as indices into the contact's part of `vertices`, shape
+            (r,).
         points: Points through which the spheres go, roughly, shape (n, 3) [m].
-        normals: Outward unit normals there, shape (n, 3).
+        normals: Outward unit normals at these points, shape (n, 3).
         radius: Radius of the fit [m].
         matrix: Room for the normal equations, shape (5, 6).
         curvature: Set to the curvatures, without a bound, 0 for fewer than six points, shape (n,)
@@ -66,7 +67,7 @@ def fit_sphere(
         displacement: Displacement of these vertices, shape (k, 3) [m].
         rows: Vertices that are fitted, as indices into `vertices`, shape (r,).
         point: Point through which the sphere goes, roughly, shape (3,) [m].
-        normal: Outward unit normal there, shape (3,).
+        normal: Outward unit normal at this point, shape (3,).
         radius: Radius of the fit [m].
         matrix: Room for the normal equations, shape (5, 6).
 

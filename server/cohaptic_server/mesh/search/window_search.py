@@ -1,4 +1,4 @@
-"""Vertices round the path of a sliding contact: the inner loops of `world/neighbourhood.py`.
+"""Finds vertices round the path of a sliding contact, for `world/neighbourhood.py`.
 
 The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
 """
@@ -19,11 +19,11 @@ class WindowSearch:
     Args:
         points: Resting positions, shape (t, 3) [m].
         normals: Outward unit normals at the points, shape (t, 3).
-        beside: Vertices that share an edge with each vertex, short rows filled up with the vertex
-            itself, shape (t, valence).
+        beside: Vertices that share an edge with each vertex; short rows repeat the vertex itself,
+            shape (t, valence).
         tree: Tree of the points.
-        found: Where the search leaves vertices, shape (t,).
-        path: Where the search leaves points of a path [m], shape (w, 3); w bounds their number.
+        found: Array to which the search writes vertices, shape (t,).
+        path: Array to which the search writes at most w points of a path, shape (w, 3) [m].
 
     Attributes:
         places: Number of points of the last path.
@@ -41,7 +41,7 @@ class WindowSearch:
         self.path = path
         self.tilt = np.zeros((len(path), 3))  # normal at each point of the path
         self.reached = np.zeros(len(points), dtype=np.int64)
-        # Squared distance of a vertex within reach, until the vertex is taken.
+        # Squared distance from the path of each vertex within reach, until it is taken; else -1.
         self.least = np.full(len(points), -1.0)
         self.squares = np.zeros(len(points))
         self.sorted = np.zeros(len(points))
@@ -57,10 +57,10 @@ class WindowSearch:
         half_width: float,
         most: int,
     ) -> int:
-        """Put the vertices nearest to the path of a sliding contact into `found`; their number.
+        """Put the vertices nearest to a sliding contact's path into `found`; return their number.
 
-        The vertices face as the surface along the path does, and are connected by edges: the other
-        side of a thin part and other folds of the surface are left out, however near in space.
+        The vertices face the same way as the surface along the path, and are connected by edges:
+        the other side of a thin part and other folds of the surface are left out, however near.
 
         Args:
             start: Contact point, shape (3,) [m].
@@ -96,10 +96,10 @@ class WindowSearch:
         return kept
 
     def mark(self, near: int, widest: float) -> int:
-        """Note in `least` which of the first vertices in `found` are within reach of the path.
+        """Write to `least` the squared distance from the path of each vertex within reach of it.
 
         Args:
-            near: Number of these vertices.
+            near: Number of vertices in `found`, which are examined.
             widest: Largest squared distance of a vertex from a point of the path at which the
                 surface faces as the vertex does [m^2].
 
@@ -125,7 +125,7 @@ class WindowSearch:
         return first
 
     def spread(self, first: int) -> int:
-        """Collect vertices within reach that edges connect to one, in `reached`; their number."""
+        """Fill `reached` with vertices within reach that edges join to `first`; return how many."""
         if self.least[first] < 0.0:
             return 0
         count = 1
@@ -157,10 +157,10 @@ class WindowSearch:
         length: float,
         step: float,
     ) -> None:
-        """Set points along the surface from a contact in the direction of its slide.
+        """Set `path` to points along the surface, from a contact in the direction of its slide.
 
         Args:
-            near: Number of vertices in `found` round the path.
+            near: Number of vertices in `found`, which lie round the path.
             start: Contact point, shape (3,) [m].
             normal: Outward unit normal there, shape (3,).
             direction: Direction of the slide, of any length, shape (3,).
@@ -198,7 +198,7 @@ class WindowSearch:
     def closest(
         self, near: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
     ) -> int:
-        """Vertex nearest to a place, of the first `near` in `found` that face as the place does."""
+        """Vertex nearest to a place, of the first `near` in `found` on the side of its normal."""
         best = 1e300
         closest = self.found[0]
         for k in range(near):
@@ -213,7 +213,7 @@ class WindowSearch:
         return int(closest)
 
     def smallest(self, count: int, rank: int) -> float:
-        """Find the `rank`-th smallest of the first `count` squares, by Hoare's selection."""
+        """Find the `rank`-th smallest of the first `count` of `squares`, by Hoare's selection."""
         for k in range(count):
             self.sorted[k] = self.squares[k]
         low, high, wanted = 0, count - 1, rank - 1

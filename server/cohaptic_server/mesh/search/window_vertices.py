@@ -1,8 +1,8 @@
-"""Vertices of a window round a contact: the inner loops of `bodies/touched_body.py`.
+"""Finds the vertices of a window round a contact, for `bodies/touched_body.py`.
 
 A window holds vertices of the whole surface. Some of these are also vertices of the touch mesh,
-which numbers them differently. One call finds all that a patch needs, and leaves it in arrays of
-the caller.
+which numbers them differently. One call finds all vertices that a patch needs, and writes them to
+arrays of the caller.
 """
 
 from __future__ import annotations
@@ -15,19 +15,21 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class WindowVertices:
-    """Chooses windows on one surface.
+    """Chooses the vertices of windows on one surface.
 
     Args:
         surface: Tree of the n vertices of the surface.
         touch: Tree of the t vertices of its touch mesh.
         ahead: Search along a path over the touch mesh.
-        touched: Where `ahead` leaves vertices of the touch mesh, shape (t,).
-        members: Vertices of the surface that the touch mesh has, rising, shape (t,).
+        touched: Array to which `ahead` writes vertices of the touch mesh, shape (t,).
+        members: Index in the surface of each vertex of the touch mesh, in rising order, shape (t,).
         normals: Outward unit normals of the whole surface, shape (n, 3).
-        vertices: Where a window is left, rising, shape (n,); the first `count` are valid.
-        fitted: Positions in the window of vertices that the touch mesh has and that face as the
-            contact does, shape (n,); the first `fits` are valid.
-        carried: Positions of `touched` in the window, shape (t,); the first `carries` are valid.
+        vertices: Array for the vertices of a window, in rising order, shape (n,); the first `count`
+            are valid.
+        fitted: Array for the positions in the window of vertices of the touch mesh that face the
+            same way as the contact, shape (n,); the first `fits` are valid.
+        carried: Array for the positions in the window of the vertices in `touched`, shape (t,); the
+            first `carries` are valid.
     """
 
     def __init__(
@@ -66,14 +68,14 @@ class WindowVertices:
 
         Args:
             start: Foot of the contact, shape (3,) [m].
-            normal: Outward unit normal of the surface there, shape (3,).
+            normal: Outward unit normal of the contact, shape (3,).
             radius: Radius round the foot within which all vertices are taken [m].
             reach: Radius round the foot within which vertices of the touch mesh are taken [m].
             direction: Direction of the slide, of any length, shape (3,).
-            length: Length of the path along which vertices of the touch mesh are carried [m].
+            length: Length of the path along which vertices of the touch mesh are taken [m].
             step: Distance between two points of the path [m].
-            half_width: Largest distance of a carried vertex from the path [m].
-            most: Largest number of carried vertices; 0 if none are carried.
+            half_width: Largest distance of these vertices from the path [m].
+            most: Largest number of these vertices; 0 if none are taken.
         """
         x, y, z = start[0], start[1], start[2]
         self.count = 0

@@ -1,7 +1,7 @@
 """Finds everything that keeps a surface from being touched, and options that make it touchable.
 
 A file without a unit was probably drawn in the unit that gives its object a usual size. If the user
-does not say which part is held, it is the base or feet, the flattest side, or one end.
+does not say which part is held, the base or the feet, the flattest side, or one end is held.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _LAYER = 0.01  # share of the extent; faces this close to a side belong to it
 _FACING = 0.99  # cosine of the largest angle between a side and a face that rests on it
 # Least flat share of the bounding box's side for a base: with less, a body stands on feet.
 _FLAT = 0.15
-# Least flat share below for feet, so that a table is held by its feet and not by its top. A ball,
-# which has no feet, has 0.015.
+# Least flat share of the lower side for feet, so that a table is held by its feet and not its top.
+# A ball, which has no feet, has 0.015.
 _STANDS = 0.025
 # Least share of the surface that is held: with less, a body sways on its hold like a bell.
 _LEAST_HELD = 0.04
@@ -88,7 +88,7 @@ def flat_share(x: Floats, faces: Ints, side: Side) -> float:
 
 
 def _away(x: Floats, faces: Ints, side: Side) -> Floats:
-    """Distance of each face's middle from a side, as a share of the extent, shape (m,)."""
+    """Distance of each face's middle from a side, as a share of the object's extent, shape (m,)."""
     along = x[:, side.axis]
     share = (x[faces].mean(axis=1)[:, side.axis] - along.min()) / max(np.ptp(along), 1e-300)
     return np.asarray(share if side.sign < 0 else 1.0 - share)
@@ -99,7 +99,7 @@ def _sides() -> list[Side]:
 
 
 def _rule(x: Floats, faces: Ints, side: Side) -> tuple[str, float]:
-    """Rule for the thinnest layer at a side with enough of the surface in it; the layer's share."""
+    """Rule that holds the thinnest layer with enough surface at a side, and the share held."""
     areas = np.linalg.norm(face_area_vectors(x, faces), axis=1)
     away = _away(x, faces, side)
     shares = {p: float(areas[away < 0.01 * p].sum() / areas.sum()) for p in _PERCENTAGES}
@@ -127,10 +127,10 @@ def diagnose(
     """Find all problems of a surface.
 
     Args:
-        source: The file and its options; problems that these solve already are not found again.
+        source: The file and its options; problems that the options already solve are left out.
         surfaces: Surfaces of the parts, or one for the whole object, in units of the file.
         scale_given: Whether the user has given the scale, which must then stay.
-        is_volume: Whether the surface bounds tetrahedra, which are taken as they are.
+        is_volume: Whether the surface is the boundary of a volume mesh, which stays as it is.
     """
     remedies: list[Remedy] = []
     x, faces = joined(surfaces)
@@ -153,10 +153,10 @@ def diagnose(
 def _mended(
     source: ObjectFile, surfaces: Sequence[PartSurface], size: float
 ) -> tuple[ObjectFile, list[Remedy]]:
-    """Options and remedies for a surface that is too fine, or does not enclose one volume."""
+    """Options and remedies for a surface that is too fine or does not enclose a single volume."""
     remedies: list[Remedy] = []
     x, faces = joined(surfaces)
-    is_label_map = is_scan(source.path)  # its surfaces were made by us, with few triangles
+    is_label_map = is_scan(source.path)  # its surfaces come from voxels, with few triangles
     if is_label_map:
         surfaces = surfaces[:1]
     if not source.simplify and len(faces) > MANY and not is_label_map:
@@ -188,7 +188,7 @@ _UNKNOWN_SIZE = 0.2  # m; length of an object that fits between two hands
 
 
 def likely_scale(size: float) -> tuple[float, Remedy] | None:
-    """Metres in one unit of the file, and the remedy for it; None if its unit can be the metre.
+    """Probable metres in one unit of a file, and the remedy; None if the unit can be the metre.
 
     Args:
         size: Longest side of the object's bounding box, in units of the file.

@@ -9,7 +9,7 @@ from cohaptic_server.objects.object_file import ObjectFile
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """One finding about a file.
+    """A problem of a file, with its solution.
 
     Args:
         problem: The problem as a phrase: "the object would be 170 m long".
@@ -34,7 +34,7 @@ class Diagnosis:
 
     Args:
         source: The file with the proposed options.
-        remedies: One remedy for each problem, with the proposed options that solve it.
+        remedies: One remedy for each problem; together they name the proposed options.
     """
 
     source: ObjectFile

@@ -1,7 +1,7 @@
 """Finds options with which a file can be touched: all findings at once, and a remedy for each.
 
 Without `--auto` one error lists the findings, with the option for each. With `--auto` the options
-are taken, the mesh is made coarse enough for the memory, and the user is told.
+are used, the mesh is made coarse enough for the memory, and the user is told which options.
 
 An object that loses more than a small share of its volume needs `--repair`. `check_kept` refuses an
 object that loses too much, unless `--repair` was given from the start.
@@ -78,7 +78,7 @@ def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis
 
 
 def labels_of(source: ObjectFile) -> tuple[tuple[Remedy, ...], ObjectFile]:
-    """Propose labels of a label map if it has several and the user has chosen none."""
+    """Propose labels if a map has several and the user chose none; return remedies and options."""
     if not is_scan(source.path) or source.labels:
         return (), source
     check_file(source.path)
@@ -94,7 +94,7 @@ def labels_of(source: ObjectFile) -> tuple[tuple[Remedy, ...], ObjectFile]:
 
 
 def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
-    """Surface of the object in a file, or surfaces of its parts, in units of the file.
+    """Read the surface of the object in a file, or those of its parts, in units of the file.
 
     Args:
         source: A surface, a label map, or a volume mesh, whose boundary is returned.
@@ -124,14 +124,14 @@ def resolve(
     scale_given: bool = False,
     demand: Demand | None = None,
 ) -> Diagnosis:
-    """Options with which a file can be touched within its memory; kept for the next start.
+    """Find options with which a file can be touched within its memory limit, and store them.
 
     Args:
         source: The file and the options that the user gave.
         progress: Called with the phase and the share of it that is done.
         scale_given: Whether the user has given the scale, which must then stay.
-        demand: Users and rate of a nonlinear solid, whose mesh a tick must afford; such a mesh
-            takes little memory.
+        demand: Number of users and tick rate. The mesh of a nonlinear solid must be solved within a
+            tick, and then takes so little memory that the memory limit is not checked.
 
     Raises:
         BodyError: No options make the object in the file touchable.
@@ -190,7 +190,7 @@ def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
 
 
 def _as_rubber(found: Diagnosis, demand: Demand, progress: Progress) -> Diagnosis:
-    """Extend the options so that a tick affords the mesh; the build chooses the edge again.
+    """Extend the options so that a tick can solve the mesh; the build chooses the edge again.
 
     The store keeps the tetrahedra that are filled here for the build.
     """
@@ -222,7 +222,7 @@ def _lost(error: VolumeLostError) -> Remedy:
 
 
 def _longer(tried: Sequence[tuple[float, float]], memory: float) -> float:
-    """Next edge to try, from the fall of the memory between the last two meshes."""
+    """Next edge length to try, from how much the memory fell between the last two meshes."""
     if len(tried) < 2 or tried[-1][0] <= tried[-2][0]:
         return edge_that_fits(*tried[-1], memory)
     return edge_that_fits(*tried[-1], memory, growth_between(*tried[-2], *tried[-1]))
@@ -250,17 +250,18 @@ MOST_AWAY = 0.2  # distance from the surface to the remaining object, as a share
 
 
 def check_kept(source: ObjectFile, prepared: Prepared, lost: VolumeLostError) -> None:
-    """Refuse the rest of an object that has lost too much to be the same object.
+    """Refuse a mesh that has lost so much of an object that it is not the same object any more.
 
     A surface that needs `--repair` from the start is not checked: the volume inside an open or
     crossing surface is unknown, and separate pieces are dropped on purpose.
 
     Args:
-        prepared: The remaining object.
+        prepared: Mesh of the remaining object.
         lost: The error that says why some of the object is lost.
 
     Raises:
-        BodyError: Less than half of the volume is left, or some of the surface is too far away.
+        BodyError: Less than half of the volume is left, or some of the surface is too far from the
+            mesh.
     """
     x = prepared.tets.vertices[np.unique(prepared.tets.tets)]
     # The object is longer than the remaining one by at most the deviation.

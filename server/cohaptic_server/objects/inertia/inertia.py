@@ -1,4 +1,4 @@
-"""Density of an object, and damping of its natural modes."""
+"""Density and modal damping of an object, as the user gives them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _LEAST, _MOST = 1.0, 30000.0  # kg/m^3; foam has 10, the densest metals 22,600
 
 @dataclass(frozen=True, slots=True)
 class Inertia:
-    """Density and damping of an object.
+    """Density of an object, and damping of its natural modes.
 
     Args:
-        density: Mass density of parts without one of their own [kg/m^3]. None stands for that of
-            water, or for an object without mass if `densities` is empty.
+        density: Mass density of the parts that `densities` does not name [kg/m^3]. None stands for
+            the density of water, or for an object without mass if `densities` is empty.
         densities: Densities of parts by their names [kg/m^3].
         damping: Share of critical damping of each natural mode.
 
@@ -49,7 +49,7 @@ class Inertia:
 
     @property
     def whole(self) -> float:
-        """Density of parts without one of their own [kg/m^3]."""
+        """Density of the parts that `densities` does not name [kg/m^3]."""
         return WATER if self.density is None else self.density
 
     def of_elements(self, parts: Parts | None, count: int) -> Floats:

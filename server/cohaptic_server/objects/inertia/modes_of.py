@@ -1,4 +1,4 @@
-"""Natural modes of a solid that a hand can excite, computed once and kept in the store."""
+"""Finds the natural modes of a solid that a hand can excite, and keeps them in the store."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ _LABEL = "natural modes"
 def with_inertia(
     built: Built, source: ObjectFile, hz: float, progress: Progress = lambda phase, share: None
 ) -> Body:
-    """The solid with its natural modes up to the highest frequency that a hand excites.
+    """Add to a solid its natural modes up to the highest frequency that a hand excites.
 
-    A solid whose slowest mode is faster is returned unchanged: it follows a hand without delay.
+    A solid whose slowest mode is above that frequency is returned unchanged, since it follows a
+    hand without delay.
 
     Args:
         source: The file and its options, with a density.
@@ -61,7 +62,7 @@ def with_inertia(
 def _find(
     built: Built, density: Floats, source: ObjectFile, progress: Callable[[float], None]
 ) -> tuple[Floats, Floats]:
-    """Angular frequencies [rad/s] and shapes on the surface [sqrt(m/N)] of the lowest modes."""
+    """Find the lowest modes: angular frequencies [rad/s], and shapes on the surface [sqrt(m/N)]."""
     shape = built.solid.shape
 
     def accept(plan: Plan) -> None:

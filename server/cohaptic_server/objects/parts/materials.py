@@ -102,7 +102,7 @@ class PartMaterials:
 
 
 def parse_values(option: str, texts: Sequence[str]) -> tuple[float | None, Named]:
-    """Read `20e3` and `tumour=60e3`: the value without a name, if any, and those with a name.
+    """Read texts like `20e3` and `tumour=60e3`: the value without a name, if any, and the others.
 
     Raises:
         SettingError: A text has no number, or two values have no name.

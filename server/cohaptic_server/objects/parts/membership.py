@@ -18,8 +18,8 @@ from cohaptic_server.objects.parts.volume_lost import MAX_VOLUME_LOSS, VolumeLos
 def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bool_]:
     """Whether each tetrahedron lies within each closed surface, shape (parts, m).
 
-    Filling keeps every surface, so that no surface passes through a tetrahedron, and the middle of
-    a tetrahedron decides. A tetrahedron in no other part is put into the largest one: filling moves
+    Filling keeps every surface, so that no surface passes through a tetrahedron: its middle shows
+    where it lies. A tetrahedron in no other part is put into the largest one, since filling moves
     surfaces slightly, and next to them a middle may lie in no part.
 
     Args:
@@ -41,7 +41,7 @@ def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bo
 
 
 def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) -> Parts:
-    """Part of each tetrahedron: the one of least volume among those that it lies within.
+    """Part of each tetrahedron: of all parts that contain it, the one with the least volume.
 
     Args:
         within: Result of `members`, shape (parts, m).
@@ -64,7 +64,7 @@ def innermost(surfaces: Sequence[PartSurface], within: npt.NDArray[np.bool_]) ->
 
 
 def check_volumes(names: Sequence[str], found: Floats, wanted: Floats) -> None:
-    """Refuse tetrahedra whose volume differs much from that of a part.
+    """Refuse tetrahedra if those of some part differ too much from its volume.
 
     Args:
         found: Volume of the tetrahedra of each part, shape (parts,) [m^3].

@@ -1,4 +1,4 @@
-"""Reads the closed nodes of a GLB or glTF scene: parts with materials of their own."""
+"""Reads the closed nodes of a GLB or glTF scene as parts with materials of their own."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ def _read_nodes(path: Path) -> tuple[PartSurface, ...]:
 def closed_nodes(scene: Any) -> tuple[PartSurface, ...]:
     """Nodes of a scene as parts; empty unless there are several nodes, all of them closed.
 
-    A scene with an open node, or with very many nodes, is one surface that was stored in pieces.
+    A scene with an open node, or with very many nodes, is taken for one surface that was stored in
+    pieces.
 
     Args:
         scene: A `trimesh.Scene`.

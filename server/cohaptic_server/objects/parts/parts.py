@@ -35,7 +35,7 @@ class Parts:
     """The parts of an object.
 
     Args:
-        names: Names of the parts, each once.
+        names: Names of the parts, without repetition.
         of: Part of each tetrahedron, as an index into `names`, shape (m,).
 
     Raises:
@@ -57,7 +57,7 @@ class Parts:
         return np.asarray(np.bincount(self.of, each, len(self.names)), dtype=np.float64)
 
     def of_elements(self, elements: Ints) -> Parts:
-        """Parts of new elements, from the index of the tetrahedron that each comes from, (k,)."""
+        """Parts of new elements, given the index of the tetrahedron that each comes from, (k,)."""
         return Parts(self.names, self.of[elements])
 
 

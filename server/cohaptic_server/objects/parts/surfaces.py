@@ -1,4 +1,4 @@
-"""Checks and simplifies the surfaces of several parts as if they were one."""
+"""Checks and simplifies the surfaces of several parts together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limits of the volume and shape that tetrahedra may miss of an object, and the error beyond."""
+"""Limits of the volume and shape that filling may lose, and the error if it loses more."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from cohaptic.errors import BodyError
 
 MAX_VOLUME_LOSS = 0.2  # share of the volume that tetrahedra may miss
 # Largest distance from a surface to that of its tetrahedra, beyond the envelope of the filling, as
-# a share of the diagonal. Simplifying takes up to a hundredth. The volume alone is no proof: from a
+# a share of the diagonal. Simplifying takes up to a hundredth. The volume alone proves little: of a
 # leaflet 1 mm thick fTetWild made a lump of 25 tetrahedra with 98 % of its volume.
 MAX_AWAY = 0.03
 

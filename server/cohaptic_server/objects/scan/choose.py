@@ -51,9 +51,9 @@ class Region(NamedTuple):
 
 
 def chosen_labels(path: Path, labels: LabelMap, wanted: Sequence[str]) -> Chosen:
-    """Labels that are wanted as `3`, a name in the header, or `3=tumour` to name the part.
+    """Find the labels that are wanted, such as `3`, a name in the header, or `3=tumour`.
 
-    If none is wanted, the only label of the map is taken.
+    The last form also names the part. If no label is wanted, the only label of the map is taken.
 
     Raises:
         SettingError: A wanted label does not exist or is given twice, or its new name is empty.
@@ -98,7 +98,7 @@ def listed(labels: LabelMap, some: Sequence[Label]) -> str:
 
 
 def labels_together(labels: LabelMap) -> tuple[Label, ...]:
-    """Labels in the largest connected piece of all labelled voxels, without mere specks in it."""
+    """Labels in the largest connected piece of labelled voxels, except labels with a mere speck."""
     numbers = labels.cropped(labels.labels, 1, MAX_VOXELS).numbers
     pieces, counts = _pieces(numbers > 0)
     largest = pieces == int(counts[1:].argmax()) + 1
@@ -112,7 +112,7 @@ def labels_together(labels: LabelMap) -> tuple[Label, ...]:
 def region_of(labels: LabelMap, chosen: Chosen) -> Region:
     """Voxels of the chosen labels without specks and with small holes filled.
 
-    Larger holes stay, such as those of labels that were not chosen.
+    Larger holes stay, such as those of voxels whose label was not chosen.
     """
     indices = [1 + labels.labels.index(label) for label in chosen.labels]
     whole, specks, lost = without_specks(

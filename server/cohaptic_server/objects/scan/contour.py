@@ -3,8 +3,9 @@
 The signed distance from the region's border [m] is smoothed by a Gaussian of one voxel along each
 axis, and contoured by marching cubes at the level that encloses the volume of the voxels. Between
 thick slices the distance interpolates the outline (Raya, Udupa 1990), while smoothing the region
-itself, as 0 and 1, leaves steps: on a ball of 30 mm in voxels of 0.8 x 0.8 x 5 mm the surface is
-tilted by 4.7 degrees (root mean square), and from the smoothed region by 22 (docs/decisions/0042).
+itself, as 0 and 1, leaves steps: on a ball of 30 mm in voxels of 0.8 x 0.8 x 5 mm the faces are
+tilted from the ball's by 4.7 degrees (root mean square) if the distance is smoothed, and by 22 if
+the region is (docs/decisions/0042).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ _SHIFT = 2.0  # voxels by which the level may move the surface to keep its volum
 
 
 def surface_of(region: Mask, affine: Floats) -> tuple[Floats, Ints]:
-    """Smooth surface round a region: vertices, shape (n, 3) [m], and triangles, shape (m, 3).
+    """Make the smooth surface of a region: vertices, (n, 3) [m], and triangles, shape (m, 3).
 
     Args:
         region: Whether each voxel is in the region, shape (i, j, k); the surface is closed where

@@ -14,7 +14,8 @@ import scipy.ndimage
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 
-# Limit of the stored voxels and two further bytes for each: 512 x 512 x 1,000 voxels of two bytes.
+# Limit of the voxels as stored and `_NUMBER` further bytes for each: enough for 512 x 512 x 1,000
+# voxels of two bytes.
 MAX_BYTES = 1_100_000_000
 _NUMBER = 2  # bytes of a voxel in `LabelMap.numbers`
 MAX_LABELS = 1000  # different labels; an atlas of the whole body has 120
@@ -75,7 +76,7 @@ class LabelMap:
         return f"{label.value}{name} ({1e6 * self.voxel * label.voxels:.3g} cm3)"
 
     def cropped(self, labels: Sequence[Label], margin: int, most: int) -> LabelMap:
-        """Crop the map to the box round some labels, at every n-th voxel if there are too many.
+        """Crop the map to the box round some labels, to each n-th voxel if there are too many.
 
         Args:
             labels: Labels of this map.
@@ -83,7 +84,7 @@ class LabelMap:
             most: Limit of the number of voxels in the box, without the margin.
 
         Returns:
-            A map with the same labels; their boxes and counts still refer to this map.
+            A map with the same labels; their boxes and counts refer to the map before cropping.
         """
         boxes = np.stack([label.box for label in labels])
         low, high = boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)
@@ -101,7 +102,7 @@ class LabelMap:
     def of(
         cls, path: Path, values: npt.NDArray[Any], affine: Floats, names: Mapping[int, str]
     ) -> LabelMap:
-        """Make the map of the voxels in a file.
+        """Make the label map of the voxels in a file.
 
         Args:
             path: The file, for an error.
@@ -179,7 +180,7 @@ def _check_affine(path: Path, affine: Floats) -> None:
 
 
 def _values(path: Path, values: npt.NDArray[Any]) -> Ints:
-    """Different values of the voxels, sorted; found by slabs, since sorting all takes memory."""
+    """Different values of the voxels, sorted; slab by slab, since sorting all takes memory."""
     known: set[int] = set()
     for k in range(values.shape[2]):
         slab = np.unique(values[:, :, k])

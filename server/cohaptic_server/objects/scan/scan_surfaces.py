@@ -1,9 +1,9 @@
-"""Makes the surfaces of an object in a scan: one round all of it, and one for each further label.
+"""Makes the surfaces of an object in a scan: an outer surface, and one for each smaller label.
 
-The surface round all labels is that of the object. Each label but the largest has a surface of its
-own, which cuts its part out of the object. This surface extends two voxels beyond the object and
-into smaller labels, so that two surfaces of one border cross. Otherwise they would lie a fraction
-of a voxel apart, and slivers would fill the gap.
+The outer surface goes round all labels of the object. Each label but the largest has a surface of
+its own, which cuts its part out of the object. This surface extends two voxels beyond the object
+and into smaller labels, so that two surfaces at the same border cross. Otherwise they would lie a
+fraction of a voxel apart, and slivers would fill the gap.
 """
 
 from __future__ import annotations
@@ -40,10 +40,11 @@ class ScanSurfaces(NamedTuple):
     """Surfaces of an object in a scan.
 
     Args:
-        surfaces: Surface of the object [m], then those that cut further parts out of it.
-        volumes: Volume of the voxels of each part, shape (parts,) [m^3].
+        surfaces: Outer surface of the object [m], then those that cut further parts out of it.
+        volumes: Volume of the voxels of each part, in the order of `surfaces`, shape (parts,)
+            [m^3].
         blur: Uncertainty of the surfaces' position [m].
-        words: Phrases about the voxels, one for each change to them.
+        words: Phrases about the voxels: their size, and each change to them.
     """
 
     surfaces: tuple[PartSurface, ...]
@@ -115,7 +116,7 @@ def _part_of(
 
 
 def _going_on(part: Mask, free: Mask) -> Mask:
-    """Part without specks and holes, extended by `_BEYOND` voxels into the `free` ones around."""
+    """Part without specks and holes, extended by `_BEYOND` voxels into `free` voxels round it."""
     if not part.any():
         return part
     grown = part = without_specks(part)[0]

@@ -1,4 +1,4 @@
-"""Named arrays in one flat file that is mapped into memory, without a copy.
+"""Stores named arrays in one flat file, which is mapped into memory without a copy.
 
     magic, length and CRC of the header    24 bytes
     header, JSON                           type, shape, order, offset and checksums of each array
@@ -97,7 +97,7 @@ def load_arrays(path: Path, *, mapped: bool = True, under: str = "") -> dict[str
 def read_arrays(
     file: BufferedReader, path: Path, *, mapped: bool = True, under: str = ""
 ) -> dict[str, Array]:
-    """Do as `load_arrays` for a file that is open at its beginning; `path` is for errors."""
+    """Load arrays, as `load_arrays` does, from a file open at its beginning; errors name `path`."""
     index, data_start = _index(file, path)
     index = {k.removeprefix(under): entry for k, entry in index.items() if k.startswith(under)}
     whole = None

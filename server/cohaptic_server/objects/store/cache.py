@@ -1,8 +1,8 @@
-"""A folder of array files with a size limit; the key of each is the content it was computed from.
+"""A folder of array files with a size limit, named by the hash of what each was computed from.
 
 If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
-computed again, with a warning. A folder that cannot be written only costs time, unless the process
-calls `insist`.
+computed again, with a warning. If the folder cannot be written, the next start computes the file
+again; this is an error only after a call of `insist`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class UnkeptError(CohapticError):
 
 
 def insist() -> None:
-    """Make a failure of this process to store an entry an error from now on, not a warning.
+    """Raise an error from now on, instead of a warning, if this process cannot store an entry.
 
     A process that prepares an object for another one calls this: without the entry the other
     process would have to repeat the preparation.
@@ -45,7 +45,7 @@ def insist() -> None:
 
 
 def cache_folder() -> Path:
-    """The folder COHAPTIC_CACHE, or `cohaptic` in the system's folder for caches."""
+    """Folder of the cache: COHAPTIC_CACHE, or `cohaptic` in the system's folder for caches."""
     chosen = os.environ.get("COHAPTIC_CACHE")
     if chosen:
         return at_home(Path(chosen))
@@ -54,7 +54,7 @@ def cache_folder() -> Path:
 
 
 def entry_path(*content: bytes) -> Path:
-    """Path of the entry that is computed from `content` and from nothing else."""
+    """Path of the entry whose arrays are computed from `content` alone."""
     digest = hashlib.sha256()
     for part in content:
         digest.update(len(part).to_bytes(8, "little"))
@@ -90,12 +90,12 @@ def load_entry(
 
 
 def warn_unusable(label: str, error: Exception) -> None:
-    """Warn that an entry is computed again, and why."""
+    """Warn that a stored entry cannot be used and is computed again, with the error."""
     _LOG.warning("the stored %s cannot be used and is made anew (%s)", label, error)
 
 
 def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Store arrays, and delete the least recently used entries that exceed the limit.
+    """Store arrays, and first delete least recently used entries if the limit requires it.
 
     An entry that cannot be written is left out with a warning.
 

@@ -1,4 +1,4 @@
-"""Refuses surfaces and tetrahedra that cannot be taken as an object."""
+"""Refuses surfaces and tetrahedra that make no object for touching."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.objects.tetrahedralise import ENVELOPE, envelope
 
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
-_TETS_PER_TRIANGLE = 3.0  # for a surface too fine for its edge; 2.3 on a noisy scan
+_TETS_PER_TRIANGLE = 3.0  # if triangles are shorter than the edge; 2.3 on a noisy scan
 _DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
 
 
 def check_count(path: Path, count: int) -> None:
-    """Refuse more triangles than can be filled."""
+    """Refuse a surface with more triangles than can be filled."""
     if count <= MAX_TRIANGLES:
         return
     hours = filling_seconds(count, _TETS_PER_TRIANGLE * count) / 3600.0
@@ -34,7 +34,7 @@ def check_count(path: Path, count: int) -> None:
 
 
 def check_volume(source: ObjectFile, tets: TetMesh, report: SurfaceReport) -> None:
-    """Refuse tetrahedra that miss more than `MAX_VOLUME_LOSS`, unless --repair is given."""
+    """Without --repair, refuse tetrahedra that miss over `MAX_VOLUME_LOSS` of the volume."""
     enclosed = abs(report.volume) * source.scale**3
     if source.repair or tets.volume >= (1.0 - MAX_VOLUME_LOSS) * enclosed:
         return
@@ -64,7 +64,7 @@ def check_deviation(source: ObjectFile, size: float, deviation: float) -> None:
 
 
 def check_size(path: Path, x: Floats, scale: float) -> None:
-    """Refuse an object too small or too large to touch; name the scale that was probably meant."""
+    """Refuse an object too small or too large to touch; the error suggests a scale."""
     size = float(np.ptp(x, axis=0).max())
     # A file in single precision may round a size at the limit.
     if (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:

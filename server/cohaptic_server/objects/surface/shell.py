@@ -88,7 +88,7 @@ def thicken(x: Floats, faces: Ints, thickness: float) -> tuple[Floats, Ints]:
 
 
 def in_one_sense(x: Floats, faces: Ints) -> Ints:
-    """Triangles reversed where needed, so that neighbours have one sense of rotation, (m, 3)."""
+    """Reverse triangles where needed, so that neighbours have one sense of rotation, (m, 3)."""
     import trimesh  # imported here, since a prepared object starts without trimesh
 
     mesh: Any = trimesh.Trimesh(x, faces, process=False)

@@ -17,7 +17,7 @@ from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.three_mf import look_into
 
 _HEAD = 2**16  # bytes that are read for the header of a file
-_HASTE = (7, 5, 4, 3)  # speed of the descent, `agg` of fast-simplification; 7 is its default
+_HASTE = (7, 5, 4, 3)  # speeds to try in turn, `agg` of fast-simplification; 7 is its default
 _TOO_MANY = 1.2  # triangles of a failed result over the wanted number
 
 
@@ -25,7 +25,7 @@ def count_triangles(path: Path) -> int:
     """Approximate number of triangles in a file; 0 if it cannot be determined quickly.
 
     Reading millions of triangles takes a minute; this number lets us refuse a file that is too
-    large before.
+    large before we read it.
 
     Args:
         path: A surface file that exists.
@@ -82,9 +82,9 @@ def _count_in_glb(head: bytes) -> int:
 def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     """Simplify a surface by quadric error metrics (Garland, Heckbert 1997).
 
-    A fast descent may fold a clean surface onto itself, with up to 23 crossing triangles of 4,000.
-    Each result is therefore examined, and after defects a slower descent is tried. The result with
-    the fewest defects is returned.
+    A fast run may fold a clean surface onto itself, with up to 23 crossing triangles of 4,000. Each
+    result is therefore examined, and if it has defects a slower run is tried. The result with the
+    fewest defects is returned.
 
     Args:
         x: Vertices, shape (n, 3).
@@ -98,7 +98,7 @@ def simplify(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
     for haste in _HASTE:
         found = _collapsed(x, faces, count, haste)
         if len(found[1]) > _TOO_MANY * count and math.isfinite(least):
-            break  # a slower descent stops even farther from the wanted number
+            break  # a slower run stops even farther from the wanted number
         report = examine(*found)
         defects = report.open_edges + report.nonmanifold_edges + report.intersecting
         if defects < least:

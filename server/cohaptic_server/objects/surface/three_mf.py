@@ -92,7 +92,8 @@ def look_into(path: Path) -> Model:
 class _Objects:
     """Objects of a file: the triangles of each, and the objects that each is made of.
 
-    Two objects with one number in one part are counted together, so that neither hides the other.
+    Two objects with the same number in a part are counted together, so that neither hides the
+    other.
 
     Args:
         root: Name of the part that lists the objects to build.
@@ -107,7 +108,7 @@ class _Objects:
         self.parts = {root: False}  # whether each part has been read
 
     def unread(self) -> str | None:
-        """Name of a part that is not read yet, now marked as read; None if there is none."""
+        """Mark a part that is not read yet as read, and return its name; None if all are read."""
         name = next((name for name, read in self.parts.items() if not read), None)
         if name is not None:
             self.parts[name] = True
@@ -164,7 +165,7 @@ class _Objects:
         return ""
 
     def built(self, path: Path) -> tuple[int, int]:
-        """Number of triangles and of objects to build, each object as often as it is named."""
+        """Number of triangles and of objects to build; objects count as often as they are named."""
         known: dict[_Key, tuple[int, int]] = {}
 
         def count(key: _Key, depth: int) -> tuple[int, int]:

@@ -1,11 +1,12 @@
-"""The company in a room, followed views and pointing: a state machine without I/O.
+"""The company (people) in a room, followed views and pointing: a state machine without I/O.
 
 Rules that hold whatever the pages send:
 - A view is followed only while its owner has a hand in the room and allows followers.
-- The view of a page that follows is not followed, so there are no chains and no circles.
+- Nobody follows a page that itself follows another one, so there are no chains and no circles.
 - A view has a bounded number of followers.
 - A page is told the company at most once per `TOLD_EVERY`, and a view once per `AIMED_EVERY`.
-- Only pages that asked for company are told; handling a message costs little more than reading it.
+- Only pages that asked for news of the company are told; handling a message costs little more than
+  reading it.
 
 Followers and followed users are found from either side without a search, since a room may have a
 thousand pages.
@@ -108,15 +109,15 @@ _TOLD = object()
 
 
 class Gathering:
-    """The company in one room.
+    """Tells the pages of one room who is there, whose view is followed, and who points.
 
     Args:
         room: Room with the users.
         watchers: Watchers of the room; the set that the audience maintains.
-        sources: Budgets of addresses.
+        sources: Budgets of addresses, which limit the rate of pointing.
 
     Attributes:
-        visitors: Pages that asked for company, by watcher.
+        visitors: Pages that asked for news of the company, by watcher.
     """
 
     def __init__(self, room: Room, watchers: AbstractSet[Watcher], sources: Sources) -> None:
@@ -131,12 +132,12 @@ class Gathering:
         self._telling: Iterator[None] | None = None  # unfinished telling of the last check's news
 
     def hear(self, watcher: Watcher, said: CompanyRequest, source: str, now: float) -> None:
-        """Carry out a request of a page, or tell the page why it is declined.
+        """Carry out a request of a page, or tell the page why the request is declined.
 
         Args:
             watcher: Protocol session of the page.
             said: Request of the page.
-            source: Address with which the page's connection is counted.
+            source: Network address whose budgets the page's connection spends.
             now: Time [s].
         """
         self._meet(watcher)
@@ -196,7 +197,7 @@ class Gathering:
         return True
 
     def _tell_company(self) -> Iterator[None]:
-        """Tell all pages whose news has changed; yields when a tick has done `NEWS_AT_ONCE`."""
+        """Tell all pages whose news changed; yield after `NEWS_AT_ONCE` until the next tick."""
         room, follows = self.room, self._follows
         watching = len(self._watchers) - len(follows.pages)
         open_ones = tuple(sorted(one.user for one in follows.pages if self._is_open(one)))

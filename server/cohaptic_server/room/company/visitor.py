@@ -1,4 +1,4 @@
-"""State of one page that asked to be told about the company in its room."""
+"""State of one page that asked for news about the people in its room."""
 
 from __future__ import annotations
 
@@ -19,17 +19,19 @@ class Visitor:
 
     Attributes:
         watcher: Protocol session of the page.
-        mailbox: Mailbox of the session.
+        mailbox: Mailbox for news to the page.
         name: Name that the page gave itself; empty before that.
-        user: User number of the page's hand, which its key has proved; 0 without a hand.
-        key: Key of that hand.
+        user: Number of the user whose hand the page has proved, with `key`, to be its own; 0
+            without a hand.
+        key: Secret that the page has sent, to be compared with that of the user.
         open: Whether other pages may follow the page's view.
         following: Number of the user whose view this page follows; 0 if it follows nobody.
         aim: Viewpoint of the page; None before the page has sent it.
         aim_told: Whether the followers were told the newest `aim`.
-        aimed: Time at which the followers were last told [s].
+        aimed: Time at which the followers were last told an `aim` [s].
         points: Token bucket of the rate limit on pointing.
-        told: Last encoded message about the company that the page was told; None before.
+        told: Last message about the people in the room that was queued for the page, encoded;
+            None before the first.
     """
 
     watcher: Watcher
@@ -52,7 +54,7 @@ class Visitor:
         return self.key is not None and key is not None and hmac.compare_digest(self.key, key)
 
     def called(self, room: Room) -> str:
-        """Name under which others know this page: that of its hand, or else its own."""
+        """Name under which others know this page: its user's name, or else the page's own name."""
         return room.members[self.user].hello.name if self.user in room.members else self.name
 
     def as_follower(self, room: Room) -> Follower:

@@ -36,7 +36,7 @@ class Claim:
 
     Args:
         key: Secret of the client; None without a secret.
-        source: Address with which the client's connection is counted.
+        source: Network address whose budgets the client's connection spends.
         session: Name of the session that the server has signed; empty without a session.
     """
 
@@ -50,11 +50,11 @@ class Claim:
         return self.key is not None or self.session != ""
 
     def is_session_of(self, other: Claim) -> bool:
-        """Whether both claims are of one session, which touches under one name at a time."""
+        """Whether both claims belong to one session, which touches under one name at a time."""
         return self.session != "" and self.session == other.session
 
     def is_of(self, other: Claim) -> bool:
-        """Whether both claims are of the same client, as far as the server can know."""
+        """Whether both claims belong to the same client, as far as the server can know."""
         if not self.is_secret:
             return self.source == other.source
         if self.is_session_of(other):
@@ -89,7 +89,7 @@ class KeptNames:
             claim: Claim of that client to the name.
             now: Time [s].
             since: Time at which the client took its seat [s]; None if the seat is not kept. A seat
-                is kept no longer than it was taken: otherwise a client that comes and vanishes
+                is kept no longer than the client had it: otherwise a client that comes and vanishes
                 under one name after another would keep everybody out, and an administrator would
                 find nobody to put out.
         """
@@ -111,7 +111,7 @@ class KeptNames:
         return len(self._seats)
 
     def seats_of(self, name: str, claim: Claim, now: float) -> int:
-        """Number of kept seats that a client may take when it comes back.
+        """Number of kept seats that belong to a client that comes back.
 
         Args:
             name: Name that the client comes back with.
@@ -132,7 +132,7 @@ class KeptNames:
                 raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def forget(self, name: str, claim: Claim) -> None:
-        """Drop a kept name, and other kept names of the same session: the owner is back."""
+        """Drop a kept name, and all kept names of the claim's session, since the owner is back."""
         for own in self._names_of(name, claim):
             del self._kept[own]
 
@@ -141,7 +141,7 @@ class KeptNames:
         return [n for n, (whose, _) in kept if n == name or claim.is_session_of(whose)]
 
 
-# Each letter of the first line looks like the one below it.
+# In each pair of lines, a letter of the first line looks like the letter below it.
 _ALIKE = (
     # Cyrillic
     "аеорсухіјѕһԁԛԝѵӏАВЕКМНОРСТХУІЈЅԌԚԜѴӀ",

@@ -1,4 +1,4 @@
-"""Change of name of a client that touches or waits, which keeps its seat. No I/O."""
+"""Changes the name of a client, which keeps its seat or its place in the queue. No I/O."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def rename(
     Args:
         room: Room that the client is in or waits for.
         waiting: Clients that wait for a seat.
-        entrance: Entrance of the room; nobody may take the name of a user who was put out.
+        entrance: Entrance of the room, which refuses the name of a user who was put out.
         peers: All peers of the room.
         peer: Client that wants another name.
         wish: Message with the new name.
@@ -37,8 +37,8 @@ def rename(
         outcome: Receives the tasks of the shell.
 
     Raises:
-        RemoteProtocolError: The client's address has exceeded the rate limit of joins, with which
-            changes of names are counted.
+        RemoteProtocolError: The client's address has exceeded the rate limit of joins; a change of
+            name counts as a join.
     """
     member = None if peer.user is None else room.members[peer.user]
     hello = waiting.hello_of(peer) if member is None else member.hello

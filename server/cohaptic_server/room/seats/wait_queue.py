@@ -6,8 +6,8 @@
 
 When a seat is free, the first visitor in the queue is called, and the seat is kept for that visitor
 while the call lasts. Nobody jumps the queue: while somebody waits, all free seats go to the queue.
-A missed turn costs the others a seat for a while, so the address that missed the turn has one place
-less in the queue for longer.
+A called visitor who does not come blocks a seat for a while; the visitor's address then has one
+place less in the queue for a longer time.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ MOST_MISSED = 1024  # missed turns that are remembered; more than the largest ro
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Place of one visitor who waits.
+    """Place of one visitor in the queue.
 
     Args:
         number: Number by which the caller identifies the visitor.
-        source: Address with which the visitor's connection is counted.
+        source: Network address whose budgets the visitor's connection spends.
         until: Time at which the visitor's turn is over [s]; None before the visitor is called.
     """
 
@@ -83,11 +83,11 @@ class WaitQueue:
         return sum(place.until is not None for place in self.places)
 
     def enter(self, number: int, source: str, now: float) -> WaitQueue:
-        """Queue with one more visitor at the end.
+        """Return the queue with one more visitor at the end.
 
         Args:
             number: Number of the new visitor.
-            source: Address with which the visitor's connection is counted.
+            source: Network address whose budgets the visitor's connection spends.
             now: Time [s].
 
         Raises:
@@ -113,11 +113,11 @@ class WaitQueue:
         return replace(self, places=(*self.places, Place(number, source)))
 
     def come(self, number: int) -> WaitQueue:
-        """Queue without a visitor who takes a seat; unchanged if the visitor does not wait."""
+        """Return the queue without a visitor who takes a seat, and who may not be in the queue."""
         return replace(self, places=tuple(p for p in self.places if p.number != number))
 
     def leave(self, number: int, now: float) -> WaitQueue:
-        """Queue without a visitor who has gone; a visitor who was called has missed the turn.
+        """Return the queue without a visitor who has gone; a called visitor has missed the turn.
 
         Args:
             number: Number of the visitor.
@@ -130,7 +130,7 @@ class WaitQueue:
         return replace(self.come(number), missed=missed)
 
     def hand_on(self, number: int, to: int) -> WaitQueue:
-        """Queue with the place of one connection given to another connection of the same person."""
+        """Return the queue with a place given to another connection (`to`) of the same person."""
         places = tuple(replace(p, number=to) if p.number == number else p for p in self.places)
         return replace(self, places=places)
 
@@ -160,10 +160,10 @@ class WaitQueue:
         return next((p.until for p in self.places if p.number == number), None)
 
     def late(self, now: float) -> tuple[int, ...]:
-        """Numbers of the visitors whose turn is over."""
+        """Numbers of the called visitors who have not come within their turn."""
         return tuple(p.number for p in self.places if p.until is not None and now >= p.until)
 
     def told(self) -> Mapping[int, tuple[int, int]]:
-        """Place (from 1) and number of places, by number of each visitor who waits to be called."""
+        """Map each visitor who waits to be called to its place (from 1) and the number of them."""
         waiting = [p.number for p in self.places if p.until is None]
         return {number: (k + 1, len(waiting)) for k, number in enumerate(waiting)}

@@ -1,4 +1,4 @@
-"""The people in the queue for a full room, who are told their places and are called. No I/O.
+"""Tells the people in the queue for a full room their places, and calls them. No I/O.
 
 A person who leaves, or whose connection ends, loses the place. Another connection of the same
 person, known by secret or session, takes the place over.
@@ -16,8 +16,8 @@ from cohaptic_server.room.seats.names import Claim, looks_like
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.session import ServerSession
 
-# s after which a place is told again: a client that hears nothing cannot distinguish a server that
-# lets it wait from a server that is gone.
+# s after which a client is told its place again: a client that hears nothing cannot distinguish a
+# server that lets it wait from a server that is gone.
 REPEAT = 2.0
 
 
@@ -27,7 +27,7 @@ class _Waiter:
 
     Args:
         hello: Hello of the client; a `set_name` replaces the name in it.
-        token: Token with which the client comes back; None if the client needs no token, or once
+        token: Token with which the client comes back; None if the client needs no token, or after
             the token was sent.
         told: Place and number of places that the client was last told; None before the first time.
         told_at: Time at which the client was told [s].
@@ -99,7 +99,7 @@ class Waiting:
         now: float,
         outcome: Outcome,
     ) -> None:
-        """Take a place for a client that found the room full.
+        """Give a place in the queue to a client that found the room full.
 
         Args:
             peer: Client that waits.
@@ -129,7 +129,7 @@ class Waiting:
             self._call(waiter, turn - now, outcome)  # since the previous connection was called
 
     def called(self, peer: Peer) -> Hello | None:
-        """Free the place of a client that comes in its turn, and return its hello; else None."""
+        """Free the place of a client that was called, and return its hello; None if not called."""
         number = self._number(peer)
         if number is None or self._room.queue.turn_of(number) is None:
             return None
@@ -152,12 +152,12 @@ class Waiting:
         self._take_over(self._of(name, claim), outcome)
 
     def leave(self, peer: Peer, now: float) -> str | None:
-        """Give up the place of a connection that has ended; returns the client's name, or None."""
+        """Remove a connection that has ended; return its client's name, None if it did not wait."""
         number = self._number(peer)
         return None if number is None else self._take_out(number, now).hello.name
 
     def step(self, now: float, outcome: Outcome) -> None:
-        """Call clients to free seats, end sessions with missed turns, tell places; every tick."""
+        """Call clients to free seats, end sessions with missed turns, tell places, every tick."""
         if not self._waiters:
             return
         for number in self._room.queue.late(now):

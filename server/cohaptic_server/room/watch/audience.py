@@ -36,7 +36,7 @@ from cohaptic_server.world.users import WorldState
 
 
 def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord, ...]:
-    """One record for each user whose force acts on the body, also while it fades after leaving.
+    """Make one record for each user of the world, also while the force of one who left fades.
 
     Args:
         world: World after a tick.
@@ -128,7 +128,8 @@ class SceneEncoder:
         Args:
             tick: Number of the tick.
             now: Time of the tick [s].
-            surface: Returns the displacement of all vertices, shape (n, 3) [m]; called if needed.
+            surface: Function that returns the displacement of all vertices, shape (n, 3) [m];
+                called only if needed.
             room: Lag of the room.
         """
         self.tick, self._now, self._records, self._surface = tick, now, records, surface
@@ -170,7 +171,7 @@ class SceneEncoder:
 
 
 def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
-    """Key of records rounded to the smallest visible change; equal keys look the same."""
+    """Return a key of rounded records; records with equal keys look the same."""
     numbers = [
         (
             *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
@@ -225,7 +226,7 @@ class Audience:
 
         Args:
             watcher: Watcher that has sent its first message.
-            to_wall: Offset of the server's clock to the wall clock [s].
+            to_wall: Time on the wall clock minus time on the server's clock [s].
             grants: Actions that the watcher's token allows.
             session: Token with which the watcher comes back; None if it needs no token.
 
@@ -260,7 +261,7 @@ class Audience:
         self.watchers.discard(watcher)
 
     def see(self, world: WorldState, patches: Mapping[int, Patch], now: float) -> None:
-        """Take the world after a tick as the newest scene; costs nothing while nobody watches.
+        """Take the world after a tick as the newest scene; does nothing while nobody watches.
 
         Args:
             world: World after the tick.

@@ -1,12 +1,12 @@
-"""One connection that watches, as a state machine without I/O.
+"""Protocol session of one client that watches a room, as a state machine without I/O.
 
     due?  --yes--> a frame is sent, unacknowledged --ack--> drawn
           --two are unacknowledged, or the path is full--> nothing; the next tick asks again
 
-No frame waits here: a newer frame replaces a frame that cannot be sent now. So a slow page gets
-fewer frames but no outdated ones, and takes the memory of at most two frames.
+Frames do not queue: if a frame cannot be sent now, a newer frame is sent later in its place. So a
+slow page gets fewer frames but no outdated ones, and takes the memory of at most two frames.
 
-All other news for the page waits in a mailbox, where newer news replaces older news. A page that
+News about the other people waits in a mailbox, where newer news replaces older news. A page that
 reads slowly gets less news and no outdated news, and the waiting news is bounded.
 """
 
@@ -33,7 +33,7 @@ from cohaptic.protocol.watch_messages import (
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
 
-MOST_POINTED = 16  # people whose newest point waits; the point of longest ago is dropped first
+MOST_POINTED = 16  # people whose newest point waits; the oldest point is dropped first
 
 
 class Mailbox:
@@ -45,7 +45,7 @@ class Mailbox:
         self._pointed: dict[object, str] = {}
 
     def put_company(self, text: str) -> None:
-        """Replace the waiting message about who is in the room."""
+        """Replace the waiting message about the people in the room."""
         self._company = text
 
     def put_aimed(self, text: str) -> None:
@@ -60,7 +60,7 @@ class Mailbox:
             self._pointed.pop(next(iter(self._pointed)))
 
     def take(self) -> list[str]:
-        """Remove and return the waiting messages; who is here comes first, as the rest needs it."""
+        """Remove and return the waiting messages, the company first, as the others refer to it."""
         waits = [text for text in (self._company, self._aimed) if text is not None]
         waits += self._pointed.values()
         self._company = self._aimed = None
@@ -87,11 +87,11 @@ class Watcher:
             carries the surface.
 
     Attributes:
-        close: Code and reason once the connection is to be closed; None before.
+        close: Code and reason when the connection is to be closed; None before.
         outbox: Messages to be written.
         mesh: Form in which the watcher takes the resting mesh.
         slow: Whether the watcher has been behind for `SLOW_AFTER`.
-        mailbox: News about the other people here; None if the watcher did not ask for news.
+        mailbox: News about the people in the room; None if the watcher did not ask for news.
     """
 
     def __init__(self, watch: Watch, *, has_model: bool) -> None:
@@ -147,7 +147,7 @@ class Watcher:
         return events
 
     def accept(self, watching: Watching) -> None:
-        """Welcome the watcher, once the audience has accepted it."""
+        """Queue the first answer to the watcher, which the audience has accepted."""
         self._accepted = True
         self.send(watching)
 
@@ -181,7 +181,7 @@ class Watcher:
         return changed and clear and not full and now >= self._next
 
     def is_left_in_doubt(self, tick: int, version: int, now: float) -> bool:
-        """Whether a sign of life is due: no change, and no scene sent for `SIGN_OF_LIFE`.
+        """Whether a sign of life is due: nothing changed, and no scene was sent for `SIGN_OF_LIFE`.
 
         Args:
             tick: Tick of the newest scene.
@@ -232,7 +232,7 @@ class Watcher:
             self._latencies.pop(next(iter(self._latencies)))
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """Remove and return the messages to write now: events, latencies, company, then a scene."""
+        """Remove and return the messages to write now: events, latencies, mailbox, then a scene."""
         messages = self.outbox.take(clear=clear)
         if clear:
             state = [encode_control(latency) for latency in self._latencies.values()]

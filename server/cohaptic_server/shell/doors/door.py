@@ -1,7 +1,7 @@
-"""A listening socket that passes a connection on once the client has sent a request.
+"""A listening socket that passes a connection on only after the client has sent a request.
 
-asyncio makes a transport, a protocol and a task of every connection, which takes 0.3 ms. Here a
-silent connection is only a socket in a watched set, and a connection without budget is turned away.
+asyncio makes a transport, a protocol and a task for every connection, which takes 0.3 ms. Here a
+connection without a request is only a socket in an epoll set, and one without budget is refused.
 The reason is sent as an HTTP response, since every client speaks HTTP first.
 """
 
@@ -28,24 +28,24 @@ _OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 _WORK_AT_ONCE = 32
 _WINDOW = 4e-3  # s
 _TAKING = 8
-_LET_IN_AT_ONCE = 8  # connections accepted before those with a request are looked for
+_LET_IN_AT_ONCE = 8  # connections accepted before the door looks for connections with a request
 _ENDED_AT_ONCE = 64  # silent connections closed at a time; 0.7 ms
-# Bytes that wait in the kernel for a connection, each way; Linux takes twice as much for its own
-# records. A download over 250 ms of round trip then still has 0.25 to 0.5 MB/s; without a bound
-# the kernel keeps 4 MB and more for a client that does not read.
+# Bytes of a connection that the kernel buffers in each direction; Linux doubles the number for its
+# own records. A download over a round trip of 250 ms then still reaches 0.25 to 0.5 MB/s; without a
+# bound the kernel keeps 4 MB and more for a client that does not read.
 KERNEL_BUFFER = 64 * 1024
 _NO_MEMORY = Refusal("this machine has no more memory for connections", 5.0)
 
 
 class Door(socket.socket):
-    """One address that a server listens on.
+    """Listening socket for one address of a server.
 
     The event loop watches `fileno`, the epoll set of the porch: it contains the silent connections
     and the listening socket. On systems without epoll, `accept` passes every connection on at once.
 
     Args:
         gate: Admits connections by their budgets.
-        loop: Gives other events their turn, and keeps deadlines.
+        loop: Event loop that serves the connections and calls the timers of the door.
         tls: Whether connections begin with a TLS handshake.
     """
 
@@ -107,7 +107,7 @@ class Door(socket.socket):
         return super().fileno() if self._porch is None else self._porch.fileno()
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection that has sent a request; BlockingIOError if there is none."""
+        """Return the next connection that has sent a request; BlockingIOError without one."""
         if not self._in_window:
             self._in_window = True
             if self._porch is None:  # a pause would spin: the socket stays readable meanwhile
@@ -203,7 +203,7 @@ class Door(socket.socket):
             self._timer = self._loop.call_later(HEAD_TIMEOUT, self._end_overdue)
 
     def _taken(self, connection: socket.socket, source: str, peer: Any) -> tuple[Taken, Any]:
-        """Make an admitted connection one that asyncio can serve and the gate keeps."""
+        """Wrap an admitted connection for asyncio, and let the gate count it until its end."""
         self._work += _TAKING
         taken = Taken(self.family, self.type, self.proto, fileno=connection.detach())
         taken.turns = self._turns
@@ -211,7 +211,7 @@ class Door(socket.socket):
         return taken, peer
 
     def _end_overdue(self) -> None:
-        """Close connections that have sent no request in time, a limited number at once."""
+        """Close connections that have sent no request in time, at most `_ENDED_AT_ONCE` of them."""
         self._timer = None
         if self._porch is None:
             return

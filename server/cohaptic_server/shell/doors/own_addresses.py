@@ -1,4 +1,4 @@
-"""Addresses at which other machines reach this one."""
+"""Finds the addresses at which other machines reach this machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PORT = 9
 
 
 def machine_addresses() -> tuple[str, ...]:
-    """Addresses of this machine, each once, that of the internet route first; () if offline."""
+    """Different addresses of this machine, the internet route's address first; () if offline."""
     found: list[str] = []
     for family, target in _TARGETS:
         try:

@@ -1,12 +1,13 @@
 """Connections that have not sent a request yet, kept as plain sockets in one epoll set.
 
-asyncio makes a transport, a protocol, a task and timers of a connection, for 0.3 ms and 14 kB. A
-silent connection needs none of them. Epoll reports which connections have sent bytes, and takes no
-time for the others. The porch looks at the bytes without taking them: the handler that serves the
-connection reads all of them. Since the bytes stay, epoll is edge-triggered and reports new bytes.
+asyncio makes a transport, a protocol, a task and timers for each connection, which take 0.3 ms and
+14 kB. A connection that is still silent needs none of them. Epoll reports the connections that have
+sent bytes, and takes no time for the others. The porch peeks at the bytes and leaves them to the
+handler that serves the connection. Since the bytes stay in the socket, epoll is edge-triggered: it
+reports only new bytes.
 
-A connection gets a transport once it has sent the head of a request, or a TLS hello. Connections
-that send anything else are passed on too, and are judged where the bytes are read.
+A connection is passed on to asyncio after it has sent the head of a request, or a TLS hello.
+Connections that send anything else are passed on too: the code that reads the bytes judges them.
 """
 
 from __future__ import annotations
@@ -42,19 +43,19 @@ def has_asked(seen: bytes, *, tls: bool) -> bool:
 
 
 CAN_HOLD = sys.platform == "linux"
-# Times that a connection is looked at. A head comes in one piece or two; a client that sends it
-# byte by byte is passed on, and spends the budgets of a served connection.
+# Number of times that the porch looks at a connection. A head comes in one piece or two; a client
+# that sends it byte by byte is passed on, and spends the budgets of a served connection.
 _MOST_LOOKS = 64
 
 
 @dataclass(eq=False, slots=True)
 class Silent:
-    """One silent connection.
+    """One silent connection: the client has not sent its whole request yet.
 
     Args:
-        source: Source that the connection is counted with.
-        deadline: Time by which the connection has to send its request [s].
-        looks: Number of times that new bytes were looked at.
+        source: Address or group of addresses whose budgets the connection spends.
+        deadline: Time by which the client has to send its request [s].
+        looks: Number of times that the porch has looked at new bytes.
     """
 
     connection: socket.socket
@@ -74,7 +75,8 @@ class Porch:
     def __init__(self, door: int, *, tls: bool) -> None:
         assert sys.platform == "linux"
         self._door, self._tls = door, tls
-        # The first connection is due next: all have the same time-out, and the clock is monotonic.
+        # The first connection has the next deadline: all have the same time-out, and the clock is
+        # monotonic.
         self._held: OrderedDict[int, Silent] = OrderedDict()
         self._events = select.EPOLLIN | select.EPOLLRDHUP | select.EPOLLET
         self._ends = select.EPOLLRDHUP | select.EPOLLHUP | select.EPOLLERR
@@ -90,16 +92,17 @@ class Porch:
         return self._shown.fileno()
 
     def show(self, *, readable: bool) -> None:
-        """Show the event loop that a file is ready, or hide it so that the loop is not woken."""
+        """Let the event loop see ready files, or hide them so that they do not wake the loop."""
         self._shown.modify(self._set.fileno(), select.EPOLLIN if readable else 0)
 
     def hold(self, connection: socket.socket, source: str, deadline: float) -> None:
-        """Watch a connection.
+        """Watch a connection until it has sent its request.
 
         Args:
             connection: Non-blocking socket.
-            source: Source that the connection is counted with.
-            deadline: Time by which the request has to come, no earlier than any deadline held [s].
+            source: Address or group of addresses whose budgets the connection spends.
+            deadline: Time by which the request has to come [s]; not earlier than the deadline of
+                any connection that is held already.
 
         Raises:
             OSError: The system has no memory for another watched connection.
@@ -109,23 +112,24 @@ class Porch:
         self._held[file] = Silent(connection, source, deadline)
 
     def ready(self) -> tuple[int, bool] | None:
-        """The file of the door, or of a connection that has sent bytes or has ended.
+        """Find a socket with news: the door, or a connection that has sent bytes or has ended.
 
         Returns:
-            File descriptor, and whether nothing more comes from it; None if no file is ready.
+            File descriptor, and whether the client will send nothing more; None if there is none.
         """
         found = self._set.poll(0, 1)
         return (found[0][0], bool(found[0][1] & self._ends)) if found else None
 
     def look(self, file: int, *, ends: bool) -> tuple[Silent | None, bool]:
-        """Look at the bytes of a connection, and release it if it is to be served or has gone.
+        """Look at the bytes of a connection, and release it if it is to be served or has ended.
 
         Args:
             file: File descriptor from `ready`.
-            ends: Whether nothing more comes, also from `ready`.
+            ends: Whether the client will send nothing more, as `ready` has returned it.
 
         Returns:
-            The released connection, and whether it is to be served; None while it is still held.
+            The released connection, and whether it is to be served; None for the connection while
+            it is still held.
         """
         one = self._held.get(file)
         if one is None:

@@ -1,4 +1,4 @@
-"""Ends a connection that is refused: one sentence as an HTTP response, without waiting."""
+"""Ends a refused connection with one sentence as an HTTP response, without waiting."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.guard.sources import Refusal
 
 
 def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
-    """Send the reason, if that is possible without waiting, and close the connection."""
+    """Send the reason of a refusal, if it can be sent without waiting; close the connection."""
     phrase = "Too Many Requests" if status == 429 else "Service Unavailable"
     text = f"{refusal.why}\n".encode()
     head = (

@@ -1,1 +1,1 @@
-"""Time constants of a room: of its forces, and of the turning of contacts by others."""
+"""Time constants of a room: the lag of its forces, and the lag with which contacts turn."""

@@ -1,7 +1,8 @@
-"""Forces that hands are about to have, from the forces in their samples (science 3.13).
+"""Predicts the forces that hands are about to have from their samples (science 3.13).
 
-The end of a tick chooses the part of the coupling that is anticipated (`planning.py`). The next
-tick applies it to the forces that the body carried when it made the patches that samples answer.
+Each tick chooses at its end the part of the coupling to be anticipated (`planning.py`). The next
+tick multiplies this part with the change of the forces: from those that the body carried when the
+patches were made that samples answer, to those in the samples.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def anticipate(
     normal: Floats,
     tangential: Floats,
 ) -> tuple[Floats, Floats]:
-    """Return the forces that hands will have once each feels the newest forces of all others.
+    """Return the forces that hands will have when each has felt the newest forces of the others.
 
     Args:
         plan: Plan from the end of the last tick.
@@ -45,12 +46,12 @@ def anticipate(
         tangential: Tangential force of each user, shape (n, 3) [N].
 
     Returns:
-        Normal and tangential forces, changed for users who touch and are in the plan.
+        Normal and tangential forces; only those of users in the plan who press are changed.
     """
     numbers = _numbers(tracked)
     rows = np.flatnonzero((numbers[:, None] == plan.users).any(axis=1))  # few: `isin` takes longer
     if not past or not len(rows) or not np.array_equal(numbers[rows], plan.users):
-        return normal, tangential  # a planned user has left: the end of this tick plans anew
+        return normal, tangential  # a user of the plan has left: this tick ends with a new plan
     frames = tracked.contacts.frames[rows]
     answers = frames[:, 2] * normal[rows, None] + tangential[rows]
     f = np.einsum("li,li->l", answers[plan.owner], plan.axes)
@@ -72,7 +73,7 @@ def anticipate(
 
 
 def _carried(plan: Anticipation, past: Sequence[Carried], ticks: Sequence[int]) -> Floats:
-    """Forces of all loads when the patch that each user answers was made, shape (k, l) [N]."""
+    """Forces of all loads in the tick of the patch that each user answers, shape (k, l) [N]."""
     forces = np.empty((len(ticks), len(plan.owner)))
     newest, oldest = past[-1].tick, past[0].tick
     answered = np.array(ticks)

@@ -28,14 +28,15 @@ def show_swing(
     starts: Sequence[int],
     dt: float,
 ) -> Response:
-    """Return the response with the share of its swing that the next tick shows to hands.
+    """Return the response, set to the share of its swing that the next tick shows to hands.
 
     Args:
         body: The object, which has mass.
         response: Response of this tick; a response without a swing is returned as it is.
-        gains: Gains of the loop that anticipation leaves; None where the coupling cannot be
-            anticipated, and the share is 0. The share is also 0 for a hand alone that uses a law
-            of the paper: it answers its own dent a delay later, and may lack gain for a swing.
+        gains: Gains of the loop that anticipation leaves; None if the coupling cannot be
+            anticipated, and the share is 0. The share is also 0 for a hand alone with a law of the
+            paper: the law answers its own dent a delay later, and may have no gain left for a
+            swing.
         lag: Lag of the room [s].
         compliance: Compliance between the loads of the loop, shape (loads, loads) [m/N].
         spans: Rows of each user in `compliance`.

@@ -43,20 +43,21 @@ MOST_TURNED = 2.0 / 3.0
 # Largest eigenvalue of V V^T = S_pt (1 - S_tt)^-1 S_tp at which the coupling counts as known: the
 # share that turned contacts add to the effect of others. The gain of a contact's normal, K g with
 # g = 1 / slope - 1, grows without bound as the depth of a tip approaches the radius of curvature.
-# The slope itself is found to a half at best there: on a lobe of rubber, 0.1 to 0.7 at one place
-# from tick to tick. Shares of 2 to 22 were anticipated and came back as forces of 0.95 N in place
-# of 0.73 N once a second at 250 ms; with this limit two hands rest there (decision 73).
+# There, the slope itself is known to within a half at best: on a lobe of rubber, it was found as
+# 0.1 to 0.7 at one place from tick to tick. Shares of 2 to 22 were anticipated and came back as
+# forces of 0.95 N in place of 0.73 N once a second at 250 ms; with this limit two hands rest there
+# (decision 73).
 MOST_ANSWERED = 1.0
 
 
 class Planned(NamedTuple):
-    """Plan that one tick makes for the next.
+    """Plan of one tick for the next: the anticipation, and the values that give the lag.
 
     Args:
         anticipation: Anticipation of users who touch.
         gains: Gains of the loop that anticipation leaves; None where the coupling cannot be
             anticipated.
-        m: Spectral radius of the coupling.
+        m: Spectral radius of the coupling matrix S.
         late: Delay with which turned contacts answer, `Turned.late` [s].
     """
 
@@ -67,17 +68,18 @@ class Planned(NamedTuple):
 
 
 def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
-    """Return S of a room with the answer of turned contacts; None where the tick cannot know S.
+    """Return the coupling matrix S with the answer of turned contacts; None if it is not known.
 
-    A hand answers others along its normal, and by the turning of its contact, which moves the body
-    again (science 3.12). The contact turns with the body in the same tick, so both answers together
-    form one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp. The tick cannot know S where contacts
-    are about to slide off or to turn each other to and fro, where a contact answers more by turning
-    than others do to it, or where others turn a finger that sticks.
+    A hand answers others with its force along the normal, and with the turning of its contact,
+    which moves the body again (science 3.12). The contact turns with the body in the same tick, so
+    both answers together form one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp, with p for
+    normals and t for tangents. A tick cannot know S if contacts are about to slide off or to turn
+    each other to and fro, if turned contacts answer more than `MOST_ANSWERED`, or if others turn
+    the contact of a finger that sticks.
 
     Args:
         loop: Loop along the normals.
-        turned: Loop with the tangents of steep contacts; None where no contact is steep.
+        turned: Loop with the tangents of steep contacts; None if no contact is steep.
     """
     if turned is None or not len(loop.S):
         return loop.S
@@ -94,14 +96,14 @@ def find_anticipation(
 ) -> Planned:
     """Find the anticipation of a room in the next tick.
 
-    Where the coupling is not known nothing is anticipated, and the room has the lag of science 3.8.
-    The same holds for the paper's laws, which also answer the dent of their own force.
+    Nothing is anticipated, and the room has the lag of science 3.8, if the coupling is not known or
+    if a user has one of the paper's laws, which also answer the dent of their own force.
 
     Args:
         loop: Loop along the normals.
         normals: Normals of the users' contacts, shape (n, 3).
-        S: `known_coupling`; None where it has not been known for `CALM_TIME`.
-        turned: Loop with turned contacts; None where no contact is steep.
+        S: Result of `known_coupling`; None if it was None within the last `CALM_TIME`.
+        turned: Loop with turned contacts; None if no contact is steep.
         dt: Simulation period N T [s].
     """
     if not len(loop.S):
@@ -109,7 +111,7 @@ def find_anticipation(
     if S is None or loop.papers:
         return Planned(NOTHING, None, coupling_radius(loop.S))
     whole = anticipated(S)
-    if whole.lowest < -1.0 - ROUNDING:  # gains of a user's own choice: nothing is proved
+    if whole.lowest < -1.0 - ROUNDING:  # a user chose such gains: nothing is proved
         return Planned(NOTHING, None, whole.radius)
     late = 0.0 if turned is None else turned.late(whole.solve, dt)
     # Gains count all users who may touch; only users who touch now answer.
@@ -142,10 +144,10 @@ def find_anticipation(
     return Planned(plan, whole.gains, whole.radius, late)
 
 
-# Seconds that the lag falls per second while it is below this value; above it, it falls by its own
-# size per second. It may rise at once: the room needs the longer lag now, and a longer lag only
-# slows the forces on their way. If it fell at once, forces that it still holds back would reach the
-# body within one tick, as a jump.
+# Seconds that the lag falls per second while it is below this value; a longer lag falls by its own
+# size per second. The lag may rise at once: the room needs the longer lag now, which only slows the
+# forces on their way. If the lag fell at once, forces that it still holds back would reach the body
+# within one tick, as a jump.
 FALL_RATE = 0.2
 
 

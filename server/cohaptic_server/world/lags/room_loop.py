@@ -1,4 +1,4 @@
-"""The loop of forces that the hands of a room close, from the contacts of one tick (3.2, 3.8)."""
+"""Loop of forces between the hands of a room, from the contacts of a tick (science 3.2, 3.8)."""
 
 from __future__ import annotations
 
@@ -34,15 +34,16 @@ class RoomLoop:
 
     Args:
         users: All n users of the room.
-        spans: Loads of each user.
-        nearness: Weight of each user as a neighbour, 0 for one that closes no loop, shape (n,).
-        stiffness: K of each hand, itself not weighted by nearness, shape (1, 1) or (3, 3) [N/m].
-        stiffest: Largest K of a hand that closes the loop, in any direction [N/m].
-        S: Coupling of science 3.8, weighted by nearness, shape (loads, loads).
-        longest_delay: T_max, with the period in which the client blends into a new patch [s].
-        damping_budget: Damping budget of the weakest device [N s/m]; infinite if no hand closes it.
+        spans: Rows of each user's loads in `S`.
+        nearness: Weight of each user as a neighbour, 0 for a user outside the loop, shape (n,).
+        stiffness: Stiffness K of each hand, not weighted by nearness, (1, 1) or (3, 3) [N/m].
+        stiffest: Largest K of a hand in the loop, in any direction [N/m].
+        S: Coupling matrix of science 3.8, weighted by nearness, shape (loads, loads).
+        longest_delay: Longest delay T_max, with the period of blending into a new patch [s].
+        damping_budget: Smallest damping budget of a device in the loop, infinite if the loop has
+            none [N s/m].
         predictive: Whether any user has the predictive law.
-        papers: Whether any user who closes a loop has a law of the paper.
+        papers: Whether any user in the loop has a law of the paper.
     """
 
     users: Sequence[Hand]
@@ -65,7 +66,7 @@ def room_loop(
     Args:
         users: Users with their newest samples and measured delays.
         compliance: Compliance between all loads, bounded, shape (loads, loads) [m/N].
-        spans: Loads of each user.
+        spans: Rows of each user's loads in `compliance`.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
         dt: Simulation period N T [s].
     """
@@ -74,7 +75,7 @@ def room_loop(
     for i, (user, weight) in enumerate(zip(users, near, strict=True)):
         touch = user.touch
         predictive = predictive or not touch.law.answers_own_dent
-        # A user who has left, is silent, or is too slow to take part closes no loop: its force
+        # A user who has left, is silent, or is too slow to take part is outside the loop: its force
         # fades.
         if weight <= 0.0 or not touch.fresh or user.delay.too_long:
             near[i] = 0.0
@@ -102,7 +103,7 @@ def room_loop(
 def _coupling(
     users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats
 ) -> tuple[Sequence[Floats] | Floats, Floats]:
-    """Return K of each hand, and S with each hand weighted by its nearness."""
+    """Return the stiffness K of each hand, and the coupling matrix S weighted by nearness."""
     if len(users) < 2:
         return np.zeros((0, 1, 1)), np.zeros((0, 0))
     if len(compliance) == len(users):  # no user has friction: one direction each
@@ -131,11 +132,11 @@ def _coupling(
 def _stiffest(
     compliance: Floats, spans: Sequence[slice], near: Floats, K: Sequence[Floats] | Floats
 ) -> float:
-    """Largest K of a hand that closes the loop, in any direction [N/m].
+    """Largest stiffness K of a hand in the loop, in any direction [N/m].
 
-    Gains that a user has chosen may be stiffer than the body. With friction, the row sums bound
-    the eigenvalues and nearly equal the largest one. A neighbour that does not touch yet counts
-    with the stiffness that it will have along the normal, min(limit, 1 / C_ii).
+    A hand whose gains its user has chosen may be stiffer than the body. With friction, the largest
+    row sum of |K| bounds the eigenvalues of K and nearly equals the largest one. A neighbour that
+    does not touch yet counts with its later stiffness along the normal, min(limit, 1 / C_ii).
     """
     if not len(K):  # one hand alone
         return 0.0
@@ -154,7 +155,7 @@ def _stiffest(
 
 
 def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
-    """Sum of |C| from all other users to the normal of each user [m/N]."""
+    """Sum of |C| between the normal of each user and the loads of all other users [m/N]."""
     first = [span.start for span in spans]
     sums = np.add.reduceat(np.abs(C[first]), first, axis=1)
     others: list[float] = (sums.sum(axis=1) - sums.diagonal()).tolist()
@@ -162,7 +163,7 @@ def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
 
 
 def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
-    """K of one hand, no softer than the gain sent to its client, shape (1, 1) or (3, 3) [N/m].
+    """Stiffness K of one hand, at least the gain sent to its client, (1, 1) or (3, 3) [N/m].
 
     Args:
         C: Compliance of the hand's contact, shape (1, 1) or (3, 3) [m/N].
@@ -174,7 +175,7 @@ def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
 
 
 def _share(user: Hand, c_ii: float, others: float) -> float:
-    """K of one hand along the normal, as a share of the body's stiffness there.
+    """Stiffness K of one hand along the normal, as a share of the body's stiffness 1 / `c_ii`.
 
     Args:
         c_ii: Compliance of the hand's contact along the normal [m/N].

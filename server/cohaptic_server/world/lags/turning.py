@@ -1,4 +1,4 @@
-"""Time constant with which others turn contacts, from the contacts of one tick (science 3.12)."""
+"""Time constant that slows the turning of contacts by other users (science 3.12)."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def steep_contacts(slopes: Floats) -> list[int]:
 
 
 class Turned(NamedTuple):
-    """The loop of a room in which others turn contacts, all weighted by nearness.
+    """Loop of a room in which users turn each other's contacts, weighted by nearness.
 
     Args:
-        S: S of all users' normals, then of the tangents of turned contacts (science 3.12),
-            symmetric, shape (users + tangents, users + tangents).
+        S: Coupling matrix of all users' normals (p), followed by the tangents of turned contacts
+            (t, science 3.12), symmetric, shape (users + tangents, users + tangents).
         tangents: Number of rows of S that are tangents.
     """
 
@@ -52,22 +52,23 @@ class Turned(NamedTuple):
     def along(self) -> float:
         """Largest modulus of an eigenvalue of S_tt.
 
-        At 1 contacts slide off without any push. At -1 each contact turns all others back a tick
-        after they were turned, for ever; three hands round a limb reach -1 where two have 1/2.
+        At an eigenvalue of 1 contacts slide off without any push. At -1 each contact turns all
+        others back one tick after they were turned, for ever; three hands round a limb reach -1
+        where two hands have 1/2.
         """
         n = len(self.S) - self.tangents
         return float(np.abs(np.linalg.eigvalsh(self.S[n:, n:])).max())
 
     def answer(self) -> Floats:
-        """Return the answer of turned contacts, which adds V V^T to S, shape (users, users).
+        """Return V V^T, which the answer of turned contacts adds to S, shape (users, users).
 
-        The answer is S_pt (1 - S_tt)^-1 S_tp, where `along` is below 1.
+        It equals S_pt (1 - S_tt)^-1 S_tp; `along` must be below 1.
         """
         V = self.root_of_answer()
         return np.asarray(V @ V.T)
 
     def root_of_answer(self) -> Floats:
-        """V = S_pt (1 - S_tt)^(-1/2), shape (users, tangents)."""
+        """Return V = S_pt (1 - S_tt)^(-1/2), the root of `answer`, shape (users, tangents)."""
         n = len(self.S) - self.tangents
         values, vectors = np.linalg.eigh(self.S[n:, n:])
         return np.asarray(self.S[:n, n:] @ (vectors / np.sqrt(1.0 - values)))
@@ -75,11 +76,11 @@ class Turned(NamedTuple):
     def late(self, solve: Floats, dt: float) -> float:
         """Return T_b q of science 3.13 (d), the delay with which turned contacts answer [s].
 
-        The surface of the tick before turns a contact, and the effect of turned contacts on each
+        The surface of the previous tick turns a contact, and the effect of turned contacts on each
         other takes 1 / (1 - S_tt) ticks.
 
         Args:
-            solve: (1 + X)^-1 of the room, shape (users, users).
+            solve: (1 + X)^-1 of the anticipated part X of S, shape (users, users).
             dt: Simulation period N T [s].
         """
         V = self.root_of_answer()
@@ -95,7 +96,7 @@ def turned_loop(
     mesh: SurfaceMesh,
     nearness: Floats,
 ) -> Turned | None:
-    """Return the loop of a room with the contacts that others turn; None where none is steep.
+    """Return the loop of a room with the contacts that others turn; None if no contact is steep.
 
     Args:
         compliance: Compliance between all loads, shape (loads or more, loads or more) [m/N].
@@ -126,11 +127,11 @@ def turned_loop(
 
 
 def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, dt: float) -> float:
-    """Time constant with which others may turn contacts where nothing is anticipated [s].
+    """Time constant with which users may turn others' contacts, if nothing is anticipated [s].
 
     Args:
-        turned: Loop of the room; None where no contact is steep.
-        lag: tau of the room [s].
+        turned: Loop of the room; None if no contact is steep.
+        lag: Lag tau of the room [s].
         dt: Simulation period N T [s].
     """
     if turned is None:
@@ -140,10 +141,10 @@ def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, d
 
 
 def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
-    """Square root of g of one contact in its two tangents, shape (2, 2).
+    """Square root of the turning gain g of one contact along its two tangents, shape (2, 2).
 
-    The search measures the depth over the smallest radius of curvature. The curvatures in the two
-    directions are fitted to the resting normals under the finger, weighted by its pressure.
+    The contact search measures the depth over the smallest radius of curvature only. The curvatures
+    along both tangents are fitted to the resting normals under the finger, weighted by pressure.
     """
     axes = contact_axes(contact.normal)[1:]
     away = (mesh.vertices[contact.vertices] - contact.foot) @ axes.T
@@ -163,5 +164,5 @@ def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
 
 
 def _longest_delay(users: Sequence[Hand], dt: float) -> float:
-    """T_max as for the room's lag: with the period of blending, without too slow users [s]."""
+    """Longest delay T_max with the period of blending, without users who are too slow [s]."""
     return max((u.delay.counted for u in users if not u.delay.too_long), default=0.0) + dt

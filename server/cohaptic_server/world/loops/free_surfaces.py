@@ -21,20 +21,20 @@ def put_contacts(
     values: Floats,
     places: Floats,
 ) -> int:
-    """Put the contact point of each user on its surface.
+    """Find the contact point of each user on the surface free of that user's own force.
 
     Args:
         search: Contact search on the resting surface.
         field: Displacement field that the search reads.
         first: Row of the user to begin with.
-        frames, starts, under, weights: Contacts, as `Contacts`.
+        frames, starts, under, weights: Contacts, as in `Contacts`.
         known_starts, known: Vertices at which each user's surface is known, shape (k,).
         values: Displacement of the surface at these vertices, shape (k, 3) [m].
         places: Set to the contact points, shape (n, 3) [m].
 
     Returns:
-        Row of the user at which the loop stopped: n at the end, or that of a user whose surface is
-        not known at some vertex under its contact.
+        Row of the user at which the loop stopped: n at the end, or the row of a user whose surface
+        is not known at some vertex under the contact.
     """
     for i in range(first, frames.shape[0]):
         a, b, c, d = known_starts[i], known_starts[i + 1], starts[i], starts[i + 1]
@@ -67,14 +67,14 @@ def flatten(
         normals: Resting normals, shape (v, 3).
         frames: Frames of the contacts, shape (n, 3, 3).
         x_free: Contact points on their surfaces, shape (n, 3) [m].
-        depths: Depths of the probes below these, shape (n,) [m].
+        depths: Depths of the probes below these points, shape (n,) [m].
         radius: Radius of the fit of a bulge [m].
         largest: Product of depth and curvature up to which a bulge is shown as it is.
-        matrix: Room for `fit_bulge`, shape (6, 8).
+        matrix: Working memory of `fit_bulge`, shape (6, 8).
         known_starts, known: Vertices at which each user's surface is known, shape (k,).
         values: Displacement at these vertices, flattened in place, shape (k, 3) [m].
-        shown: Set to the displacement of each contact [m] and the share of the differences from it
-            that is left, 1 for a surface that is shown as it is, shape (n, 4).
+        shown: Set to the displacement of each contact [m] and the share that is left of the
+            differences from it, 1 for a surface that is shown as it is, shape (n, 4).
     """
     for i in range(frames.shape[0]):
         shown[i, 3] = 1.0

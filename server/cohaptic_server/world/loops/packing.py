@@ -1,4 +1,4 @@
-"""Packing of neighbourhoods into whole units: the inner loops of `world/neighbourhood.py`."""
+"""Inner loops of `world/neighbourhood.py`, which pack vertices as whole numbers of units."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from cohaptic_server.numeric import Floats, Ints
 
 FIELDS = 5  # values per vertex: its number, three of displacement, compliance
-# Adding and subtracting it rounds a double to the nearest whole number, halves to even as `round`.
+# Adding and then subtracting this number rounds a double as `round` does, halves to even.
 _TO_WHOLE = 6755399441055744.0
 _HUGE = 1e300
 
@@ -21,10 +21,10 @@ def largest(
     """Find the largest displacement component [m] and compliance [m/N] of each neighbourhood.
 
     Args:
-        starts: Where each of n neighbourhoods begins, and the last one's end, shape (n + 1,).
-        displacement: Shape (k, 3) [m].
-        c_ii: Shape (k,) [m/N].
-        found: Set to both, shape (n, 2); the first is -1 where a value is not finite or a
+        starts: Start of each of n neighbourhoods, then the end of the last one, shape (n + 1,).
+        displacement: Displacement of each vertex, shape (k, 3) [m].
+        c_ii: Compliance of each vertex, shape (k,) [m/N].
+        found: Set to both values, shape (n, 2); the first is -1 if any value is not finite or a
             compliance is negative.
     """
     for i in range(found.shape[0]):
@@ -53,13 +53,13 @@ def pack(
 
     Args:
         starts, displacement, c_ii: As in `largest`.
-        vertices: Shape (k,).
-        per: Units of displacement in a metre, so that each is below 2^15, and of compliance in
-            1 m/N, so that each is below 2^16; 0 for a neighbourhood that is left out, shape (n, 2).
+        vertices: Number of each vertex, shape (k,).
+        per: Units of displacement per metre, for which packed values stay below 2^15, and units of
+            compliance per m/N, for which they stay below 2^16; 0 to pack zeros, shape (n, 2).
         numbers: Set to the packed values, shape (k, 5); displacements are in 2's complement.
 
     Returns:
-        First neighbourhood whose vertices do not rise within 0 to 65,535; n if there is none.
+        First neighbourhood with vertices that do not rise within 0 to 65,535; n if all rise.
     """
     for i in range(per.shape[0]):
         before = -1

@@ -1,4 +1,4 @@
-"""The contacts of all users on the surfaces of the last tick, one after the other in one call.
+"""Finds the contacts of all users on the last tick's surfaces, one after the other in one call.
 
 Data of varying length lie in one array, user after user: an array of starts holds where each user's
 part begins, and where the last one ends.
@@ -10,10 +10,10 @@ from cohaptic_server.mesh.search.contact_search import ContactSearch
 from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.numeric import Floats, Ints
 
-_UNKNOWN = -1  # as `contact_search` says
+_UNKNOWN = -1  # `contact_search.UNKNOWN`
 
 
-# Every argument is an array of the room; the steps of one user share their bounds in them.
+# The arrays hold the data of all users; all steps for one user need the same bounds in the arrays.
 def track(
     search: ContactSearch,
     field: LoadedField,
@@ -52,23 +52,25 @@ def track(
         first: Row of the user to begin with.
         before: Row of each user in the last tick, -1 for none, shape (n,).
         tips: Points that the contacts follow, shape (n, 3) [m].
-        shares: Shares of the way to the free surface, 0 to 1, shape (n,).
+        shares: Share of the way to the free surface that each surface moves, 0 to 1, shape (n,).
         radius: Radius of the pressure [m].
-        keep: Offset beside the normal within which a contact stays [m].
-        tolerance: Offset to which a moved contact is found [m].
-        frames, slopes, starts, under, weights: Contacts of the last tick, as `Contacts`.
+        keep: Offset of a tip beside the normal up to which the last contact is kept [m].
+        tolerance: Offset beside the normal that may remain when a contact is found anew [m].
+        frames, slopes, starts, under, weights: Contacts of the last tick, as in `Contacts`.
         known_starts, known: Vertices at which each user's free surface of the last tick is known.
         free: Displacement of the free surface at these vertices, shape (k, 3) [m].
-        surface_of: Row of each user of the last tick among surfaces, -1 for none, shape (m,).
+        surface_of: Row of the tracked surface of each user of the last tick, -1 for none, shape
+            (m,).
         surface_starts, surface_known, surface: Surfaces on which the last tick tracked contacts.
         followed: Set to the surfaces on which this tick tracks contacts, known where `free` is,
             shape (k, 3) [m].
-        new_frames, new_slopes, new_starts, new_under, new_weights: Set to the contacts.
+        new_frames, new_slopes, new_starts, new_under, new_weights: Set to the new contacts.
         places: Set to the contact points on the free surfaces, shape (n, 3) [m].
 
     Returns:
-        Row of the user at which the loop stopped: n at the end, or that of a user who needs more
-        room, was not there in the last tick, or whose surface is not known at a needed vertex.
+        Row of the user at which the loop stopped: n at the end, or the row of a user whose contact
+        needs longer arrays, who was not there in the last tick, or whose surface is not known at a
+        needed vertex.
     """
     for i in range(first, before.shape[0]):
         row = before[i]
@@ -111,7 +113,7 @@ def relax(
     share: float,
     followed: Floats,
 ) -> None:
-    """Move a tracked surface by a share towards the free one; set a new one to the free one."""
+    """Move a tracked surface by `share` towards the free one; copy the free one for a new user."""
     if of < 0:
         for k in range(known.shape[0]):
             for axis in range(3):

@@ -1,4 +1,4 @@
-"""Small sums over the vectors of all users, for each of which numpy would need several calls."""
+"""Small loops over the vectors of all users; numpy would need several calls for each."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None:
-    """Height of each tip over a place of its contact, along the contact's normal.
+    """Compute the height of each tip over a point of its contact, along the contact's normal.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
         tips: Positions of the tips, shape (n, 3) [m].
-        places: Places of the contacts, shape (n, 3) [m].
+        places: One point of each contact, shape (n, 3) [m].
         found: Set to the heights, shape (n,) [m].
     """
     for i in range(frames.shape[0]):
@@ -24,7 +24,7 @@ def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None
 
 
 def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None:
-    """Normal part of each force on a hand, from 0 to the device's largest force; 0 for NaN.
+    """Compute the normal part of each force on a hand, from 0 to the device's limit; 0 for NaN.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
@@ -42,11 +42,11 @@ def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None
 
 
 def tangential_parts(frames: Floats, vectors: Floats, found: Floats) -> None:
-    """Part of each vector in the tangent plane of its contact.
+    """Compute the part of each vector in the tangent plane of its contact.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
-        vectors: Shape (n, 3).
+        vectors: One vector for each contact, shape (n, 3).
         found: Set to the tangential parts, shape (n, 3).
     """
     for i in range(frames.shape[0]):
@@ -69,20 +69,20 @@ def smoothed(
     share: float,
     found: Floats,
 ) -> None:
-    """Running mean of each tip's velocity.
+    """Update the running mean of each tip's velocity.
 
     Args:
         before: Row of each user in the last tick; -1 for a user who was not there, whose velocity
             is then 0, shape (n,).
         tips: Positions of the tips now, shape (n, 3) [m].
-        old_tips: Positions of the tips in the last tick, by its rows, shape (m, 3) [m].
-        old: Velocities of the last tick, by its rows, shape (m, 3) [m/s].
+        old_tips: Positions of the tips in the rows of the last tick, shape (m, 3) [m].
+        old: Mean velocities in the rows of the last tick, shape (m, 3) [m/s].
         times: Times of the samples, shape (n,) [s].
-        old_times: Times of the samples of the last tick, by its rows, shape (m,) [s].
+        old_times: Times of the samples in the rows of the last tick, shape (m,) [s].
         fresh: 1 for users whose samples still arrive, else 0, shape (n,).
         least: Shortest interval between two samples that gives a velocity [s].
         share: Share of the newest velocity in the mean.
-        found: Set to the velocities, shape (n, 3) [m/s].
+        found: Set to the mean velocities, shape (n, 3) [m/s].
     """
     for i in range(before.shape[0]):
         row = before[i]
@@ -106,13 +106,13 @@ def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
         before: Row of each user in the last tick; -1 for a user who was not there, shape (n,).
-        old: Frames of the contacts of the last tick, by its rows, shape (m, 3, 3).
+        old: Frames of the contacts in the rows of the last tick, shape (m, 3, 3).
         most: Distance that a hand can move a contact in a tick [m].
         found: Set to the rows in the last tick, -1 for a user whose contact is new at its place,
             shape (n,).
 
     Returns:
-        Whether there is such a user.
+        Whether the contact of any user is new at its place.
     """
     anybody = False
     for i in range(frames.shape[0]):

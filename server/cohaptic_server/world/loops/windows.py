@@ -1,4 +1,4 @@
-"""The windows of all users round their contacts, one after the other in one call."""
+"""Chooses the windows round the contacts of all users, one after the other in one call."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.numeric import Floats, Ints
 _PLANE, _MESH = 1, 3  # values of `cohaptic.protocol.patch.Geometry`
 
 
-# Every argument is an array of the room; the steps of one user share their bounds in them.
+# The arrays hold the data of all users; all steps for one user need the same bounds in the arrays.
 def choose_windows(
     surface: PointTree,
     finder: WindowVertices | None,
@@ -49,10 +49,11 @@ def choose_windows(
     """Copy each window of the last tick that still covers its contact, and choose the others anew.
 
     Args:
-        surface: Tree of the surface's vertices, n.
-        finder: Finder of windows on the touch mesh; None where all patches are planes.
-        found: Where the search leaves the vertices of one window, shape (n,).
-        found_fitted, found_touched, found_carried: Where the finder leaves parts of a window.
+        surface: Tree of the n vertices of the surface.
+        finder: Finder of windows on the touch mesh; None if all patches are planes.
+        found: Buffer in which the search leaves the vertices of one window, shape (n,).
+        found_fitted, found_touched, found_carried: Buffers in which the finder leaves the other
+            parts of one window.
         first: Row of the user to begin with.
         geometry: Geometry of the users' patches, shape (u,).
         frames: Frames of the contacts, shape (u, 3, 3).
@@ -63,15 +64,15 @@ def choose_windows(
             shape (u,) [m].
         radius, reach, step, most: As in `WindowVertices.choose`.
         reuse: Largest move of a contact along each axis at which its window is kept [m].
-        speeding_up: Speed by which a longer horizon widens a window [m/s].
+        speeding_up: Widening of a window per second of a longer horizon [m/s].
         before: Row of each user in the last tick, -1 for none, shape (u,).
         old_geometry, old_keys, old_starts, old_vertices, old_fitted, old_touched, old_carried:
-            Windows of the last tick, as `Windows`.
-        keys, starts, vertices, fitted, touched, carried: Set to the windows.
+            Windows of the last tick, as in `Windows`.
+        keys, starts, vertices, fitted, touched, carried: Set to the windows of this tick.
 
     Returns:
-        Row of the user at which the loop stopped: u at the end, or that of a user whose window
-        does not fit.
+        Row of the user at which the loop stopped: u at the end, or the row of a user whose window
+        does not fit into the arrays.
     """
     for i in range(first, geometry.shape[0]):
         row = before[i]
@@ -121,7 +122,7 @@ def covers(
     keys: Floats, row: int, frames: Floats, slides: Floats, horizons: Floats, i: int,
     speeding_up: float, reuse: float,
 ) -> bool:  # fmt: skip
-    """Whether the window of the last tick still covers a contact."""
+    """Whether the window in row `row` of the last tick still covers contact `i`."""
     if not speeding_up * abs(horizons[i] - keys[row, 6]) <= reuse:
         return False
     for k in range(3):
@@ -136,7 +137,7 @@ def copied(
     old_carried: Ints, i: int, starts: Ints, vertices: Ints, fitted: Ints, touched: Ints,
     carried: Ints,
 ) -> bool:  # fmt: skip
-    """Copy the window of a row of the last tick; return False if it does not fit."""
+    """Copy the window in row `row` of the last tick; return False if the arrays are too short."""
     for part in range(3):
         size = old_starts[part, row + 1] - old_starts[part, row]
         if starts[part, i] + size > vertices.shape[0]:

@@ -3,18 +3,18 @@
 A sample's force answers a surface that was made from older forces of all other hands. The server
 knows those forces, since a sample names its patch, and it knows C and every K. The server therefore
 takes a step of Newton's method instead of waiting for several round trips between the hands. S of
-`lag_choice` is split by its eigenvalues, S = X + R. Let f be the forces of the newest samples, and
-u(t_i) the forces that the body carried when the patch was made that user i's sample answers. Then
-the body gets
+`lag_choice` is split by its eigenvalues, S = X + R. Let f be the forces of the newest samples. User
+i's sample answers a patch that was made at a time t_i, when the body carried the forces u(t_i).
+Then the body gets
 
     f* = (1 + X)^-1 (f + x),    x_i = sum_j X_ij u_j(t_i),
 
-behind the room's lag tau. X has all of the positive part of S and a share 1 / (1 + kappa) of the
+after the room's lag tau. X has all of the positive part of S and a share 1 / (1 + kappa) of the
 negative part. Then, for every body, number of hands and constant delays T_i,
 
 * hands held still are stable without a lag: the remaining loop has a gain of `Gains.held` < 1;
-* hands of any stiffness, and of a mass up to theta times their damping, are stable behind
-  tau >= `hand_factor` theta; where every K is small compared with damping / theta, that is 0.
+* hands of any stiffness, and of a mass up to theta times their damping, are stable with a lag
+  tau >= `hand_factor` theta; if every K is small compared with damping / theta, that factor is 0.
 
 `docs/science.md` has the proof.
 """
@@ -29,7 +29,7 @@ import numpy as np
 from cohaptic.control.stability.lag_choice import FULL_BUDGET
 from cohaptic.control.stability.single_contact import Floats
 
-# Largest gain of the loop for a hand that gives way altogether; at 1 the hand would drift, and
+# Largest gain of the loop for a hand that offers no resistance; at 1 the hand would drift, and
 # close to 1 the lag that moving hands need grows.
 SOFTEST: Final = 0.9
 # Least kappa: ratio of the part of the negative eigenvalues that is left to the loop to the part
@@ -64,12 +64,12 @@ class Gains:
 
     @property
     def held(self) -> float:
-        """Share of an error that is left after one round trip if the hands are held still."""
+        """Share of a force error that is left after one round trip if hands are held still."""
         return self.kappa * self.apart
 
     @property
     def limp(self) -> float:
-        """Share of an error that is left after one round trip if the hands give way altogether."""
+        """Share of a force error that is left after one round trip if hands offer no resistance."""
         return float(np.hypot(self.together, self.apart))
 
 
@@ -78,7 +78,7 @@ UNCOUPLED: Final = Gains(0.0, 0.0, LEAST_KAPPA)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Part:
-    """The part of a coupling that is anticipated.
+    """The anticipated part of a coupling matrix S, and properties of S and of the remaining loop.
 
     Args:
         X: Anticipated part of S, symmetric, shape (n, n).
@@ -105,18 +105,18 @@ def gains_left(largest: float, smallest: float) -> Gains:
     """
     positive, negative = max(0.0, largest), min(LARGEST, max(0.0, -smallest))
     together = positive / (1.0 + positive)
-    # The least kappa that keeps `limp` within SOFTEST; at most a third is anticipated.
+    # The least kappa that keeps `limp` within SOFTEST. X has at most 1 / 3 of `negative`.
     room = max(1e-6, SOFTEST * SOFTEST - together * together) ** 0.5
     kappa = max(LEAST_KAPPA, negative / room - 1.0 + negative)
     return Gains(together, negative / (1.0 + kappa - negative), kappa)
 
 
 def anticipated(S: Floats, kappa: float | None = None) -> Part:
-    """Split off the part of a coupling that is anticipated.
+    """Split the part that is anticipated off a coupling matrix.
 
     Args:
         S: `lag_choice.coupling_matrix`, symmetric, shape (n, n).
-        kappa: kappa of a larger room to which these contacts belong; None to compute it from S.
+        kappa: kappa of a larger room to which these contacts belong; None to compute kappa from S.
     """
     values, vectors = np.linalg.eigh(S)
     gains = gains_left(float(values[-1]), float(values[0]))
@@ -132,9 +132,10 @@ def anticipated(S: Floats, kappa: float | None = None) -> Part:
 
 
 def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
-    """Least tau over theta with which moving hands are stable, whatever their own stiffness (3.13).
+    """Least ratio tau / theta with which moving hands are stable (3.13).
 
-    theta is the largest mass over damping of the hands.
+    tau is the room's lag and theta the largest mass over damping of the hands, which may have any
+    stiffness of their own.
 
     Args:
         gains: Gains of the loop.
@@ -147,7 +148,7 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
 
 
 def row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
-    """Square of the largest gain that a hand can give its row of the loop, F of 3.13.
+    """Square of the largest gain that a hand can give to its own row of the loop, F of 3.13.
 
     Args:
         gains: Gains of the loop.
@@ -187,7 +188,7 @@ def hand_class(damping_budget: float, stiffest: float) -> tuple[float, float]:
 
 
 def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) -> float:
-    """tau that moving hands need if forces are anticipated [s].
+    """Lag tau that moving hands need if forces are anticipated [s].
 
     Args:
         gains: Gains of the loop that anticipation leaves.

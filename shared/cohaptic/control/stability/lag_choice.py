@@ -46,8 +46,8 @@ Lag = TypeVar("Lag", float, Floats)
 def coupling_matrix(C: Floats, stiffness: Sequence[Floats] | Floats) -> Floats:
     """S of science 3.8: K^(1/2) C K^(1/2) without the blocks on its diagonal.
 
-    For a block of three axes any square root serves, since another one only turns S by an
-    orthogonal matrix; the code uses the Cholesky factor.
+    For a user with three axes any square root of K will do, since a different one only turns S by
+    an orthogonal matrix; the code uses the Cholesky factor.
 
     Args:
         C: Compliance of all contacts, user after user, shape (n, n) [m/N].
@@ -87,12 +87,12 @@ def coupling_radius(S: Floats) -> float:
 
 
 def lag_needed(coupling: float, longest_delay: float) -> float:
-    """The theorem's edge: with a longer lag every room of this coupling is stable (3.8) [s].
+    """Edge of the theorem of 3.8 [s]: with any longer lag every room of this coupling is stable.
 
     The edge is 0 up to m = 1, continuous there, and exact for equal delays.
 
     Args:
-        coupling: m.
+        coupling: Coupling m of the room, the spectral radius of S.
         longest_delay: T_max, including sampling and the client's ramp between patches [s].
     """
     if coupling <= 1.0:
@@ -103,13 +103,12 @@ def lag_needed(coupling: float, longest_delay: float) -> float:
 def hand_time(damping_budget: float, coupling: float) -> float:
     """theta, the lag per unit of coupling that moving hands need (science 3.8) [s].
 
-    A device with a damping budget needs less, and with the full budget none if the coupling is
-    loose.
+    A damping budget shortens this time, and with the full budget it is 0 if the coupling is loose.
 
     Args:
         damping_budget: Largest damping that the room's weakest device may render, Colgate's bound
             [N s/m].
-        coupling: m.
+        coupling: Coupling m of the room.
     """
     damped = min(1.0, max(0.0, damping_budget) / FULL_BUDGET)
     loose, tight = TIGHT
@@ -118,10 +117,10 @@ def hand_time(damping_budget: float, coupling: float) -> float:
 
 
 def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> RoomLag:
-    """The lag of a room: the larger of that for hands at rest, with a margin, and moving hands.
+    """Choose a room's lag, long enough for hands at rest, with a margin, and for moving hands.
 
     Args:
-        coupling: m.
+        coupling: Coupling m of the room.
         longest_delay: T_max [s].
         damping_budget: Damping budget of the room's weakest device [N s/m].
     """
@@ -131,10 +130,10 @@ def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> 
 
 
 def margin(coupling: float, longest_delay: float, lag: float) -> float:
-    """Margin of a room with this lag relative to the theorem's edge; above 1 the room is stable.
+    """Lag over the theorem's edge, or 1 / m where no lag is needed; above 1 the room is stable.
 
     Args:
-        coupling: m.
+        coupling: Coupling m of the room; infinite margin if m is below `EXACT`.
         longest_delay: T_max [s].
         lag: tau [s].
     """
@@ -145,7 +144,7 @@ def margin(coupling: float, longest_delay: float, lag: float) -> float:
 
 
 def kept(lag: Lag, dt: float) -> Lag:
-    """Share of the previous force that remains after a simulation period; 0 without a lag.
+    """Share of the previous force that the lag keeps after a simulation period; 0 without a lag.
 
     The share is that of the implicit step, tau / (tau + dt). With e^(-dt / tau) a lag much shorter
     than the period would have hardly any effect, and a room of m just above 1 would be unstable at

@@ -13,11 +13,11 @@ The rightmost eigenvalues are then refined on the equation itself by successive 
 Without a lag this is a difference equation, whose rightmost root may jump at an arbitrarily small
 change of a delay (Hale and Verduyn Lunel 2002, Strong stabilization of neutral functional
 differential equations, IMA J. Math. Control Inform. 19). The growth rate is therefore the supremum
-over delays next to the given ones, which has a closed form for a symmetric S. A root s = a + i w
+over delays close to the given ones, which has a closed form for a symmetric S. A root s = a + i w
 requires an eigenvalue -1 of D E S E, where E = diag(e^(-a T_i / 2)) and D holds the phases
-e^(-i w T_i). The moduli of these eigenvalues are at most rho(E S E), and delays next to the given
-ones have a w that makes all phases equal. So the supremum is the a with rho(E S E) = 1: ln(m) / T
-for equal delays, and negative iff m < 1.
+e^(-i w T_i). The moduli of these eigenvalues are at most the spectral radius rho(E S E), and for
+delays close to the given ones some w makes all phases equal. So the supremum is the a with
+rho(E S E) = 1: ln(m) / T for equal delays, and negative iff m = rho(S) < 1.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SMALL = 1e-6  # share of the longest time constant below which a delay needs no 
 def growth(S: Floats, delays: Floats, lag: float) -> float:
     """Real part of the rightmost root [1/s]; the room is stable iff this is negative.
 
-    Without a lag the function returns the supremum over delays next to the given ones. With a lag
+    Without a lag the function returns the supremum over delays close to the given ones. With a lag
     much shorter than the delays (below about m T_max / 200 for 8 users, m T_max / 13 for 64) the
     discretised room would be too large; the result is then the upper bound `largest_growth`.
 
@@ -52,8 +52,8 @@ def growth(S: Floats, delays: Floats, lag: float) -> float:
         lag: tau, 0 for none [s].
 
     Returns:
-        Growth rate; -inf if there is no root, as for uncoupled users without a lag; inf without a
-        lag for m >= 1 if no user has a delay.
+        Growth rate; -inf if there is no root, as for uncoupled users without a lag; inf if there
+        is neither a lag nor any delay and m >= 1.
     """
     longest = float(delays.max(initial=0.0))
     # No unstable root has a higher frequency than this.
@@ -72,6 +72,8 @@ def growth(S: Floats, delays: Floats, lag: float) -> float:
 
 def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
     """Upper bound of `growth`, exact without a lag: the a with rho(E S E) = 1 + a tau [1/s].
+
+    E = diag(e^(-a T_i / 2)) depends on a, as in `scaled_radius`.
 
     Args:
         S: Coupling matrix, shape (n, n).
@@ -100,13 +102,16 @@ def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
 
 
 def scaled_radius(S: Floats, delays: Floats, a: float) -> float:
-    """rho(E S E), an upper bound of |1 + s tau| for a root s with the real part a."""
+    """Spectral radius rho(E S E) with E = diag(e^(-a T_i / 2)), for S and the delays T_i [s].
+
+    For a root s with the real part a [1/s] it is an upper bound of |1 + s tau|.
+    """
     E = np.exp(np.clip(-0.5 * a * delays, -300.0, 300.0))
     return float(np.abs(np.linalg.eigvalsh(E[:, None] * S * E)).max(initial=0.0))
 
 
 def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
-    """Upper bound of |Im s| of the roots with Re s >= a [1/s]; inf without a lag."""
+    """Upper bound of the frequency |Im s| of roots s with Re s >= a [1/s]; inf without a lag."""
     if lag <= 0.0 or a == -math.inf:
         return math.inf
     radius, real = scaled_radius(S, delays, a), max(0.0, 1.0 + a * lag)
@@ -114,7 +119,7 @@ def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
 
 
 def points(delays: Floats, lag: float, frequency: float) -> list[int]:
-    """Number of points of each delay's grid beyond its end at 0; 0 for a negligible delay."""
+    """Number of grid points for each delay, besides the point at 0; 0 for a negligible delay."""
     negligible = SMALL * max(lag, float(delays.max(initial=0.0)))
     return [
         math.ceil(BASE + PER_RADIAN * frequency * T) if T > negligible else 0
@@ -130,7 +135,7 @@ def unknowns(delays: Floats, lag: float, frequency: float) -> float:
 
 
 def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[complex]:
-    """Rightmost eigenvalues of the discretised room with Im s >= 0, from the right [1/s].
+    """Rightmost eigenvalues with Im s >= 0 of the discretised room, the rightmost first [1/s].
 
     The room's state consists of the lagged forces y and, for each delay, the values of (S y)_i on
     the grid from the entrance to the exit of the delay.
@@ -157,7 +162,10 @@ def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[c
 
 @lru_cache(maxsize=256)
 def chebyshev(count: int) -> Floats:
-    """Differentiation at the points cos(k pi / count), k = 0 to count (Trefethen 2000, p. 54)."""
+    """Differentiation matrix at the points cos(k pi / count), k = 0 to count.
+
+    The formula is that of Trefethen 2000, p. 54.
+    """
     k = np.arange(count + 1)
     x = np.cos(np.pi * k / count)
     c = np.where((k == 0) | (k == count), 2.0, 1.0) * (-1.0) ** k

@@ -7,7 +7,7 @@ bounded delays, different for each user and varying in time, iff rho(K |M|) < 1 
 1969). With an integral, stability depends on the delays, which the sampled room models one by one.
 
 The paper's laws get gains below that bound. The predictive law keeps K_i = 1 / C_ii with any number
-of others; if the delays do not allow that, the room's lag makes it stable (science 3.8).
+of others; if these gains are not stable at the delays, the room's lag makes them so (science 3.8).
 
 In a sampled room forces go out once in a simulation period, and each loop delay is a whole number
 of periods. The model is exact for any gains, with the paper's integral and with the room's lag
@@ -37,16 +37,16 @@ class Coupling:
     Args:
         rho_no_delay: Spectral radius over one simulation period without further delay; stable iff
             < 1.
-        rho_any_delay: Spectral radius of the absolute values; stable under any bounded delays iff
-            < 1. None with an integral, for which no such bound holds.
+        rho_any_delay: Spectral radius rho(K |M|); stable under any bounded delays iff < 1. None
+            with an integral, for which no such bound holds.
         safe_k_h: Gains that `gains.choose_gains` chooses: by the row rule, or 1 / C_ii for the
             predictive law, which relies on the room's lag [N/m].
         safe_integral_gain: Integral gains that `gains.choose_gains` chooses [N/(m s)].
-        felt_stiffness: Stiffness that each hand alone feels with its safe gain, in the steady state
-            for the pi law [N/m].
+        felt_stiffness: Stiffness that each hand feels with its safe gain if no other hand touches,
+            for the pi law in the steady state [N/m].
         stiffness_loss: Relative loss of that stiffness against K_o,i = 1 / C_ii, 0 to 1.
-        coupling: m of science 3.8 with the safe gains, which need no lag below 1 at any constant
-            delays. None for the paper's laws, which have no lag.
+        coupling: m of science 3.8 with the safe gains; below 1 the room needs no lag at any
+            constant delays. None for the paper's laws, which have no lag.
         lag_needed: Lag above which the room with the safe gains is stable [s]; None for the paper's
             laws.
     """
@@ -153,8 +153,8 @@ def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Float
     """Largest safe gains that keep the users' shares equal: K_i = s / C_ii with one s.
 
     These gains are safe without a lag, at any bounded delays. The common share s is at least the
-    row rule's smallest share K_i C_ii, since rho is at most the largest row sum; the row rule needs
-    only a client's own row.
+    smallest share K_i C_ii of the row rule (`gains.coupled_stiffness`), since rho is at most the
+    largest row sum; the row rule needs only a client's own row.
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].
@@ -189,8 +189,8 @@ def room_radius(
     """Spectral radius of a whole room over one simulation period; stable iff < 1.
 
     At tick k user i receives the body's response to all users' forces of tick k - delays[i]. Only a
-    user's own round trip counts: the delay from j to i is up_j + down_i, and moving up_j to j's
-    side is a change of variables.
+    user's own round trip counts: the delay from user j to user i is up_j + down_i, and a change of
+    variables moves up_j into the loop of user j.
 
     Args:
         C: Contact compliance, shape (n, n) [m/N].

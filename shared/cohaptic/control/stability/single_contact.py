@@ -1,9 +1,9 @@
 """Stability of the loop between a local model and a slow, distant simulation.
 
-Three views must agree, and are tested against each other: the paper's closed conditions (8), (10),
-(15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any local
-model and any object, with delay in haptic samples; and several contacts under any delay (3.2, 3.3).
-All functions here are pure.
+Three ways to judge stability must agree, and are tested against each other: the paper's closed
+conditions (8), (10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs.
+(1)-(6) for any local model and any object, with delay in haptic samples; and the conditions for
+several contacts under any delay (3.2, 3.3). All functions here are pure.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """A discrete linear system s+ = A s + B u, y = C s + D u with one input and one output.
+    """A discrete linear system with one input u and one output y.
+
+    The output is y = C s + D u, and the next state is A s + B u for the present state s.
 
     Args:
         A: Shape (n, n).
@@ -34,20 +36,20 @@ class StateSpace:
 
 
 def proportional_model(k_h: float) -> StateSpace:
-    """L(z) = K_h, at the haptic rate."""
+    """The paper's proportional law L(z) = K_h, at the haptic rate."""
     return StateSpace(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[k_h]]))
 
 
 def integral_model(k_h: float, integral_gain: float, haptic_period: float) -> StateSpace:
-    """L(z) = K_h + T I / (z - 1), eq. (12), at the haptic rate."""
+    """The paper's integral law L(z) = K_h + T I / (z - 1), eq. (12), at the haptic rate."""
     one = np.ones((1, 1))
     return StateSpace(one, haptic_period * integral_gain * one, one, k_h * one)
 
 
 def elastic_object(k_o: float, b_o: float = 0.0) -> StateSpace:
-    """D(z) = (K_o + B_o (z - 1) / z)^-1, eqs. (6) and (9), one simulation period later.
+    """The object D(z) = (K_o + B_o (z - 1) / z)^-1, eqs. (6) and (9), one simulation period late.
 
-    Position at tick k+1 from force at tick k: (K_o + B_o) x+ = f + B_o x.
+    The force f at tick k gives the position x+ at tick k + 1: (K_o + B_o) x+ = f + B_o x.
 
     Args:
         k_o: Local stiffness [N/m].
@@ -58,16 +60,19 @@ def elastic_object(k_o: float, b_o: float = 0.0) -> StateSpace:
 
 
 def proportional_is_stable(k_h: float, k_o: float, b_o: float = 0.0) -> bool:
-    """Eq. (8), or (10) with damping, without delay; undamped it holds at every delay (3.1)."""
+    """Whether eq. (8) holds, or (10) with damping, without delay.
+
+    Without damping the condition holds for every delay (3.1).
+    """
     return k_h < k_o + 2.0 * b_o
 
 
 def integral_is_stable(
     k_h: float, integral_gain: float, k_o: float, simulation_period: float, b_o: float = 0.0
 ) -> bool:
-    """Eq. (15), or (16) with damping, both without delay.
+    """Whether eq. (15) holds, or (16) with damping, both without delay.
 
-    Both equations hold for K_h, I > 0; (16) as printed lacks the T of I N T.
+    Both equations assume K_h, I > 0; (16) as printed lacks the T of I N T.
     """
     int_ = integral_gain * simulation_period
     return abs(int_ - k_h + b_o) < k_o + b_o and int_ - 2.0 * k_h > -2.0 * k_o - 4.0 * b_o
@@ -79,10 +84,10 @@ def lifted_radius(
     """Spectral radius of the loop over one simulation period; stable iff < 1.
 
     The force at the first haptic sample of a period goes to the object. The local model sees the
-    object's answer one simulation period and `delay_samples` haptic samples later and holds it
-    until the next (eqs. (1)-(6); with delay, the surface in use changes within a period). Only the
-    sum of the delays on the way up and down matters: shifting the local model's clock moves one
-    delay into the other.
+    object's answer one simulation period and `delay_samples` haptic samples later and holds that
+    answer until the next one (eqs. (1)-(6); with delay, the surface in use changes within a
+    period). Only the sum of the delays on the way up and down matters: a shift of the local model's
+    clock moves one delay into the other.
 
     Args:
         local: Local model at the haptic rate, from penetration x_h - x_o to force.

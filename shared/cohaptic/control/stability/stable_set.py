@@ -1,4 +1,4 @@
-"""The stable set of (K_h, I N T) of the integral model, closed and lifted, with and without delay.
+"""The stable set of (K_h, I N T) of the integral model, in closed form and by the lifted system.
 
 Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that would be
 unstable alone: for such a K_h there is also a least I N T.
@@ -69,7 +69,7 @@ def stability_area(
     delay_samples: int = 0,
     points: int = 121,
 ) -> Floats:
-    """The stable set of (K_h, I N T) as a polygon to draw, Fig. 8.
+    """The stable set of (K_h, I N T) as a polygon to draw, as in Fig. 8.
 
     The polygon goes up along the largest I N T of each K_h and back along the least; the first
     point is repeated at the end.
@@ -93,7 +93,7 @@ def stability_area(
 
 
 def _interval(radius: Callable[[float], float], first: float, last: float) -> tuple[float, float]:
-    """Interval in which `radius` is below 1; nan if none. Begins at 0 if `first` is stable."""
+    """Interval of I N T in which `radius` < 1, from 0 if `first` is stable; nan if none is."""
     tried = np.linspace(first, last, _SCAN).tolist()
     radii = [radius(x) for x in tried]
     step = tried[1] - tried[0]

@@ -1,15 +1,16 @@
 """Share of an object's swing that may be shown to the hands (science 3.14).
 
-An object with mass answers forces with C f + W f. W = w (D - 1) w', summed over the natural modes,
-is the swing of each mode about its place at rest; D is a second-order low-pass and w w' the mode's
-part of C. W is 0 at rest, so that showing it changes no steady force. The swing adds a loop: a
-hand's force sets the object swinging and comes back with the swing, a delay later. By the small
-gain theorem the loop of 3.13 stays stable at any delays with a share g of W, if
+An object with mass answers forces f with C f + W f. W = w (D - 1) w', summed over the natural
+modes, is the swing of each mode about its place at rest; D is a second-order low-pass and w w' the
+mode's part of C. W is 0 at rest, so that showing the swing changes no steady force. The swing adds
+a loop: a hand's force sets the object swinging and comes back with the swing, a delay later. By the
+small gain theorem the loop of 3.13 stays stable at any delays with a share g of W, if at every
+angular frequency omega, with p = theta omega,
 
-    F(p)^(1/2) + g h(p)^(1/2) v(w) < (1 + (w tau)^2)^(1/2)    at every frequency w, p = theta w,
+    F(p)^(1/2) + g h(p)^(1/2) v(omega) < (1 + (omega tau)^2)^(1/2),
 
-where v is the norm of W (1 + X)^-1 over K^(1/2), F the square of the worst allowed hand's gain in
-its row, and h the square of a hand's largest gain towards the swing that it is shown.
+where v is the norm of K^(1/2) W K^(1/2) (1 + X)^-1, F the square of the largest gain of an allowed
+hand in its row of the loop, and h the square of a hand's largest gain from the swing it is shown.
 """
 
 from __future__ import annotations
@@ -22,13 +23,14 @@ import numpy as np
 from cohaptic.control.stability.anticipation import Gains, row_gain
 from cohaptic.control.stability.single_contact import Floats
 
-# Share of that g that is used. With g itself a swing behind the worst delay would hardly die out.
+# Share of the largest stable g that is used. With that g itself a swing that comes back with the
+# worst delay would hardly die out.
 SAFETY: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Swing:
-    """Amplitude of the modes of an object over frequency.
+    """Largest swing of an object's modes at each frequency.
 
     Args:
         frequency: Angular frequencies, above 0, shape (p,) [rad/s].
@@ -40,7 +42,7 @@ class Swing:
 
 
 def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
-    """Square of the largest |H| of a hand, from the swing shown to the force on it, h of 3.14.
+    """Square of a hand's largest gain |H| from the swing it is shown to its force, h of 3.14.
 
     Args:
         p: theta times angular frequency, any shape.
@@ -62,8 +64,8 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
     """Square of the largest gain of any hand in its row of the loop, F of 3.14.
 
     `row_gain` is the gain of the heaviest hand. A lighter hand, or one with a spring of its own,
-    may have a larger gain if K is limited; the lag of 3.13 allows for that, as it grows with
-    frequency.
+    may have a larger gain if K is limited. In 3.13 `row_gain` suffices: it covers such a hand at a
+    lower frequency, where the lag reduces the loop's gain less.
 
     Args:
         gains: Gains of the loop.
@@ -94,15 +96,15 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
 def felt_share(
     gains: Gains, theta: float, stiffness: float, tau: float, weight: float, swing: Swing
 ) -> float:
-    """g, the share of the swing that hands may be shown, 0 to 1.
+    """Share g of the swing that may be shown to the hands, 0 to 1.
 
     Args:
         gains: Gains of the loop without the swing.
         theta: Largest mass over damping of the hands [s].
         stiffness: As for `hand_factor`.
         tau: The room's lag [s].
-        weight: Largest eigenvalue of the modes' parts of the coupling, including each hand with
-            itself: sum over hands of w' K w.
+        weight: Largest eigenvalue of the modes' parts of the coupling, with each hand's coupling to
+            itself included: sum over hands of w' K w.
         swing: Swing of the object.
     """
     p, lagged = theta * swing.frequency, tau * swing.frequency

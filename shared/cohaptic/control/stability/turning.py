@@ -3,8 +3,8 @@
 A hand at depth d under a surface of curvature k answers the others' forces with two springs: K
 along the normal, after the delay of its loop, and -K g along the surface, g = d k / (1 - d k),
 since the nearest point to its probe turns with the surface. Let S contain both directions of every
-contact, S_pp between the normals, S_pt from tangents to normals and S_tt between the tangents. The
-loop is
+contact, S_pp between the normals, S_pt from tangents to normals and S_tt between the tangents. With
+the answers p along the normals and t along the tangents, the loop is
 
     p = -A (S_pp p + S_pt t),    A = diag(exp(-s T_i) / (1 + s tau)),
     t = B (S_tp p + S_tt t),     B = 1 / (1 + s T_g).
@@ -30,11 +30,11 @@ _BISECTIONS = 30  # gives frequency and share to 9 digits
 
 
 def turning_needed(S: Floats, tangents: int, longest_delay: float, lag: float = 0.0) -> float:
-    """The theorem's edge: every longer T_g is stable; infinite if the theorem gives none [s].
+    """Edge of the theorem [s]: every longer T_g is stable; infinite if no T_g is proved stable.
 
     Args:
-        S: sqrt|N| C sqrt|N| of all contacts, the tangents last, with zeros between directions of
-            the same contact; symmetric, shape (n, n).
+        S: sqrt|N| C sqrt|N| of all contacts with their springs N (K or -K g), the tangents last,
+            with zeros between directions of the same contact; symmetric, shape (n, n).
         tangents: Number of rows of S that are tangents.
         longest_delay: T_max [s].
         lag: tau of the room [s].
@@ -62,7 +62,7 @@ def turning_needed(S: Floats, tangents: int, longest_delay: float, lag: float = 
 
 
 def _highest_passive(mu: float, delay: float, lag: float) -> float:
-    """w, the highest frequency with cos(w T) - w tau sin(w T) >= mu [rad/s]."""
+    """Highest frequency w with cos(w T) - w tau sin(w T) >= mu [rad/s]."""
     low, high = 0.0, math.acos(mu) / delay
     if lag == 0.0:
         return high

@@ -10,8 +10,8 @@ from cohaptic.protocol.control.message import ControlMessage, Name
 class Capabilities(ControlMessage):
     """Capabilities of a device, in the spirit of the device metadata of IEEE 1918.1.1.
 
-    Conformance with that standard is not claimed. A server only shows the capabilities; the values
-    that the loop needs are in the hello itself.
+    Conformance with that standard is not claimed. A server only shows the capabilities to people;
+    the values that the loop needs are fields of the hello itself.
 
     Args:
         device: Name of the kind of device.

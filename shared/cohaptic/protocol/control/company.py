@@ -30,12 +30,12 @@ Distance = Annotated[float, Field(ge=MIN_DISTANCE, le=MAX_DISTANCE)]  # radii of
 
 
 class Present(WithSecrets):
-    """Tell the server who visits a page; sent first and at each change.
+    """Tell the server the name and the hand of a page's visitor; sent first and at each change.
 
     Args:
-        name: Name by which others know the visitor.
-        user: User number of the visitor's hand; None while the visitor only watches. The number
-            counts only with the key.
+        name: Name that other visitors see.
+        user: User number of the visitor's hand; None while the visitor only watches. The server
+            ignores the number without the right key.
         key: Key from the hello of that hand, which proves that the hand is the visitor's. Not on
             the wire without a hand.
         open: Whether others may follow the visitor's view.
@@ -58,7 +58,7 @@ class Follow(ControlMessage):
 
 
 class Aim(ControlMessage):
-    """Viewpoint of a user's page; state, sent only while another page follows the view.
+    """Present viewpoint of a user's page; sent only while another page follows the view.
 
     Args:
         azimuth: Angle round the vertical, 0 from +x [rad].
@@ -95,7 +95,7 @@ class Follower(ControlMessage):
 
 
 class Company(ControlMessage):
-    """Other visitors, as far as they concern this page; state, sent first and at each change.
+    """State of the other visitors that this page needs; sent first and at each change.
 
     Args:
         watching: Number of visitors who watch without a hand in the room, including this page.

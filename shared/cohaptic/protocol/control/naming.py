@@ -24,7 +24,7 @@ class Named(ControlMessage):
 
     Args:
         name: Name that the client asked for; the previous name if that one is not available.
-        reason: Why the name is not available, in one sentence; empty if it was given.
+        reason: Why the name is not available, in one sentence; empty if the client got that name.
     """
 
     type: Literal["named"] = "named"

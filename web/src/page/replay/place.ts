@@ -1,4 +1,4 @@
-/** The replay's place on the page: what came is remembered from the beginning, the rest comes over the network when it is asked for. */
+/** The replay's place on the page: frames are kept from the beginning, but the replay's code is loaded when it is first used. */
 
 import type { TouchState } from "../../model/hand";
 import type { Recording } from "../../model/recording";
@@ -9,24 +9,24 @@ import { el } from "../../ui/dom";
 import { tipOfOwn } from "../../view/pose";
 import type { Around, ReplayRunner } from "./runner";
 
-const MOST_WISHES = 8; // more presses of keys than anybody makes while a few kilobytes come
+const MOST_WISHES = 8; // more key presses than anybody makes while a few kilobytes are loaded
 
 export class ReplayPlace {
   readonly root = el("div", { class: "replay-place" });
   private readonly track = new OwnTrack();
   private runner: ReplayRunner | null = null;
   private loading = false;
-  /** What was asked for while the runner was on its way. */
+  /** Wishes of the visitor while the runner was being loaded. */
   private wishes: ((runner: ReplayRunner) => void)[] = [];
 
   constructor(private readonly around: Around) {}
 
-  /** Whether a time of before is shown. */
+  /** Whether a past time is shown. */
   get active(): boolean {
     return this.runner?.active === true;
   }
 
-  /** What is shown in place of the body of now; null for nothing. */
+  /** Recording that is shown in place of the present body; null for none. */
   get recording(): Recording | null {
     return this.runner?.recording ?? null;
   }
@@ -35,22 +35,22 @@ export class ReplayPlace {
     return this.runner?.lens ?? null;
   }
 
-  /** What the line on top says of it; empty for nothing. */
+  /** Words of the top line on the replay; empty for none. */
   get words(): string {
     return this.lens === null ? "" : `replay, ${this.lens.when}`;
   }
 
-  /** Of the bar that covers the foot of the stage [px]. */
+  /** Height of the bar that covers the foot of the stage [px]. */
   get height(): number {
     return this.runner?.height ?? 0;
   }
 
-  /** The bar, or none. */
+  /** Show or hide the bar. */
   toggle(): void {
     this.with((runner) => { runner.toggle(); });
   }
 
-  /** From live to a replay that stands, and back. */
+  /** Switch between live and a paused replay. */
   look(): void {
     this.with((runner) => { runner.look(); });
   }
@@ -59,19 +59,19 @@ export class ReplayPlace {
     this.with((runner) => { runner.delay(); });
   }
 
-  /** Back to live, and no bar. */
+  /** Go back to live, and hide the bar. */
   close(): void {
     this.runner?.close();
   }
 
-  /** @returns Whether the key was one of the replay's. */
+  /** @returns Whether the key belongs to the replay. */
   key(event: KeyboardEvent): boolean {
     return this.runner?.key(event) === true;
   }
 
-  /** What is to be shown at `now`. */
+  /** Scene to show at `now`: the live one, or that of the replay. */
   frame(view: SceneSnapshot | null, own: TouchState | null, now: number, dt: number): SceneSnapshot | null {
-    // Before the first round trip the clocks are not known of each other.
+    // The offset of the clocks is not known before the first round trip.
     if (own !== null && own.phase === "joined" && own.round_trip > 0) this.track.push(own.t + own.clock_offset, tipOfOwn(own));
     return this.runner === null ? view : this.runner.frame(view, own, now, dt);
   }
@@ -93,7 +93,7 @@ export class ReplayPlace {
       for (const wish of this.wishes.splice(0)) wish(this.runner);
     }, () => {
       this.wishes = [];
-      this.loading = false; // to be asked for again
+      this.loading = false; // the code can be requested again
     });
   }
 }

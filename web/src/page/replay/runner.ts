@@ -1,4 +1,4 @@
-/** Runs the replay: what was received, at the time that the bar's line says, and the outlines that make delay visible. */
+/** Runs the replay: shows the received scene at the time on the bar's timeline, with the outlines that make delay visible. */
 
 import type { TouchState } from "../../model/hand";
 import type { Recording } from "../../model/recording";
@@ -21,25 +21,25 @@ import type { Stage } from "../../view/stage";
 
 const CAPACITY = 512; // samples in a window of 6 s, 60 a second at most
 const FAR = 1; // s for an arrow key with Shift
-const LEAST = 2; // frames; of one there is nothing to look back at
+const LEAST = 2; // frames; a single frame is no past to look back at
 
-/** What the replay needs of the page. */
+/** The parts of the page that the replay needs. */
 export interface Around {
   readonly store: () => SceneStore;
   readonly stage: () => Stage | null;
-  /** The visitor's hand lets go: what is seen is not what would be pressed. */
+  /** Let the visitor's hand go: a press would act on the present object, which is not shown. */
   readonly letGo: () => void;
-  /** Another body may be shown now. */
+  /** Called when another body may be shown. */
   readonly changed: () => void;
   readonly colour: (user: number) => string;
 }
 
-/** A recording that is looked at. */
+/** A recording that is being shown. */
 interface Looked {
   readonly player: Player;
   readonly samples: Samples;
   readonly track: OwnTrack;
-  /** Page's clock at the newest word that is in it [s]: of a server that is silent it is old. */
+  /** Time of the newest message in the recording, on the page's clock [s]; it is old if the server is silent. */
   readonly taken: number;
   readonly own: number;
   readonly traces: Map<number, TraceBuffer>;
@@ -94,7 +94,7 @@ export class ReplayRunner {
     else this.close();
   }
 
-  /** @param play A replay goes on or stands; else it ends. */
+  /** @param play_ In a replay: play or pause it, instead of ending it. */
   look(play_ = false): void {
     if (this.looked === null) this.begin();
     else if (play_) this.at((s) => play(s, !s.playing));
@@ -144,7 +144,7 @@ export class ReplayRunner {
 
   update(now = performance.now() / 1000): void {
     const { s, shown } = this;
-    this.when = s === null ? "" : ago(this.ageAt(now)); // one number, wherever it is written
+    this.when = s === null ? "" : ago(this.ageAt(now)); // one number for all places where it is written
     const names = (user: number): string => (user === this.own && this.own > 0 ? "you" : (this.nameOf(user) || `user ${user}`));
     this.bar.set({
       replaying: this.looked !== null,
@@ -158,7 +158,7 @@ export class ReplayRunner {
     });
   }
 
-  /** Of the shown time, before now [s]. */
+  /** Age of the shown time [s]. */
   private ageAt(now: number): number {
     if (this.s === null || this.looked === null) return 0;
     return this.s.to - this.s.t + now - this.looked.taken;
@@ -180,7 +180,7 @@ export class ReplayRunner {
     this.update();
   }
 
-  /** Begins, where it has not yet. */
+  /** Change the replay's state; begins a replay if there is none. */
   private at(change: (s: Scrubber) => Scrubber): void {
     if (this.s === null) this.begin();
     if (this.s !== null) this.s = change(this.s);

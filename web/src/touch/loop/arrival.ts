@@ -9,16 +9,16 @@ import type { LoopSettings, LoopState } from "./state";
 
 // Times the longest gap between patches of late: a silence up to this length is normal for the link.
 const PATIENCE = 2;
-const LONGEST_PATIENCE = 1; // s; no link that is worth touching over is silent for longer
+const LONGEST_PATIENCE = 1; // s; a link that is silent for longer is of no use for touching
 const FORGET_GAPS = 30; // s
 
 /**
- * Take a patch in; a patch older than the newest is ignored.
+ * Receive a patch; a patch older than the newest is ignored.
  *
  * Surface and gain move to the new patch over one simulation period, from the surface in use.
  */
 export function receive(state: LoopState, patch: Patch, now: number, settings: LoopSettings): LoopState {
-  // After a silence it may be another server's: one that was started anew counts from 1.
+  // After a silence the patch may be that of a restarted server, which counts from 1 again.
   const stale = state.patch !== null && patch.tick <= state.patch.tick;
   if (stale && !isSilent(state, now, settings)) return state;
   const gains: Gains = { k_h: Math.min(patch.k_h, settings.max_stiffness), integral_gain: patch.integral_gain };
@@ -34,23 +34,23 @@ export function receive(state: LoopState, patch: Patch, now: number, settings: L
   return { ...state, patch, arrived: now, before, offset, k_h_before: fade.now.gains.k_h, fade, patience };
 }
 
-/** How long the server may be silent after one more patch, which came `gap` after the one before [s]. */
+/** Longest normal silence of the server after one more patch, which came `gap` after the one before [s]. */
 export function nextPatience(patience: number, gap: number): number {
   const kept = patience * Math.exp(-gap / FORGET_GAPS);
-  // A longer one is an outage and tells nothing about the normal gaps of the link.
+  // A longer gap is an outage and says nothing about the normal gaps of the link.
   return gap > LONGEST_PATIENCE ? kept : Math.min(LONGEST_PATIENCE, Math.max(PATIENCE * gap, kept));
 }
 
 /**
  * Whether the newest patch is so old that the server counts as silent.
  *
- * On a link that jitters the force would else be faded again and again, and every fade is a pulse for the others.
+ * The patience grows with the link's jitter; otherwise the force would fade again and again, each time a pulse for the others.
  */
 export function isSilent(state: LoopState, now: number, settings: LoopSettings): boolean {
   return now - state.arrived > Math.max(settings.limits.silent_after, state.patience);
 }
 
-/** The surface at a probe at `now`, in transition from the previous patch to the newest. */
+/** The surface in use at a probe at `now`, in transition from the previous patch to the newest. */
 export function shown(state: LoopState, probe: Vec3, now: number, settings: LoopSettings): Sight | null {
   if (state.patch === null) return null;
   const sight = look(state.patch, probe);

@@ -50,7 +50,7 @@ export const NO_CONTACT: ContactForce = {
   from_body: 0,
 };
 
-/** Laws, friction and damping at a surface, `before` the law in use so far. */
+/** Compute laws, friction and damping at a surface; `before` is the law in use so far. */
 export function contactForce(
   state: LoopState,
   patch: Patch,
@@ -64,9 +64,9 @@ export function contactForce(
   let pace = paceOf(state, updated.now.gains.k_h - before.now.gains.k_h, updated, period);
   let C: Compliance3 | null = null;
   if (settings.friction > 0) {
-    pace *= 0.5; // the other half is for the friction
+    pace *= 0.5; // the other half of the allowed change is for the friction
     C = slewCompliance(state, 0.5 * pace, counted, settings.simulation_period);
-    // What the surface does to the force comes back through the friction.
+    // A change of the normal force by the surface comes back through the friction.
     if (C !== null) pace *= 1 - wedging(settings.friction, state.normal, C, k_h);
   }
   const moved = sub(sample.position, state.probe);
@@ -129,33 +129,33 @@ function same(a: Vec3, b: Vec3): boolean {
 }
 
 /**
- * From the tip out to where the surface was over it in the last period, for the law [m].
+ * Vector from the tip out to the law's surface over it in the last period [m].
  *
- * The anchor lies so deep under the tip's way along the surface. Where the surface has turned since, a part of that
- * depth is a way along it.
+ * The anchor lies below the tip's way along the surface by this depth. If the surface has turned since, a part of that
+ * depth is a way along the surface.
  */
 function turned(state: LoopState): Vec3 {
   if (state.sight === null || !state.friction.touching) return ZERO;
   return scale(state.normal, Math.max(0, state.depth));
 }
 
-/** Energy in the contact's 3x3 spring beyond its normal part, for a force with a part `along` the surface [J]. */
+/** Energy in the contact's 3x3 spring beyond that of the normal force, for a force with a part `along` the surface [J]. */
 function storedAlong(along: Vec3, force: Vec3, C: Compliance3, share: number): number {
-  // f C f / 2 over all of f, less the part of the normal force alone.
+  // f C f / 2 for the whole force, less that for the normal force alone.
   const normal = sub(force, along);
   return (0.5 * dot(along, times(C, add(force, normal)))) / Math.max(share, 1e-9);
 }
 
 /** Energy from the body in a period: this client's force on it times the displacement of the surface [J]. */
 function fromBody(before: Sight, now: Sight, fade: LawFade, moved_in: number, sticks: boolean): number {
-  // The mean of both ends, as for the work on the hand.
+  // Mean force of the period's start and end, as for the work on the hand.
   const both = scale(add(before.own_force, now.own_force), 0.5);
   const own = dot(both, now.normal);
   // The probe's own motion changes the depth too; the difference is due to the surface.
   const wayFor = (law: LawName): number => pressedDepth(law, now) - pressedDepth(law, before) - moved_in;
   let towards_hand = wayFor(fade.now.law);
   if (fade.before !== null) {
-    // On the way from one law to the next each has its part of the force.
+    // During a change of law each of the two laws has its share of the force.
     const other = wayFor(fade.before.law);
     towards_hand = other + fade.share * (towards_hand - other);
   }

@@ -17,32 +17,32 @@ export interface DeviceInfo {
 
 export const CURSOR: DeviceInfo = { max_stiffness: 2000, damping: 10, stall: 1 };
 
-/** Of the passivity layer on this device at haptic period T [N s/m]. */
+/** Largest damping of the passivity layer on this device at haptic period T [N s/m]. */
 export function dampingLimit(device: DeviceInfo, haptic_period: number): number {
   return deviceDampingLimit(device.damping, device.max_stiffness, haptic_period);
 }
 
-// What touches a hand that does not press is felt for a moment at most, whatever the page shows meanwhile: a page may
-// draw five pictures a second, and the surface that it draws is a way through the network old.
-const AWAY = 0.01; // m that such a hand wants to be away from where it is touched
-const SINKING = 0.02; // m/s at which it goes back; it meets what is still there with about a tenth of a newton
-const ELSEWHERE = 0.03; // m sideways from where it was touched, beyond which that says nothing
+// A hand that does not press feels a surface that touches it for a moment at most, without waiting for the page: a page
+// may draw only five pictures a second, and the surface that it draws is old by the way through the network.
+const AWAY = 0.01; // m by which such a hand moves away from where it is touched
+const SINKING = 0.02; // m/s at which it goes back; if the surface is still there, they meet with about a tenth of a newton
+const ELSEWHERE = 0.03; // m sideways from where it was touched, beyond which the floor no longer holds
 
-/** Hand, intention and cursor. */
+/** State of the simulated hand that follows the cursor. */
 export interface CursorState {
   readonly tip: HandState;
-  /** On its way to the cursor [m]. */
+  /** Intended position, on its way to the cursor [m]. */
   readonly intended: Vec3;
-  /** Where a hand that does not press was touched, and does not go below; null where it goes to the cursor. */
+  /** Plane below which a touched hand that does not press does not go; null if the hand goes to the cursor. */
   readonly floor: Floor | null;
 }
 
-/** A plane that sinks. */
+/** A plane that sinks slowly. */
 interface Floor {
-  /** [m] */
+  /** Point of the plane [m]. */
   readonly at: Vec3;
   readonly up: Vec3;
-  /** Of the tip while it is touched [m]. */
+  /** Distance of the plane from the tip while the tip is touched [m]. */
   readonly away: number;
 }
 
@@ -54,7 +54,7 @@ export function restAt(cursor: Vec3): CursorState {
 /**
  * One period: the hand follows the cursor under `force` [N].
  *
- * @param presses Whether it is there to be touched. One that is not gives way to whatever touches it.
+ * @param presses Whether the hand presses; a hand that does not press gives way to any surface that touches it.
  */
 export function follow(
   state: CursorState,
@@ -70,12 +70,12 @@ export function follow(
   return { tip: move(state.tip, hand, intended, force, dt), intended, floor };
 }
 
-/** Under the tip, as long as the cursor is below it. */
+/** Floor under the tip while the cursor is below it; null for none. */
 function floorUnder({ tip, floor }: CursorState, cursor: Vec3, force: Vec3, dt: number): Floor | null {
   const touched = norm(force) > 0;
   if (!touched && floor === null) return null;
   const from = touched ? unit(force) : (floor as Floor).up;
-  // In a gap what is away from one side is in the other: a hand that both touch wants no more than that they let it.
+  // In a gap, away from one side is into the other: a hand that both sides touch stays on the surface and keeps no distance.
   const beyond = floor !== null && dot(from, floor.up) < 0;
   const up = beyond ? floor.up : from;
   const away = beyond ? 0 : (floor?.away ?? AWAY);
@@ -86,7 +86,7 @@ function floorUnder({ tip, floor }: CursorState, cursor: Vec3, force: Vec3, dt: 
   return height <= 0 || sideways > ELSEWHERE ? null : next;
 }
 
-/** Of the floor over a place [m]. */
+/** Height of the floor over a place [m]. */
 function heightOver(place: Vec3, { at, up }: Floor): number {
   return dot(sub(at, place), up);
 }

@@ -9,8 +9,8 @@ import { type LawFade, withGains } from "./law_fade";
 import { slewGain } from "./slew";
 import type { LoopSettings, LoopState, Period } from "./state";
 
-const MOST_CHANGE = 2; // of a compliance within one patch; more is a mistake of the patch
-const AS_STIFF = 1 - 1e-5; // K_h C_ii of a hand that has the object's own stiffness, in 32 bits
+const MOST_CHANGE = 2; // largest ratio of compliances within one patch; more is an error in the patch
+const AS_STIFF = 1 - 1e-5; // K_h C_ii of a hand with the object's own stiffness, rounded to 32 bits
 
 /** The law in use with the gains of the newest patch, in transition from those of the previous patch. */
 export function withGainsOfPatch(
@@ -27,8 +27,8 @@ export function withGainsOfPatch(
 }
 
 /**
- * The gains of a patch for the place where the probe is now: they are shares of 1 / C_ii, which is on its way from
- * the patch before to the newest.
+ * The gains of a patch at the present place of the probe: gains are shares of 1 / C_ii, and C_ii is in transition from
+ * the previous patch to the newest.
  */
 export function gainsUnder(patch: Patch, sight: Sight, settings: Pick<LoopSettings, "follow" | "max_stiffness">): Gains {
   const { law, k_h, integral_gain } = patch;

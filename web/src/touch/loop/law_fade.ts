@@ -1,8 +1,8 @@
 /**
  * The law in use, and the transition to another law without a step in the force.
  *
- * When patches come for another law, both run, and the force moves from the one to the other: within `FADE_TIME`, and
- * by no more than `SHARE_RATE` of itself and `LAW_FADE_RATE` per second. `client/cohaptic_client/loop/law_fade.py` in
+ * When patches come for another law, both laws run, and the force moves from one to the other: within `FADE_TIME`, and
+ * by no more than `SHARE_RATE` times itself and `LAW_FADE_RATE` per second. `client/cohaptic_client/loop/law_fade.py` in
  * TypeScript.
  */
 
@@ -14,45 +14,45 @@ import { EXTERNAL_RATE } from "./safety";
 
 const FADE_TIME = 0.3; // s
 const SHARE_RATE = 10; // 1/s; 1 % of the force per millisecond
-export const LAW_FADE_RATE = 0.5 * EXTERNAL_RATE; // N/s; the rest is the surface's
-const LEAST = 0.05; // N; below it a share of the force would never end
+export const LAW_FADE_RATE = 0.5 * EXTERNAL_RATE; // N/s; the rest of `EXTERNAL_RATE` is for the surface
+const LEAST = 0.05; // N; a smaller force counts as this, because steps of a share of it would never end
 
 /** One law with its memory. */
 export interface Running {
   readonly law: LawName;
-  /** In use. */
+  /** Gains in use. */
   readonly gains: Gains;
-  /** Of its integral. */
+  /** Memory of the law's integral. */
   readonly memory: IntegralState;
 }
 
 /** The law in use and the one that it replaces. */
 export interface LawFade {
   readonly now: Running;
-  /** Law that it replaces; null when the change is over. */
+  /** Law that `now` replaces; null when the change is over. */
   readonly before: Running | null;
-  /** Of `now` in the force, 0 to 1. */
+  /** Share of `now` in the force, 0 to 1. */
   readonly share: number;
 }
 
-/** K_h that the force may follow a way with: of both laws, on the way from one to the other [N/m]. */
+/** Largest K_h by which the force may follow a motion: that of both laws during a change [N/m]. */
 export function stiffest(fade: LawFade): number {
   return Math.max(fade.now.gains.k_h, fade.before?.gains.k_h ?? 0);
 }
 
-/** A fade that is over: one law. */
+/** A fade that is over, with one law. */
 export function settled(law: LawName, gains: Gains): LawFade {
   return { now: { law, gains, memory: AT_REST }, before: null, share: 1 };
 }
 
 /**
- * Begin to change to `law`; the present one goes on beside it until the change is over.
+ * Begin to change to `law`; the present law runs on beside it until the change is over.
  *
- * In the middle of a change the way back begins at once, and a third law waits for its end: patches that ask for it
- * keep coming. The integral of the new law begins where it gives the force of the old one.
+ * During a change, a change back begins at once, but a third law waits for the end: patches that ask for it keep coming.
+ * The integral of the new law begins with the value that gives the force of the old law.
  *
  * @param force Normal force now [N].
- * @param sight Of the surface now; null out of sight of any.
+ * @param sight Present surface at the probe; null without one.
  */
 export function switchLaw(fade: LawFade, law: LawName, gains: Gains, force: number, sight: Sight | null): LawFade {
   if (law === fade.now.law) return fade;

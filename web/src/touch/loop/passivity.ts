@@ -1,39 +1,39 @@
 /**
- * Dissipates the energy that the server's side generates; inactive until there is some (science 3.4, 3.9).
+ * Dissipates the energy that the server's side generates; inactive until there is such energy (science 3.4, 3.9).
  *
  * A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu et al. 2010), for
  * a predictive port; `client/cohaptic_client/loop/passivity.py` has the argument. In each period
  *
  *     generated = work on the hand + increase of the energy in the local spring - energy from the body,
  *
- * where the energy from the body is own_force times the displacement of its surface. It is dissipated by damping in
- * contact: never more than is left to dissipate, than the device renders stably, or than the contact's own force, so
+ * where the energy from the body is own_force times the displacement of its surface. Damping in contact dissipates the
+ * generated energy: never more than is left, than the device renders stably, or than the contact's own force allows, so
  * that the damping comes and goes with the contact.
  */
 
-const FORGET = 5; // s; a hand at rest for so long has dissipated the energy by itself
+const FORGET = 5; // s; a hand that has been at rest for so long has dissipated the energy by itself
 const SLOW = 0.01; // m/s; a slower hand has little energy, and damping would only wait for it
-const RAMP = 0.05; // s; from no damping to all of it
-const STEP_RATE = 10; // N/s; by which a change of the damping may move the force
+const RAMP = 0.05; // s; time from no damping to full damping
+const STEP_RATE = 10; // N/s; largest rate at which a change of the damping may move the force
 const MAX_DAMPING = 8; // N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
 
 /** Memory of the layer. */
 export interface Passivity {
-  /** Energy that was made and not taken out yet [J]. */
+  /** Energy that was generated and is not yet dissipated [J]. */
   readonly owed: number;
-  /** In use [N s/m]. */
+  /** Damping in use [N s/m]. */
   readonly damping: number;
-  /** In the local spring, as far as the hand has it [J]. */
+  /** Energy in the local spring, for the share of its force that the hand gets [J]. */
   readonly stored: number;
 }
 
 export const NOTHING_OWED: Passivity = { owed: 0, damping: 0, stored: 0 };
 
 /**
- * Energy that is still to be taken out, after one period [J].
+ * Energy that is still to be dissipated after one period [J].
  *
- * @param owed After the last period, never negative [J].
- * @param work Of the device on the hand in this period [J].
+ * @param owed Energy to be dissipated after the last period, never negative [J].
+ * @param work Work of the device on the hand in this period [J].
  * @param stored Increase of the energy in the local spring [J].
  * @param from_body Energy from the body while its surface moved [J].
  */
@@ -43,29 +43,29 @@ export function observe(owed: number, work: number, stored: number, from_body: n
 }
 
 /**
- * Energy in a spring whose force is given in part [J].
+ * Energy in a spring of whose force the hand gets only a part [J].
  *
- * A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing as it is held: the area
- * under it, f d - f^2 / (2 K).
+ * A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing energy: the area under the
+ * cut force, f d - f^2 / (2 K).
  *
- * @param stored In the law's spring [J].
- * @param ratio Force that is given over the law's.
+ * @param stored Energy in the law's spring [J].
+ * @param ratio Force that the hand gets over the law's force.
  * @param scale Share to which the safety layer has faded the law.
  */
 export function givenShare(stored: number, ratio: number, scale: number): number {
   if (scale <= 0) return 0;
-  const given = Math.min(ratio, scale); // a force that still has to come down is not the spring's
+  const given = Math.min(ratio, scale); // a force that still has to fall to the law's is no spring force
   return stored * given * (2 - given / scale);
 }
 
 /**
  * Damping of one period in contact; it comes and goes within `RAMP`, so the force has no steps.
  *
- * @param before Energy to be taken out, and damping of the last period.
+ * @param before Energy to be dissipated, and damping of the last period.
  * @param force Normal force of the law [N].
- * @param speed_in Of the hand into the surface [m/s].
- * @param max_damping Limit, of the device and of this layer [N s/m].
- * @returns Damping [N s/m], and the normal force on the hand, from none to twice the law's [N].
+ * @param speed_in Speed of the hand into the surface [m/s].
+ * @param max_damping Limit of the device and of this layer [N s/m].
+ * @returns Damping [N s/m], and normal force on the hand, from zero to twice the law's force [N].
  */
 export function dissipate(
   before: Pick<Passivity, "owed" | "damping">,

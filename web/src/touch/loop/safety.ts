@@ -1,46 +1,46 @@
 /**
  * Limits of the force, applied last: they hold for any output of law, network or device.
  *
- * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. A force that is not finite, a stalled
- * loop or a hand that moves too fast lets the hand go within `RELEASE_TIME`, without a jerk, and force comes again only
- * after the hand has been out of the object. A silent server fades the force; its return raises it again. Any other force
- * is clamped, and limited in its rate both ways: a force that vanishes is as much of a jolt as one that comes.
+ * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. After a force that is not finite,
+ * a stalled loop or too fast a hand, the hand is let go within `RELEASE_TIME`, without a jerk, and gets a force again only
+ * after it has been out of the object. A silent server fades the force; its return raises it again. Any other force
+ * is clamped, and its rate is limited up and down: a force that vanishes is as much of a jolt as one that comes.
  */
 
 import { add, isFinite3, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
 
-const RELEASE_TIME = 0.02; // s from a fault to no force
+const RELEASE_TIME = 0.02; // s from a fault to zero force
 /**
  * Largest rate of a change of force that the hand's own motion does not cause [N/s]: 0.02 N in a millisecond, which a
  * fingertip cannot tell from a steady force.
  */
 export const EXTERNAL_RATE = 20;
-/** Part of it for fades of this layer [N/s]; the rest is for motions of the surface. */
+/** Part of `EXTERNAL_RATE` for fades of this layer [N/s]; the rest is for motions of the surface. */
 export const FADE_RATE = 10;
 const LEAST_RATE = 1000; // N/s
-const OWN_SPEED = 0.5; // m/s, of a hand that taps
+const OWN_SPEED = 0.5; // m/s; speed of a hand that taps
 
 /** Limits of the force on a hand. */
 export interface SafetyLimits {
-  /** Magnitude [N]. */
+  /** Largest magnitude of the force [N]. */
   readonly max_force: number;
-  /** Change per second, up or down [N/s]. */
+  /** Largest change of the force per second, up or down [N/s]. */
   readonly max_rate: number;
-  /** Of the hand [m/s]. */
+  /** Largest speed of the hand [m/s]. */
   readonly max_speed: number;
   /** A period longer than this is a fault [s]. */
   readonly stall: number;
-  /** Without a patch for this long the server counts as silent [s]. */
+  /** Time without a patch after which the server counts as silent [s]. */
   readonly silent_after: number;
-  /** From full force to none when it is, or longer, at `FADE_RATE` [s]. */
+  /** Time of the fade to zero when the server is silent; longer if `FADE_RATE` demands it [s]. */
   readonly fade_time: number;
-  /** From none to full at the start and after a fault or silence [s]. */
+  /** Time from zero to full force at the start and after a fault or a silence [s]. */
   readonly engage_time: number;
   /** Force that the law may ask for when the hand is first engaged [N]. */
   readonly engage_below: number;
-  /** For how many periods it must be below that. */
+  /** Number of periods for which the force must be below `engage_below`. */
   readonly engage_periods: number;
-  /** T; a late period moves the force by no more than two of them would [s]. */
+  /** Haptic period T; a late period moves the force by no more than two punctual ones would [s]. */
   readonly period: number;
 }
 
@@ -64,11 +64,11 @@ export function rateOf(max_stiffness: number): number {
 
 /** Memory of the safety layer. */
 export interface SafetyState {
-  /** Whether the hand is engaged; it waits at the start and after every fault. */
+  /** Whether the hand is engaged; it waits for that at the start and after every fault. */
   readonly engaged: boolean;
   /** Share of the requested force that is given, 0 to 1. */
   readonly scale: number;
-  /** Given in the last period [N]. */
+  /** Force of the last period [N]. */
   readonly force: Vec3;
   /** Periods in a row in which the requested force was small. */
   readonly quiet: number;
@@ -76,7 +76,7 @@ export interface SafetyState {
   readonly now: number | null;
   /** Cause of the last return to waiting; empty for none. */
   readonly fault: string;
-  /** Force at the fault, while it is let go [N]. */
+  /** Force at the fault, from which it is released [N]. */
   readonly released: Vec3;
   /** Share of the release that is still to come, 1 to 0. */
   readonly left: number;
@@ -98,7 +98,7 @@ export const NOT_ENGAGED: SafetyState = {
  *
  * @param requested Force that the law asks for [N].
  * @param now Time of this period [s].
- * @param velocity Of the hand [m/s].
+ * @param velocity Velocity of the hand [m/s].
  * @param silent Whether the server has been silent for too long.
  */
 export function guard(
@@ -126,9 +126,9 @@ export function guard(
 /**
  * Share of the law's force after one period of a fade, 0 to 1.
  *
- * @param up Whether the force is to come, or to go.
- * @param size Of the whole force [N]; a fade moves it no faster than `FADE_RATE`.
- * @param time Of a whole fade [s].
+ * @param up Whether the force is to rise, or to fall.
+ * @param size Magnitude of the whole force [N]; a fade changes it no faster than `FADE_RATE`.
+ * @param time Time of a whole fade [s].
  * @param step Time that counts of this period [s].
  */
 export function nextShare(share: number, up: boolean, size: number, time: number, step: number): number {
@@ -138,11 +138,11 @@ export function nextShare(share: number, up: boolean, size: number, time: number
 }
 
 /**
- * The share of a force, clamped, that is given, no further from the last than allowed [N].
+ * A share of the clamped requested force, moved from the last force by no more than is allowed [N].
  *
- * Clamped first: the part of the requested force beyond the limit must not hold up a fade.
+ * The force is clamped first: the part of it beyond the limit must not hold up a fade.
  *
- * @param most Change in this period [N].
+ * @param most Largest change in this period [N].
  */
 function limited(before: Vec3, requested: Vec3, share: number, max_force: number, most: number): Vec3 {
   const size = norm(requested);
@@ -160,7 +160,7 @@ function release(state: SafetyState, fault: string, step: number, now: number): 
   return { ...NOT_ENGAGED, force, now, fault: fault === "" ? state.fault : fault, released, left };
 }
 
-/** Why the hand must be let go; empty when it need not. */
+/** Reason why the hand must be let go; empty for none. */
 function faultOf(requested: Vec3, velocity: Vec3, dt: number, limits: SafetyLimits): string {
   if (!isFinite3(requested)) return `the law asked for ${requested.join(", ")} N`;
   const speed = norm(velocity);

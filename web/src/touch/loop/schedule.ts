@@ -1,11 +1,11 @@
 /** Haptic periods in batches: a Worker wakes every few milliseconds and runs as many as have passed. */
 
 export const HAPTIC_PERIOD = 0.001; // s, T
-const MOST_AT_ONCE = 20; // periods of one wake; the periods of a longer stall are lost
+const MOST_AT_ONCE = 20; // periods run in one wake; further periods of a longer stall are lost
 
-/** Where the loop is in time. */
+/** Time schedule of the loop. */
 export interface Schedule {
-  /** When the next period is due [s]. */
+  /** Time at which the next period is due [s]. */
   readonly next: number;
   /** Periods that were left out since the start. */
   readonly missed: number;

@@ -1,11 +1,11 @@
-/** A simulated hand on a passive device: a spring carries it after the cursor, so that force gives way. */
+/** A simulated hand on a passive device: a spring pulls the hand after the cursor, so that it gives way to a force. */
 
 import type { HandSettings } from "../../model/hand";
 import { add, norm, scale, sub, type Vec3 } from "../../model/vec";
 
 export const DEFAULT_HAND: HandSettings = { mass: 0.15, damping: 8, stiffness: 400 };
 
-// A cursor may jump; a hand that followed it at once would be a fault of the safety layer (1.5 m/s).
+// A cursor may jump; a hand that followed it at once would exceed the safety layer's speed limit (1.5 m/s).
 const REACH_SPEED = 0.6; // m/s
 
 /** Tip of a simulated hand. */
@@ -24,7 +24,7 @@ export interface HandState {
 export function move(state: HandState, hand: HandSettings, target: Vec3, force: Vec3, dt: number): HandState {
   const { position: x, velocity: v } = state;
   const { stiffness: k, damping: b, mass: m } = hand;
-  // The damping is taken implicitly: no step is then too long for it.
+  // The damping is implicit, so that no step is too long for it.
   const shrink = 1 / (1 + (b * dt) / m);
   const velocity: Vec3 = [
     (v[0] + (dt * (k * (target[0] - x[0]) + force[0])) / m) * shrink,

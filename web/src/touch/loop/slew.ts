@@ -1,8 +1,8 @@
 /**
  * Slew limits of the changes of force that the hand's own motion does not cause.
  *
- * `client/cohaptic_client/loop/slew.py` in TypeScript: `EXTERNAL_RATE` is for all of it; depth, direction, gain and
- * compliance of a contact each move as fast as their share of it allows.
+ * `client/cohaptic_client/loop/slew.py` in TypeScript: all these changes together stay within `EXTERNAL_RATE`; depth,
+ * direction, gain and compliance of a contact each have a share of it.
  */
 
 import { leastEigenvalue, tangents } from "../../control/friction";
@@ -11,40 +11,40 @@ import { add, dot, norm, scale, sub, unit, type Vec3 } from "../../model/vec";
 import { EXTERNAL_RATE } from "./safety";
 import type { LoopState } from "./state";
 
-// A gain moves by at most 1 % per millisecond, and by `EXTERNAL_RATE` as far as the force knows.
+// A gain changes by at most 1 % per millisecond, and changes the force by at most its share of `EXTERNAL_RATE`.
 const GAIN_RATE = 10; // 1/s
-export const SOFT = 1; // N/m; a softer contact has no force that could step, and a gain of 0 would stay 0
+export const SOFT = 1; // N/m; a softer contact has no force that could jump, and a gain of 0 would stay 0
 
 /**
  * Depth on which the law presses; motion of the surface by the others changes it by `most` at most [m].
  *
- * @param depth Of the last period, and the way that the hand itself went in since [m].
- * @param target Of the probe below the surface that is shown [m].
- * @param most Way of the surface in this period [m].
+ * @param depth Depth of the last period plus the way that the hand itself went in since [m].
+ * @param target Depth of the probe below the surface in use [m].
+ * @param most Largest way of the surface in this period [m].
  */
 export function holdBack(depth: number, target: number, most: number): number {
   if (depth <= 0 && target <= 0) return target; // out of contact there is no force to move
-  const start = Math.max(0, depth); // from where on there is one
+  const start = Math.max(0, depth); // the depth from which on there is a force
   return Math.min(Math.max(target, start - most), start + most);
 }
 
 /**
  * Direction of the force; motion of the surface by the others turns it by `most` at most.
  *
- * @param normal Of the last period.
- * @param target Of the surface that is shown.
- * @param most Turn in this period [rad].
+ * @param normal Direction of the last period.
+ * @param target Normal of the surface in use.
+ * @param most Largest turn in this period [rad].
  * @returns Unit normal to be used, and by how much it turned [rad].
  */
 export function turnBack(normal: Vec3, target: Vec3, most: number): [normal: Vec3, turn: number] {
   const along = dot(normal, target);
-  // By its square too: a normal of 32 bits is no exact unit vector, and what that leaves along an opposite target would
-  // pass for a way there.
+  // Divided by the normal's square, because a normal of 32 bits is no exact unit vector: for an opposite target the error
+  // would look like a direction to turn to.
   const aside = sub(target, scale(normal, along / dot(normal, normal)));
   const size = norm(aside);
   const angle = Math.atan2(size, along);
   if (angle <= most) return [target, angle];
-  // To the opposite direction every way is as short as any other.
+  // All ways to the opposite direction are equally short.
   const way = size > 1e-9 ? scale(aside, 1 / size) : tangents(normal)[0];
   return [unit(add(scale(normal, Math.cos(most)), scale(way, Math.sin(most)))), most];
 }
@@ -52,11 +52,11 @@ export function turnBack(normal: Vec3, target: Vec3, most: number): [normal: Vec
 /**
  * Direction of the force in this period, and the part of the pace that remains for its size [N].
  *
- * The hand's own way along the surface turns the force as far as that way makes force. Half of the pace is left to the
- * size in any case.
+ * The hand's own way along the surface may turn the force as far as that way produces force. At least half of the pace
+ * is left for the size.
  *
  * @param moved Way of the hand in this period [m].
- * @param force On the hand, above 0 [N].
+ * @param force Force on the hand, above 0 [N].
  * @param pace Largest change of the force by the others in this period [N].
  */
 export function slewNormal(
@@ -75,7 +75,7 @@ export function slewNormal(
 /**
  * Move a gain towards its target by at most `GAIN_RATE` of itself per second [N/m].
  *
- * @param force That it makes now; it changes by at most half of `EXTERNAL_RATE` [N].
+ * @param force Present force of the gain; it changes by at most half of `EXTERNAL_RATE` [N].
  */
 export function slewGain(k_h: number, target: number, dt: number, force = 0): number {
   const rate = force > 0 ? Math.min(GAIN_RATE, (0.5 * EXTERNAL_RATE) / force) : GAIN_RATE;
@@ -84,11 +84,11 @@ export function slewGain(k_h: number, target: number, dt: number, force = 0): nu
 }
 
 /**
- * Compliance that the friction uses, on its way to the newest patch's [m/N].
+ * Compliance that the friction uses, in transition to that of the newest patch [m/N].
  *
  * A patch without a compliance keeps the previous one: a sticking contact does not let go because of it.
  *
- * @param most By how much the change of it may change the force in this period [N].
+ * @param most Largest change of the force by the compliance in this period [N].
  */
 export function slewCompliance(state: LoopState, most: number, counted: number, period: number): Compliance3 | null {
   const previous = state.compliance;
@@ -97,7 +97,7 @@ export function slewCompliance(state: LoopState, most: number, counted: number, 
   const change = Math.hypot(...previous.map((a, i) => (newest[i] ?? a) - a));
   if (change === 0) return newest;
   let s = counted / period;
-  // f = C^-1 x, so a change of C moves it by at most |dC| |f| over the least eigenvalue of C.
+  // f = C^-1 x, so a change of C changes f by at most |dC| |f| over the least eigenvalue of C.
   const force = Math.hypot(state.normal_force, norm(state.friction.force));
   if (force > 0) s = Math.min(s, (most * leastEigenvalue(previous)) / (Math.SQRT2 * change * force));
   if (s >= 1) return newest;

@@ -18,11 +18,11 @@ export interface LoopSettings {
   readonly law: LawSettings;
   /** Share of a simulation period over which the loop moves to a new patch; 0 holds it as the paper does. */
   readonly smoothing: number;
-  /** Of the passivity layer; 0 switches it off [N s/m]. */
+  /** Largest damping of the passivity layer; 0 switches the layer off [N s/m]. */
   readonly max_damping: number;
   /** mu of the contact; 0 for none. */
   readonly friction: number;
-  /** Whether gains follow the compliance under the probe; not those that the user has fixed. */
+  /** Whether gains follow the compliance under the probe; false for gains that the user has fixed. */
   readonly follow: boolean;
   /** Largest gain that the device renders stably [N/m]. */
   readonly max_stiffness: number;
@@ -45,7 +45,7 @@ export function loopSettings(
       // Three ticks, at least 0.1 s: jitter below that does not disturb the hand.
       silent_after: Math.max(0.1, 3 * simulation_period),
     },
-    // The integral lets go over two simulation periods (5.1), but not faster than 1 % of it per millisecond.
+    // The integral's force fades over two simulation periods (5.1), but by at most 1 % of it per millisecond.
     law: { ...DEFAULT_LAW_SETTINGS, release_time: Math.max(0.1, 2 * simulation_period), max_force },
     smoothing: 1,
     max_damping: 0,
@@ -68,7 +68,7 @@ export interface Period {
   readonly sample: DeviceSample;
   readonly sight: Sight;
   readonly now: number;
-  /** Since the last period, at most two punctual ones: limits changes of force by time [s]. */
+  /** Time since the last period, at most two punctual periods: it limits changes of the force [s]. */
   readonly counted: number;
   /** Whether the server counts as silent. */
   readonly silent: boolean;
@@ -78,12 +78,12 @@ export interface Period {
 export interface LoopState {
   /** Newest patch; null before the first. */
   readonly patch: Patch | null;
-  /** When it came [s]. */
+  /** Time at which the newest patch came [s]. */
   readonly arrived: number;
   readonly before: Patch | null;
-  /** The surface in use when the newest came, minus that of `before`. */
+  /** The surface in use when the newest patch came, minus that of `before`. */
   readonly offset: Sight | null;
-  /** Gain in use when it came [N/m]. */
+  /** Gain in use when the newest patch came [N/m]. */
   readonly k_h_before: number;
   /** Law in use; null before the first patch. */
   readonly fade: LawFade | null;
@@ -103,7 +103,7 @@ export interface LoopState {
   /** Compliance that the friction uses, in transition to that of the newest patch; null without one. */
   readonly compliance: Compliance3 | null;
   readonly safety: SafetyState;
-  /** How long the server may be silent on this link [s]. */
+  /** Longest normal silence of the server on this link [s]. */
   readonly patience: number;
 }
 
@@ -128,14 +128,14 @@ export const START: LoopState = {
 
 /** Output of a period. */
 export interface Output {
-  /** On the hand, to the device [N]. */
+  /** Force on the hand, for the device [N]. */
   readonly force: Vec3;
-  /** The same without the passivity layer's damping, which acts on the hand only: its opposite acts on the body [N]. */
+  /** Force whose opposite acts on the body: without the passivity layer's damping, which acts on the hand only [N]. */
   readonly on_body: Vec3;
   /** Point of the resting surface that the contact holds by friction [m]; null for none. */
   readonly anchor: Vec3 | null;
   readonly local: LocalForce;
-  /** Of the passivity layer, along the normal [N]. */
+  /** Damping force of the passivity layer, along the normal [N]. */
   readonly damping_force: number;
   /** Displacement of the contact point by the others, along the normal [m]. */
   readonly u_others: number;

@@ -68,7 +68,7 @@ export function step(
   return [after, output];
 }
 
-/** An anchor as the server may hear of it: none that is no place within reach. */
+/** The anchor to send to the server; null if it is not finite or out of range. */
 function told(anchor: Vec3 | null): Vec3 | null {
   return anchor !== null && norm(anchor) <= MAX_POSITION ? anchor : null;
 }
@@ -76,8 +76,8 @@ function told(anchor: Vec3 | null): Vec3 | null {
 /**
  * The part of the law's force that the body gets: the same share as the hand, and never more than the law's.
  *
- * Damping may cancel nearly all of the law's force, or double it, and does not act on the body; while a force still
- * falls to the law's, the body gets the law's.
+ * Damping may cancel nearly all of the law's force, or double it, and does not act on the body; while the hand's force
+ * still falls to the law's force, the body gets the law's force.
  */
 function onBody(force: Vec3, ratio: number, max_force: number): Vec3 {
   const size = norm(force);

@@ -1,20 +1,20 @@
 /**
- * One way of a path that is made longer on this side: it holds each message until it is due.
+ * A delay in one direction of a path: the line holds each message until it is due.
  *
- * `shared/cohaptic/simulated/delay_line.py` in TypeScript, without jitter: a stream, in which nothing overtakes. Texts
- * are events, and none is lost. Bytes are states: of those that leave together the newest counts.
+ * `shared/cohaptic/simulated/delay_line.py` in TypeScript, without jitter: no message overtakes another. Texts are
+ * events, and none is lost. Bytes are states: of several that leave together only the newest is passed on.
  */
 
 export type Message = string | Uint8Array<ArrayBuffer>;
 
-export const LONGEST = 1; // s that a message is held at most
-export const CAPACITY = 256; // messages on their way; in a second a hand sends 60 and hears as many
+export const LONGEST = 1; // s for which a message is held at most
+export const CAPACITY = 256; // messages that are held; a hand sends 60 in a second and receives as many
 
 export class DelayLine {
   private readonly items: { readonly due: number; readonly data: Message }[] = [];
   private held = 0;
 
-  /** Of later messages [s], from 0 to `LONGEST`; those on their way keep theirs. */
+  /** Delay of later messages [s], from 0 to `LONGEST`; held messages keep their delay. */
   set delay(seconds: number) {
     this.held = Math.min(LONGEST, Math.max(0, seconds));
   }
@@ -23,7 +23,7 @@ export class DelayLine {
     this.items.push({ due: Math.max(this.items.at(-1)?.due ?? now, now + this.held), data });
   }
 
-  /** What is due at `now`, in order; of more than there is room for, the first are due at once. */
+  /** Messages that are due at `now`, in order; if more are held than there is room for, the first are due at once. */
   take(now: number): readonly Message[] {
     const late = this.items.findIndex(({ due }) => due > now);
     const count = late < 0 ? this.items.length : Math.max(late, this.items.length - CAPACITY);

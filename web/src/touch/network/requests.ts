@@ -3,7 +3,7 @@
 import type { FixedGains, LawName } from "../../model/laws";
 import { encodeControl } from "../../protocol/messages";
 
-// 1/s; of a coefficient of friction: at 10 N of pressure the force along the surface moves by 10 N/s.
+// 1/s; rate of a change of mu: at 10 N of normal force the force along the surface changes by 10 N/s.
 const RATE = 1;
 
 function telling(law: LawName, fixed_gains: FixedGains | null): string {
@@ -11,16 +11,16 @@ function telling(law: LawName, fixed_gains: FixedGains | null): string {
 }
 
 export class Requests {
-  /** Gains instead of the server's. */
+  /** Gains in place of the server's choice; null for none. */
   fixed: FixedGains | null = null;
   private knownLaw = ""; // law and gains that the server knows of
-  /** Why the server did not give the name that was asked for last; empty for no reason. */
+  /** Reason why the server did not give the name that was asked for last; empty for none. */
   nameRefused = "";
-  private knownName: string; // that the server was told last
-  private unanswered = 0; // names
+  private knownName: string; // name that the server was told last
+  private unanswered = 0; // number of name requests without an answer
   private knowsFriction = false; // the last hello asked for friction
 
-  /** @param mu Of the finger. */
+  /** @param mu Coefficient of friction of the finger. */
   constructor(
     public name: string,
     public law: LawName,
@@ -29,7 +29,7 @@ export class Requests {
     this.knownName = name;
   }
 
-  /** A hello with name, law and friction was sent. */
+  /** To be called when a hello with name, law and friction was sent. */
   greet(): void {
     this.knownName = this.name;
     this.unanswered = 0;
@@ -51,7 +51,7 @@ export class Requests {
     return encodeControl({ type: "set_name", name: this.name });
   }
 
-  /** The server has answered; where it was asked again meanwhile, the next answer counts. */
+  /** Take the server's answer; if another name was requested meanwhile, only its answer counts. */
   named(name: string, reason: string): void {
     this.unanswered -= 1;
     if (this.unanswered > 0 || this.name !== this.knownName) return;
@@ -68,15 +68,15 @@ export class Requests {
   }
 
   /**
-   * Whether the last hello was for another finger than the present one.
+   * Whether a new hello is needed, because friction was switched on or off since the last one.
    *
-   * @param friction mu in use: a finger becomes smooth before the server hears of it.
+   * @param friction mu in use: it must have reached zero before the server hears that there is no friction.
    */
   needsHello(friction: number): boolean {
     return this.mu > 0 ? !this.knowsFriction : this.knowsFriction && friction === 0;
   }
 
-  /** mu after one more period, in transition to the requested one, so that a choice does not step the force. */
+  /** mu after one more period, in transition to the requested one, so that a choice does not make the force jump. */
   nextFriction(now: number, dt: number): number {
     return Math.min(Math.max(this.mu, now - RATE * dt), now + RATE * dt);
   }

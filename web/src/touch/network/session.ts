@@ -20,11 +20,11 @@ const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   closed: [],
 };
 
-/** One connection to a server, seen from the client that touches. */
+/** State of one connection to a server, for the client that touches. */
 export class TouchSession {
   /** Whether the room is full and the server keeps a place in its queue. */
   queued = false;
-  /** Which of how many; null before it is told, and for who does not wait. */
+  /** Place in the queue and its length; null before the server tells it, and for a client that does not wait. */
   place: readonly [number, number] | null = null;
   private state: State = "await_welcome";
 
@@ -47,7 +47,7 @@ export class TouchSession {
     });
   }
 
-  /** Take one message from the server; throws ProtocolError if it broke the protocol: the session is over. */
+  /** Take one message from the server; a ProtocolError, for a message that broke the protocol, ends the session. */
   receive(data: string | Uint8Array): TouchEvent {
     try {
       const event = decode(data);

@@ -3,15 +3,15 @@
  * `client/cohaptic_client/network/timing.py` in TypeScript.
  *
  * A patch sends back when its sample left (`t_client`), how long the sample waited for the tick (`sample_wait`) and when
- * the tick was (`t_server`), as in NTP. The clock offset is taken from the shortest round trip of late.
+ * the tick was (`t_server`), as in NTP. The clock offset is that of the shortest recent round trip.
  */
 
 const WINDOW = 5; // s; the shortest round trip counts for at least this long and at most twice that
 const SMOOTHING = 0.05; // share of a new round trip in the running means
 
-/** One way there and back. */
+/** One passage to the server and back. */
 export interface Passage {
-  /** Without the wait at the server [s]. */
+  /** Round trip without the wait at the server [s]. */
   readonly round_trip: number;
   /** Server's clock less the client's, if both ways took equally long [s]. */
   readonly offset: number;
@@ -19,11 +19,11 @@ export interface Passage {
 
 /** Estimated timing of a link. */
 export interface LinkTiming {
-  /** Running mean [s]; 0 before the first patch. */
+  /** Running mean of the round trips [s]; 0 before the first patch. */
   readonly round_trip: number;
-  /** Running mean of the deviation from it [s]. */
+  /** Running mean of the deviation from the mean round trip [s]. */
   readonly jitter: number;
-  /** Of the present window; null before the first patch. */
+  /** Shortest passage of the present window; null before the first patch. */
   readonly shortest: Passage | null;
   readonly shortest_before: Passage | null;
   /** End of the present window, on the client's clock [s]. */
@@ -39,14 +39,14 @@ export function clockOffset({ shortest: a, shortest_before: b }: LinkTiming): nu
 }
 
 /**
- * The shortest round trip of late: what the network takes, since all else that holds messages up comes and goes [s];
+ * The shortest recent round trip, which is that of the network alone, because all other delays come and go [s];
  * null before the first patch.
  */
 export function shortestTrip({ shortest: a, shortest_before: b }: LinkTiming): number | null {
   return a === null ? null : Math.min(a.round_trip, b?.round_trip ?? Infinity);
 }
 
-/** A patch came at `now`. */
+/** Timing after a patch that came at `now`. */
 export function measured(
   timing: LinkTiming,
   patch: { readonly t_client: number; readonly t_server: number; readonly sample_wait: number },

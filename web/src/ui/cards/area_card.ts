@@ -1,4 +1,4 @@
-/** Fig. 8 with everybody's gains as moving dots, the same in words, and how rooms like this one went. */
+/** Fig. 8 with everybody's gains as moving dots, the figure in words, and the outcomes of rooms like this one. */
 
 import type { RoomLag } from "../../model/body";
 import type { UserState } from "../../model/scene";
@@ -14,7 +14,7 @@ export class AreaCard {
   private readonly words = el("p", { class: "fine" });
   private readonly colour: (user: number) => string;
   private readonly pick;
-  /** Draws and tells; comes when it is first to be shown, as few look at gains. */
+  /** Code that draws and describes the figure; loaded when it is first shown, as few visitors look at gains. */
   private figure: typeof import("../plots/area_figure") | null = null;
   private neighbours: NeighboursPart | null = null;
   private fetching = false;
@@ -40,13 +40,13 @@ export class AreaCard {
     );
   }
 
-  /** Measure by another K_o, as the tour does. */
+  /** Measure the gains by another K_o, as the tour does. */
   measure(yardstick: Yardstick): void {
     this.yardstick = yardstick;
     this.pick.set(yardstick);
   }
 
-  /** @param room Null before anything is known of it. */
+  /** @param room Lag of the room; null before it is known. */
   update(users: readonly UserState[], simulationPeriod: number, room: RoomLag | null, ink: Inks): void {
     const missing = this.figure === null || this.neighbours === null;
     if (missing && !this.fetching && this.root.offsetParent !== null) void this.fetch();
@@ -66,7 +66,7 @@ export class AreaCard {
       this.neighbours = new NeighboursPart();
       this.root.append(this.neighbours.root);
     } catch {
-      // A network that was away for a moment: asked for again at the next look.
+      // The network may have failed for a moment: the code is requested again at the next update.
     } finally {
       this.fetching = false;
     }

@@ -1,4 +1,4 @@
-/** The two levels of the page: people first; gains, laws and plots for who asks for them. */
+/** The two levels of the page: first the people; gains, laws and plots for visitors who ask for them. */
 
 import { el } from "../dom";
 import { keep, recall } from "../theme";
@@ -11,7 +11,7 @@ export class Level {
   readonly root: HTMLButtonElement;
   private readonly page: () => HTMLElement | null;
 
-  /** @param page Element that carries the class of the level; null before it is there. */
+  /** @param page Returns the element with the class of the level; null before it exists. */
   constructor(page: () => HTMLElement | null) {
     this.page = page;
     this.root = el("button", {
@@ -29,7 +29,7 @@ export class Level {
     });
   }
 
-  /** As the address says, or else as the visitor had it last; what is no level says nothing. */
+  /** Begin with the level in the address, or else with the visitor's last one; an unknown level is ignored. */
   begin(search: string): void {
     const asked = new URLSearchParams(search).get("view");
     this.show(asked === CLASS || asked === PEOPLE ? asked === CLASS : recall(KEY) === "yes");

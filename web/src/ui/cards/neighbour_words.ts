@@ -1,4 +1,4 @@
-/** The campaign's rooms that are like this one, in words, with the table that is looked up. */
+/** Words on the campaign's rooms that resemble this one, with the table in which they are looked up. */
 
 import campaign from "../../control/campaign_rooms.json";
 import { type Foreign, type Neighbours, neighbours, reach, roomFacts, type RoomFacts, type Rule, sameRoom } from "../../control/neighbours";
@@ -7,7 +7,7 @@ export { roomFacts, sameRoom };
 
 const WHOLE = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 
-/** Hands of the largest room. */
+/** Number of hands in the largest room. */
 export const MOST_HANDS = campaign.outcomes.predictive.length;
 
 const RULES: Readonly<Record<Rule, string>> = {
@@ -25,7 +25,7 @@ const FOREIGN: Readonly<Record<Foreign, string>> = {
   "soft device": "its devices render the object\u2019s stiffness",
 };
 
-/** What was simulated, and by which command. */
+/** Words on the simulated rooms and the command that ran them. */
 export const ENSEMBLE = [
   `${WHOLE.format(campaign.rooms)} random rooms, each run for ${campaign.seconds} s under each law.`,
   "One to eight hands of 0.05 to 0.5 kg, 1 to 10 N s/m and 100 to 1,000 N/m press 5 to 30 mm deep and hold, on linear objects of 50 to 800 N/m: half balloons, half soft slabs.",
@@ -40,13 +40,13 @@ export const COMMAND = campaign.command;
 const two = (hundredths: number): string => (hundredths / 100).toFixed(2);
 const runs = (count: number, hands: number): string => `${WHOLE.format(count)} runs with ${hands === 1 ? "one hand" : `${hands} hands`}`;
 
-/** How the rooms went that are like this one. */
+/** Words on the outcomes of the rooms that resemble this one. */
 export function neighbourWords(facts: RoomFacts | Foreign): string {
   if (typeof facts === "string") return `No neighbours: ${FOREIGN[facts]}.`;
   return wordsOf(facts, neighbours(campaign.outcomes, facts));
 }
 
-/** The same of rooms that were found. */
+/** Words on the outcomes of the rooms that were found. */
 export function wordsOf(facts: RoomFacts, found: Neighbours): string {
   const { delay, coupling, lag } = facts;
   const here = `loop ${delay} ms \u00b1 ${reach("delay", delay)}, coupling ${two(coupling)} \u00b1 ${two(reach("coupling", coupling))}, lag ${lag} ms \u00b1 ${reach("lag", lag)}`;

@@ -1,4 +1,4 @@
-/** The campaign's rooms that are like this one; beside the stable gains, and loaded with the first look at them. */
+/** The part on the campaign's rooms that resemble this one, beside the stable gains; loaded when it is first shown. */
 
 import type { RoomFacts } from "../../control/neighbours";
 import type { RoomLag } from "../../model/body";

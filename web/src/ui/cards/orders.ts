@@ -1,17 +1,17 @@
-/** Buttons of who administers the room: to mute, put out and ban somebody; to freeze and reset the object. */
+/** Buttons for an administrator of the room: to mute, put out and ban somebody; to freeze and reset the object. */
 
 import type { Order, Restraints } from "../../model/orders";
 import { el, say, show } from "../dom";
 
-const SURE_FOR = 4000; // ms for which a button that asks waits for the second press
+const SURE_FOR = 4000; // ms for which a button waits for the second press
 
 interface OrderButton {
   readonly root: HTMLButtonElement;
-  /** Words, and the name for those who hear them without what stands round it. */
+  /** Set the button's words; `about` completes them for screen readers. */
   set(words: string, about: string): void;
 }
 
-/** A button; one that cannot be undone asks to be pressed once more. */
+/** Make a button; if its order cannot be undone, the button asks for a second press. */
 function orderButton(press: () => void, sure: string | null): OrderButton {
   let asked = 0;
   let [words, about] = ["", ""];
@@ -47,7 +47,7 @@ function orderButton(press: () => void, sure: string | null): OrderButton {
   };
 }
 
-/** Of one user, in its card. */
+/** Orders about one user, in that user's card. */
 export class UserOrders {
   readonly root: HTMLElement;
   private readonly mute: OrderButton;
@@ -75,7 +75,7 @@ export class UserOrders {
   }
 }
 
-/** Of the room, above the cards. */
+/** Orders about the room, above the cards. */
 export class RoomOrders {
   readonly root: HTMLElement;
   private readonly freeze: OrderButton;
@@ -102,7 +102,7 @@ export class RoomOrders {
     show(this.root, admin);
   }
 
-  /** A button for each who was put out; made anew only where they have changed, so that a press finds it. */
+  /** A button for each user who was put out; made anew only if the list has changed, so that a press does not miss its button. */
   private list(names: readonly string[]): void {
     show(this.out, names.length > 0);
     if (names.length === this.names.length && names.every((name, i) => name === this.names[i])) return;

@@ -1,9 +1,9 @@
-/** The place of an administrator's buttons: they come over the network for who may use them. */
+/** The place of an administrator's buttons, whose code is loaded only for visitors who may use them. */
 
 import { el, show } from "../dom";
 import type * as Orders from "./orders";
 
-const AGAIN = 10_000; // ms after which a part that did not come is asked for again
+const AGAIN = 10_000; // ms after which code that could not be loaded is requested again
 
 export class OrdersPlace<Part extends Orders.RoomOrders | Orders.UserOrders> {
   readonly root = el("div");
@@ -14,7 +14,7 @@ export class OrdersPlace<Part extends Orders.RoomOrders | Orders.UserOrders> {
     show(this.root, false);
   }
 
-  /** The buttons once they are there; asked for with the first wish. */
+  /** The buttons when their code is loaded, which the first wish requests; null before. */
   get(wanted: boolean): Part | null {
     if (wanted && !this.asked) {
       this.asked = true;

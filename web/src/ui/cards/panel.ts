@@ -1,4 +1,4 @@
-/** The column beside the stage: everybody's panel, and Fig. 8. */
+/** The column beside the stage: a card for each user, and Fig. 8. */
 
 import type { OwnLink } from "../../model/hand";
 import type { Order } from "../../model/orders";
@@ -17,20 +17,20 @@ import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "../words";
 
 const OPEN_AT_FIRST = 3;
 
-/** What a replay shows in place of now. */
+/** Data of a replay that the panel shows in place of the present. */
 export interface Lens {
-  /** Whether anything was heard at that time. */
+  /** Whether the server was heard at the shown time. */
   readonly known: boolean;
-  /** How long ago, in words. */
+  /** Age of the shown time, in words. */
   readonly when: string;
-  /** The plots of a hand round that time. */
+  /** Returns the plots of a hand round the shown time. */
   readonly charted: (user: number) => Charted;
 }
 
 export class Panel {
   readonly root: HTMLElement;
   readonly area: AreaCard;
-  /** What there is to do where nobody else is. */
+  /** Place for the offers while nobody else is here. */
   readonly beside = el("div");
   private readonly cards = new Map<number, UserCard>();
   private readonly list = el("div", { class: "cards" });
@@ -44,7 +44,7 @@ export class Panel {
   private readonly time = el("details", { class: "room-time" }, this.answers, this.reasons);
   private readonly stream = el("p", { class: "stream-words" });
   private readonly encoding: Choice<Encoding>;
-  /** People first, or all that an engineer asks for. */
+  /** Level of detail: people only, or also what an engineer asks for. */
   readonly level = new Level(() => this.root.parentElement);
   private readonly sheet = new Sheet(() => this.root.parentElement);
   private readonly latencyNote = el("p", {
@@ -101,7 +101,7 @@ export class Panel {
     );
   }
 
-  /** Inks have changed by day or night. */
+  /** Draw with the colours of the new scheme, light or dark. */
   repaint(): void {
     this.ink = null;
     for (const [user, card] of this.cards) card.paint(this.colour(user));
@@ -124,7 +124,7 @@ export class Panel {
     for (const user of view.users) this.card(user.user).record(user, view.t_server);
   }
 
-  /** Write and draw all that is seen; called some times a second. */
+  /** Write and draw all visible parts; called some times a second. */
   update(store: SceneStore, view: SceneSnapshot | null, own: number, link: OwnLink | null, lens: Lens | null, following: number | null): void {
     const ink = (this.ink ??= inks(this.root));
     const present = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
@@ -137,7 +137,7 @@ export class Panel {
       const state = view?.users.find((u) => u.user === user);
       const name = state?.name ?? store.roster.find((r) => r.user === user)?.name ?? "";
       this.card(user).write(state, name === "" ? `user ${user}` : name, user === own, {
-        // Orders are for now, and not for how it was.
+        // Orders apply to the present and not to a replay.
         mayDelay: lens === null && store.info?.allow_latency === true,
         admin: lens === null && store.info?.room_admin === true,
         muted: lens === null && store.restraints.muted.includes(user),
@@ -158,12 +158,12 @@ export class Panel {
       for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
     }
     this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, view?.room ?? null, ink);
-    // A body that is no sum of Green's functions comes in frames, whatever is asked for.
+    // A body without Green's functions is always sent as frames, whatever the page requests.
     this.encoding.enable("forces", store.info?.model !== null);
     say(this.stream, streamWords(store));
   }
 
-  /** How fast the object responds, which a hand cannot know from its own numbers. */
+  /** Write how fast the object responds, which the numbers of a hand do not show. */
   private tellTime(view: SceneSnapshot | null): void {
     const words = view === null ? "" : lagWords(view.room, view.users.filter((user) => user.c_ii > 0).length);
     show(this.time, words !== "");
@@ -185,7 +185,7 @@ export class Panel {
       card.paint(this.colour(user));
       card.open(this.cards.size < OPEN_AT_FIRST);
       this.cards.set(user, card);
-      // In the order of their numbers, whoever was seen first.
+      // Cards are in the order of user numbers, not in that of arrival.
       const after = [...this.cards.keys()].filter((u) => u > user).sort((a, b) => a - b)[0];
       this.list.insertBefore(card.root, after === undefined ? null : (this.cards.get(after)?.root ?? null));
     }

@@ -2,7 +2,7 @@
 
 import { el } from "../dom";
 
-const FAR = 24; // px of a drag, from which it is none by accident
+const FAR = 24; // px; a shorter drag may be an accident and does not count
 
 export class Sheet {
   readonly root: HTMLButtonElement;
@@ -10,7 +10,7 @@ export class Sheet {
   private dragged = false;
   private readonly page: () => HTMLElement | null;
 
-  /** @param page Element that carries the class of the sheet; null before it is there. */
+  /** @param page Returns the element with the class of the sheet; null before it exists. */
   constructor(page: () => HTMLElement | null) {
     this.page = page;
     this.root = el("button", {

@@ -19,11 +19,11 @@ import { connectionWords, fixed, LAW_WORDS, milliseconds, softWords, stiffness }
 
 /** Columns of a user's trace. */
 export const COLUMN = { probe: 0, proxy: 1, force: 2, delay: 3 } as const;
-/** That a chart shows [s]. */
+/** Time span of a chart [s]. */
 export const SPAN = 6;
 const CAPACITY = 1200;
 
-/** Probe and proxy below the resting surface, as in Figs. 7 and 9 [m]; |force| [N]; loop delay [s]. */
+/** One sample: depths of probe and proxy below the resting surface, as in Figs. 7 and 9 [m]; |force| [N]; loop delay [s]. */
 export function sample(user: Omit<UserState, "name" | "latency">): [number, number, number, number] {
   const below = (point: UserState["probe"]): number => -dot(sub(point, user.foot), user.normal);
   const probe = below(user.probe);
@@ -43,16 +43,16 @@ const LANES: readonly Lane[] = [
   { name: "delay of the loop", unit: "ms", factor: 1e3, least: 0.1, zero: true, height: 22, lines: [{ column: COLUMN.delay, colour: "--ink-2" }] },
 ];
 
-/** What of the room a card depends on. */
+/** Facts about the room on which a card depends. */
 export interface CardFacts {
   readonly mayDelay: boolean;
   readonly admin: boolean;
   readonly muted: boolean;
-  /** Whether its numbers are those of now. */
+  /** Whether the server is heard now; in a replay, whether it was heard at the shown time. */
   readonly live: boolean;
-  /** Of the own hand now; null for others. */
+  /** Connection of the own hand now; null for other hands. */
   readonly link: OwnLink | null;
-  /** Whether its view may be followed, is followed, or there is none: the own hand's, or without a page that shows one. */
+  /** Whether the user's view may be followed or is followed; "none" for the own hand and for users without a page. */
   readonly view: "open" | "followed" | "none";
 }
 
@@ -131,19 +131,19 @@ export class UserCard {
 
   /** Remember a moment for the plots. */
   record(user: UserState, t: number): void {
-    // A server that began anew counts from another zero.
+    // The clock of a restarted server begins at another zero.
     if (t < this.trace.last - 1) this.trace.clear();
     this.trace.push(t, sample(user));
   }
 
-  /** Write numbers; `own` marks the visitor's hand. */
+  /** Write the numbers; `own` marks the visitor's hand. */
   write(user: UserState | undefined, name: string, own: boolean, { mayDelay, admin, muted, live, link, view }: CardFacts): void {
     show(this.follow, !own && view !== "none");
     say(this.follow, view === "followed" ? "Following" : "Follow");
     this.follow.setAttribute("aria-pressed", `${view === "followed"}`);
     this.follow.setAttribute("aria-label", view === "followed" ? `Following ${name}` : `Follow ${name}`);
     this.follow.title = view === "followed" ? "Back to your own view" : `See what ${name} sees, until you turn the view`;
-    // Nobody needs to put itself out.
+    // An administrator needs no orders about the own hand.
     const orders = admin && !own;
     this.orders.get(orders)?.write(name, muted, orders);
     say(this.name, own ? `${name} (you)` : name);
@@ -182,7 +182,7 @@ export class UserCard {
     this.latency.jitter.set(1e3 * user.latency.jitter);
   }
 
-  /** @param scene Another than the last seconds: those of a replay. */
+  /** @param scene Data of a replay to draw; null draws the last seconds. */
   draw(now: number, ink: Inks, scene: Charted | null): void {
     if (!this.body.hidden) this.chart.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
   }

@@ -1,4 +1,4 @@
-/** The visitor's gamepad: its dialog, its way to the hand, and its end in words. */
+/** The visitor's gamepad: its dialog, its connection to the hand, and the words when it ends. */
 
 import { choosePad, NoPad } from "../../gamepad/choose";
 import { PadLink } from "../../gamepad/link";
@@ -11,17 +11,17 @@ import { icon } from "../icons";
 const LET_GO = "Your hand was let go.";
 const READY = "The gamepad is in use. Let go of its trigger once, then press with it.";
 
-/** What of the page a gamepad uses. */
+/** The functions of the page that a gamepad uses. */
 export interface PadHost {
   /** Bring the hand into the room. */
   touch(): void;
-  /** From the middle of the body to the eye. */
+  /** Direction from the middle of the body to the eye. */
   towardsEye(): Vec3;
-  /** Null before it is known. */
+  /** The body; null before it is known. */
   body(): Sphere | null;
-  /** Null while the hand is not in the room. */
+  /** Newest report of the hand; null while it is not in the room. */
   felt(): Felt | null;
-  /** Where the hand is to be [m]; null to let others say so again. */
+  /** Set the target of the hand [m]; null leaves the target to pointers and keys again. */
   steer(target: Vec3 | null): void;
 }
 
@@ -114,7 +114,7 @@ export class GamepadDesk {
     if (device === this.device) this.link?.disconnected();
   }
 
-  /** The hand goes off the body, and the pad is released. */
+  /** Move the hand off the body, and release the pad. */
   private end(words: string): void {
     const { link, pad } = this;
     [this.link, this.pad, this.device] = [null, null, null];
@@ -122,7 +122,7 @@ export class GamepadDesk {
     this.host.steer(null);
     void link?.close();
     this.tell(words);
-    // Nobody looks into a dialog that is closed, and a hand that was let go asks why.
+    // The reason is written in the dialog, so a closed dialog opens to show it.
     if (!this.root.open && document.querySelector("dialog[open]") === null) this.root.showModal();
   }
 

@@ -1,4 +1,4 @@
-/** The place of a gamepad on the page: a button where the browser has WebHID; what it needs comes when it is pressed. */
+/** The place of a gamepad on the page: a button if the browser has WebHID; the gamepad's code is loaded at the first press. */
 
 import { type Hid, webHid } from "../../gamepad/webhid";
 import { el, iconButton } from "../dom";
@@ -18,7 +18,7 @@ export class GamepadPlace {
     addEventListener("pagehide", () => { this.desk?.pause(); });
   }
 
-  /** Whether a gamepad moves the hand, and has its motors told what it feels. */
+  /** Whether a gamepad moves the hand, and gives the hand's force by its own motors. */
   get used(): boolean {
     return this.desk?.used === true;
   }
@@ -42,7 +42,7 @@ export class GamepadPlace {
       this.root.append(this.desk.root);
       this.desk.toggle();
     }, () => {
-      this.loading = false; // to be asked for again
+      this.loading = false; // the code can be requested again
     });
   }
 }

@@ -1,4 +1,4 @@
-/** Fig. 8, live: the gains that settle, and where each user's gains are. */
+/** Fig. 8, live: the set of stable gains, and each user's gains in it. */
 
 import { type Gains, isStable, stableOutline } from "../../control/stable_set";
 import { answersOwnDent } from "../../model/laws";
@@ -6,7 +6,7 @@ import { linear } from "../../model/scale";
 import type { UserState } from "../../model/scene";
 import { type Inks, sharpen } from "./canvas";
 
-/** Which K_o the gains are measured by: of the contact alone, or with the others at it. */
+/** K_o by which the gains are measured: that of the contact alone, or coupled with the other contacts. */
 export type Yardstick = "alone" | "coupled";
 
 /** Delay of a loop in whole simulation periods beyond the first. */
@@ -14,14 +14,14 @@ export function periods(loopDelay: number, simulationPeriod: number): number {
   return Math.min(64, Math.max(0, Math.ceil(loopDelay / simulationPeriod - 1e-6)));
 }
 
-/** A user's gains as shares of K_o; null without a contact. The predictive law's are of the contact alone: K_i C_ii. */
+/** A user's gains as shares of K_o; null without a contact. The predictive law's gain is a share of the contact alone, K_i C_ii. */
 export function gainsOf(user: UserState, simulationPeriod: number, yardstick: Yardstick): Gains | null {
   const k_o = yardstick === "alone" || !answersOwnDent(user.law) ? (user.c_ii > 0 ? 1 / user.c_ii : 0) : user.k_o_coupled;
   if (!(k_o > 0) || !(user.k_h > 0)) return null;
   return { kappa: user.k_h / k_o, int: (user.integral_gain * simulationPeriod) / k_o };
 }
 
-/** Where a user's gains lie; the predictive law has its own proof and is no point of this set. */
+/** Whether a user's gains are in the set; the predictive law has its own proof of stability and is no point of the figure. */
 export function verdict(user: UserState, simulationPeriod: number, yardstick: Yardstick): "inside" | "outside" | "own" | "none" {
   const gains = gainsOf(user, simulationPeriod, yardstick);
   if (gains === null) return "none";

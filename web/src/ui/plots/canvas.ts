@@ -1,6 +1,6 @@
-/** A canvas as sharp as the screen, and the colours of the page to draw with. */
+/** Makes a canvas as sharp as the screen, and gives the page's colours for drawing. */
 
-/** Inks of the page at this moment: they depend on the colour scheme. */
+/** Present colours of the page, which depend on the colour scheme. */
 export interface Inks {
   readonly text: string;
   readonly faint: string;

@@ -1,17 +1,17 @@
-/** A cursor that reads values in plots: where it is, what stands there, and what its keys do. */
+/** A cursor that reads values in plots: its position, the values there, and its keys. */
 
 import { type Lane, UNKNOWN, written } from "./lanes";
 import type { TraceBuffer } from "./trace_buffer";
 
 const FINE = 0.05; // s for an arrow key
-const COARSE = 0.5; // s for one with Shift
+const COARSE = 0.5; // s for an arrow key with Shift
 
-/** Shared by plots over one time axis: seconds before their right edge; null while it is nowhere. */
+/** Position of a cursor that plots over one time axis share: seconds before their right edge; null for no cursor. */
 export interface PlotCursor {
   before: number | null;
 }
 
-/** Where a key brings the cursor; undefined for a key that is none of its. */
+/** Position to which a key moves the cursor; undefined for a key that does not belong to the cursor. */
 export function moved(before: number | null, span: number, key: string, shift: boolean): number | null | undefined {
   const step = shift ? COARSE : FINE;
   const from = before ?? 0.5 * span;
@@ -24,7 +24,7 @@ export function moved(before: number | null, span: number, key: string, shift: b
   return next === undefined ? undefined : Math.min(span, Math.max(0, next));
 }
 
-/** The newest sample that is not after `t`, of each line of each lane; nan where nothing is known. */
+/** The newest value not after `t` of each line of each lane; NaN where nothing is known. */
 export function valuesAt(data: TraceBuffer, lanes: readonly Lane[], t: number): number[][] {
   return lanes.map(({ lines }) => lines.map(({ column }) => {
     let [time, found] = [-Infinity, Number.NaN];

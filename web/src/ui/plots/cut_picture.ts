@@ -1,4 +1,4 @@
-/** A cut through the surface under the own hand: the tip on the surface, the cursor below, the force as an arrow. */
+/** Picture of a cut through the surface under the own hand: the tip on the surface, the cursor below, the force as an arrow. */
 
 import type { TouchState } from "../../model/hand";
 import { forceShare } from "../../model/scale";
@@ -6,10 +6,10 @@ import { dot, norm, scale, sub } from "../../model/vec";
 import { type Inks, sharpen } from "./canvas";
 
 const DEEP = 0.03; // m from the resting surface to the lower end of the picture, at the least
-const LONGEST = 50; // px of the arrow
+const LONGEST = 50; // px; longest arrow
 
 export interface Cut {
-  /** Below the resting surface, as shares of the picture's depth; negative is above. */
+  /** Depths below the resting surface, as shares of the picture's depth; negative is above. */
   readonly cursor: number;
   readonly tip: number;
   readonly surface: number;
@@ -23,7 +23,7 @@ export function cut(state: Pick<TouchState, "target" | "probe" | "normal" | "dep
   const beyond = (probe[0] - target[0]) * n[0] + (probe[1] - target[1]) * n[1] + (probe[2] - target[2]) * n[2];
   const cursor = state.depth + beyond;
   const most = Math.max(DEEP, 1.15 * cursor, 1.15 * state.depth);
-  // Grows at once and shrinks slowly, so that the picture does not breathe with the hand.
+  // The depth grows at once and shrinks slowly, so that the picture does not zoom with each motion of the hand.
   const depth = most > before ? most : Math.max(DEEP, before + 0.02 * (most - before));
   return { cursor: cursor / depth, tip: state.depth / depth, surface: Math.max(0, state.indentation) / depth, depth };
 }
@@ -50,7 +50,7 @@ export class CutPicture {
     const y = (share: number): number => Math.min(h - 5, Math.max(5, top + share * (h - top - 6)));
     const middle = 0.5 * w;
     c.clearRect(0, 0, w, h);
-    // Resting surface, then the dent in it.
+    // Draw the resting surface, then the dent in it.
     const dent = y(heights.surface) - top;
     const curve = (): void => {
       c.beginPath();
@@ -96,7 +96,7 @@ function ring(c: CanvasRenderingContext2D, x: number, y: number, r: number, colo
   c.stroke();
 }
 
-/** Of the force from the normal [rad]: the cut lies in the plane of both. */
+/** Angle between force and normal [rad]; the cut lies in the plane of both. */
 export function lean({ force, normal }: Pick<TouchState, "force" | "normal">): number {
   const out = dot(force, normal);
   return Math.atan2(norm(sub(force, scale(normal, out))), out);

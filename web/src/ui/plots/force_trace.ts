@@ -1,4 +1,4 @@
-/** One large trace over the stage: the own force now, and another course of it on the same scale. */
+/** One large trace over the stage: the own force, and another force on the same scale for comparison. */
 
 import { digits, follow, linear, type Range, ticks } from "../../model/scale";
 import { type Inks, sharpen } from "./canvas";
@@ -38,9 +38,9 @@ export class ForceTrace {
   }
 
   /**
-   * @param now The right edge, in the times of `mine` [s].
-   * @param span How long the axis is [s].
-   * @param other Its last `span` seconds are shown; null for none.
+   * @param now Time at the right edge, on the clock of `mine` [s].
+   * @param span Length of the time axis [s].
+   * @param other Force of which the last `span` seconds are shown; null for none.
    */
   draw(mine: Course, other: Course | null, words: readonly [string, string], now: number, span: number, colour: string, ink: Inks): void {
     [this.mine.textContent, this.other.textContent] = words;

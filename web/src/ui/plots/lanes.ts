@@ -1,14 +1,14 @@
-/** What the lanes of a chart are: their quantities, units and lines. */
+/** Definition of the lanes of a chart: their quantities, units and lines. */
 
 import type { Range } from "../../model/scale";
 
 export interface Line {
   /** Column of the buffer. */
   readonly column: number;
-  /** Custom property that holds the colour, or a colour. */
+  /** Name of the custom property with the colour, or a colour. */
   readonly colour: string;
   readonly dashed?: boolean;
-  /** Written beside the lane's name where a lane has several lines. */
+  /** Name of the line, written beside the lane's name if the lane has several lines. */
   readonly name?: string;
 }
 
@@ -19,16 +19,16 @@ export interface Lane {
   readonly factor: number;
   /** Least width of the scale, in SI. */
   readonly least: number;
-  /** Zero stays in sight. */
+  /** Whether the scale always contains zero. */
   readonly zero: boolean;
   readonly height: number;
   readonly lines: readonly Line[];
 }
 
-/** Longer between two samples, and nothing is known of what was between [s]. */
+/** Longest gap between two samples over which a line is drawn; beyond it the values count as unknown [s]. */
 export const UNKNOWN = 1;
 
-/** The range that a lane shows: its data with zero, and no less than its least width. */
+/** Range that a lane shows: that of its data, with zero if the lane asks for it, and with at least its least width. */
 export function withZero(extent: Range | null, lane: Pick<Lane, "zero" | "least">): Range {
   const data = extent ?? { low: 0, high: 0 };
   const low = lane.zero ? Math.min(0, data.low) : data.low;
@@ -36,7 +36,7 @@ export function withZero(extent: Range | null, lane: Pick<Lane, "zero" | "least"
   return { low, high: Math.max(high, low + lane.least) };
 }
 
-/** A number as people read it: with a true minus, none on nothing, and a dash for what is not known. */
+/** A number as text: with a true minus sign, without one on zero, and with a dash for an unknown value. */
 export function written(x: number, places: number): string {
   if (!Number.isFinite(x)) return "\u2013";
   const text = x.toFixed(places);

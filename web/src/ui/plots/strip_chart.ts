@@ -1,4 +1,4 @@
-/** Plots on a canvas, live or of a replay: lanes over one time axis, each with its scale, its lines and its name, and a cursor that reads values. */
+/** Plots on a canvas, live or of a replay: lanes over one time axis, each with scale, lines and name, and a cursor for values. */
 
 import { follow, linear, type Range } from "../../model/scale";
 import { type Inks, sharpen } from "./canvas";
@@ -9,14 +9,14 @@ import type { TraceBuffer } from "./trace_buffer";
 
 const HINT = "Point at the plot to read its values.";
 
-/** What a chart shows. */
+/** Data that a chart shows. */
 export interface Charted {
   readonly data: TraceBuffer;
   /** Time at the right edge [s]. */
   readonly end: number;
-  /** That the axis is long [s]. */
+  /** Length of the time axis [s]. */
   readonly span: number;
-  /** The time that a replay shows; null for none, where the right edge is now [s]. */
+  /** Time that a replay shows [s]; null without a replay: the right edge is then now. */
   readonly shown: number | null;
 }
 
@@ -30,7 +30,7 @@ export class StripChart {
   private readonly cursor: PlotCursor;
   private last: readonly [Charted, Inks] | null = null;
 
-  /** @param cursor Shared by all charts of one time axis. */
+  /** @param cursor Cursor that all charts of one time axis share. */
   constructor(lanes: readonly Lane[], label: string, cursor: PlotCursor) {
     this.lanes = lanes;
     this.cursor = cursor;
@@ -44,14 +44,14 @@ export class StripChart {
     }
     this.canvas.addEventListener("pointermove", (event) => { this.point(event); });
     this.canvas.addEventListener("pointerdown", (event) => { this.point(event); });
-    // A finger that is lifted leaves it where it was, to be read.
+    // A lifted finger leaves the cursor where it was, so that the values can be read.
     this.canvas.addEventListener("pointerleave", ({ pointerType }) => { if (pointerType === "mouse") this.put(null); });
     this.canvas.addEventListener("keydown", (event) => {
       if (this.last === null || event.ctrlKey || event.metaKey || event.altKey) return;
       const next = moved(this.cursor.before, this.last[0].span, event.key, event.shiftKey);
       if (next === undefined) return;
       event.preventDefault();
-      event.stopPropagation(); // no key of the stage
+      event.stopPropagation(); // the stage must not take this key
       this.put(next);
     });
     this.words.className = "plot-words";
@@ -97,25 +97,25 @@ export class StripChart {
     this.put(this.last[0].span * (1 - Math.min(1, Math.max(0, share))));
   }
 
-  /** The cursor to so many seconds before the right edge, or away. */
+  /** Put the cursor at a number of seconds before the right edge; null removes it. */
   private put(before: number | null): void {
     this.cursor.before = before;
     if (this.last === null) return;
     this.draw(...this.last);
-    // Said when it is moved, not each time that a plot goes on under it.
+    // Screen readers hear the values when the cursor is moved, not each time that the plot moves on under it.
     this.canvas.setAttribute("aria-valuenow", before === null ? "1" : (1 - before / this.last[0].span).toFixed(3));
     this.canvas.setAttribute("aria-valuetext", this.words.textContent);
   }
 }
 
-/** Of a cursor: before now, or beside the moment that a replay shows. */
+/** Words for the time of a cursor: before now, or relative to the moment that a replay shows. */
 function when(before: number, shown: number | null, read: number): string {
   if (shown === null) return `${written(before, 2)}\u202fs ago`;
   if (read === shown) return "Here";
   return `${written(Math.abs(read - shown), 2)}\u202fs ${read < shown ? "before" : "after"}`;
 }
 
-/** Spans of [since, now] in which no sample was taken, though there were some before. */
+/** Intervals of [since, now] without samples, after the first sample. */
 export function gaps(data: TraceBuffer, since: number, now: number): [number, number][] {
   const found: [number, number][] = [];
   let last: number | null = null;

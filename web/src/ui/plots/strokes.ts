@@ -1,4 +1,4 @@
-/** Strokes of a chart: axis, names, lines, what is not known, and the cursor. */
+/** Drawing of the parts of a chart: axis, names, lines, unknown intervals, and the cursor. */
 
 import { digits, type Range, ticks } from "../../model/scale";
 import type { Inks } from "./canvas";
@@ -10,12 +10,12 @@ export const LEFT = 34;
 export const RIGHT = 6;
 export const TOP = 15;
 export const GAP = 9;
-/** Of a line before its name, and from there to the name before that: beside the lane's name there is room for two [px]. */
+/** Piece of a line before its name, and the gap to the name before that; there is room for two beside the lane's name [px]. */
 export const PIECE = 10;
 export const BETWEEN = 8;
-const HATCH = 6; // px between two lines of it
+const HATCH = 6; // px between two lines of the hatching
 
-/** Slanted lines over what is not known. */
+/** Draw slanted lines over an unknown interval. */
 export function hatch(c: CanvasRenderingContext2D, left: number, right: number, top: number, height: number, ink: Inks): void {
   c.save();
   c.beginPath();
@@ -61,7 +61,7 @@ export function axis(
   }
 }
 
-/** Names of several lines, each after a piece of it, from the right. */
+/** Draw the names of several lines, each after a piece of its line, from the right. */
 function key(c: CanvasRenderingContext2D, lane: Lane, width: number, top: number, ink: Inks): void {
   let right = width - RIGHT;
   for (const line of lane.lines) {

@@ -9,8 +9,8 @@ export class TraceBuffer {
   private filled = 0;
 
   /**
-   * @param width How many quantities a sample has.
-   * @param capacity Samples that are kept; older ones make room.
+   * @param width Number of quantities in a sample.
+   * @param capacity Number of samples that are kept; the newest replace the oldest.
    */
   constructor(width: number, capacity: number) {
     this.times = new Float64Array(capacity);
@@ -21,13 +21,13 @@ export class TraceBuffer {
     return this.filled;
   }
 
-  /** Newest time; -Infinity of none. */
+  /** Time of the newest sample; -Infinity without samples. */
   get last(): number {
     const n = this.times.length;
     return this.filled === 0 ? -Infinity : (this.times[(this.next + n - 1) % n] ?? -Infinity);
   }
 
-  /** Take a sample; one that is not newer than the last is the same frame again, and left out. */
+  /** Take a sample; a sample that is not newer than the last is the same frame again and is left out. */
   push(time: number, values: readonly number[]): void {
     if (!(time > this.last)) return;
     this.times[this.next] = time;
@@ -56,7 +56,7 @@ export class TraceBuffer {
     }
   }
 
-  /** Least and largest of some quantities since a time; null where nothing is. */
+  /** Least and largest value of some quantities since a time; null without values. */
   range(columns: readonly number[], since: number): Range | null {
     let low = Infinity;
     let high = -Infinity;

@@ -1,11 +1,11 @@
-/** The controls of the replay: a timeline with pause, steps, pace, outlines for delay, and the way back to live. */
+/** The controls of the replay: a timeline with pause, steps, speed, outlines for delay, and the return to live. */
 
 import type { Speed } from "../../replay/scrubber";
 import { type Choice, choice, el, iconButton, say, show } from "../dom";
 import { icon } from "../icons";
 
 export interface BarActions {
-  /** To a share of the recording, 0 to 1. */
+  /** Go to a share of the recording, 0 to 1. */
   readonly seek: (share: number) => void;
   readonly playing: () => void;
   readonly step: (by: 1 | -1) => void;
@@ -15,17 +15,17 @@ export interface BarActions {
   readonly close: () => void;
 }
 
-/** What the bar shows. */
+/** State that the bar shows. */
 export interface BarState {
-  /** Whether a time of before is shown. */
+  /** Whether a past time is shown. */
   readonly replaying: boolean;
   readonly playing: boolean;
-  /** Whether the server speaks now. */
+  /** Whether the server is heard now. */
   readonly live: boolean;
-  /** Of the shown time in the recording, 0 to 1. */
+  /** Share of the shown time in the recording, 0 to 1. */
   readonly share: number;
   readonly when: string;
-  /** What is not as it should be; empty for nothing. */
+  /** Words on a problem; empty for none. */
   readonly trouble: string;
   readonly delay: boolean;
   readonly delayWords: string;
@@ -83,7 +83,7 @@ export class ReplayBar {
     );
   }
 
-  /** [px] */
+  /** Height of the bar [px]. */
   get height(): number {
     return this.root.offsetHeight;
   }
@@ -95,7 +95,7 @@ export class ReplayBar {
     say(this.when, state.when);
     say(this.trouble, state.trouble);
     show(this.trouble, state.trouble !== "");
-    // Not under a finger that holds it.
+    // The slider does not move under a finger that holds it.
     if (!this.line.matches(":active")) this.line.value = `${state.share}`;
     this.line.setAttribute("aria-valuetext", replaying ? state.when : "now");
     this.line.style.setProperty("--share", `${(100 * state.share).toFixed(1)}%`);

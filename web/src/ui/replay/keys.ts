@@ -1,6 +1,6 @@
-/** Keys of a replay, which come with it. */
+/** Keys of a replay, loaded with the replay's code. */
 
-/** What a key does while the page shows a time of before. */
+/** Actions of keys while the page shows a past time. */
 export type ReplayAction = "play" | "back" | "on" | "far back" | "far on" | "first" | "last" | "live";
 
 /** The action of a key in a replay; null where it belongs to a field, a button or the page. */

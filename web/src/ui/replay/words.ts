@@ -1,24 +1,24 @@
-/** Words of a replay: how long ago, and how late and how far off each hand is. */
+/** Words of a replay: the age of the shown time, and the delay and the error in position of each hand. */
 
 import { fixed, milliseconds, millimetres, named } from "../words";
 
-/** How long before now [s]. */
+/** Words for an age [s]. */
 export function ago(seconds: number): string {
   return `${fixed(Math.max(0, seconds), seconds < 100 ? 1 : 0)}\u202fs ago`;
 }
 
 export interface Late {
   readonly name: string;
-  /** [s] */
+  /** Delay of the hand [s]. */
   readonly late: number;
-  /** [m] */
+  /** Distance between the hand's true position and the drawn one [m]. */
   readonly apart: number;
 }
 
 /**
- * What the outlines mean, and by how much.
+ * Words on the meaning of the outlines, with the numbers.
  *
- * @param hands Those that have one.
+ * @param hands Hands that have an outline.
  */
 export function delayWords(replaying: boolean, hands: readonly Late[]): string {
   const numbers = hands.map(({ name, late, apart }) => `${named(name)} ${milliseconds(late)}, ${millimetres(apart)}`).join(" \u00b7 ");

@@ -1,4 +1,4 @@
-/** The dialog with the address of this room: to be read, photographed, copied or sent. */
+/** The dialog with the address of this room, to read, photograph, copy or send it. */
 
 import { addressesToShare, framesOf, frameWords } from "../../share/addresses";
 import { openWindow, serveCommand, type Visit } from "../../share/windows";
@@ -34,7 +34,7 @@ export class ShareDialog {
   private readonly then = el("p", { class: "fine" });
 
   /**
-   * @param name By which the visitor goes.
+   * @param name Returns the visitor's name.
    */
   constructor(private readonly visit: Visit, name: () => string) {
     const press = (text: string, kind: string, act: () => void): HTMLButtonElement =>
@@ -66,7 +66,7 @@ export class ShareDialog {
     show(this.frame, false);
     say(this.words, "");
     this.root.showModal();
-    // The server says it with each answer, to the browser; it is asked as a browser would be.
+    // The server sends this header with each answer, so the page requests itself and reads the header.
     fetch(this.visit.address).then((answer) => { this.offerFrame(framesOf(answer.headers.get("Content-Security-Policy") ?? "")); }, () => undefined);
     const ask = async (url: string): Promise<string> => {
       const answer = await fetch(url);
@@ -84,7 +84,7 @@ export class ShareDialog {
     }
     this.others.replaceChildren(...found.map((address) => el("option", { text: new URL(address).host, attrs: { value: address } })));
     show(this.others, found.length > 1);
-    // A clipboard is given only to pages that came encrypted, or of this machine; sending to few browsers.
+    // Only encrypted pages and pages of this machine get a clipboard, and only few browsers can send an address.
     show(this.copied, "clipboard" in navigator);
     show(this.sent, "share" in navigator);
     show(this.found, true);
@@ -95,7 +95,7 @@ export class ShareDialog {
   private offerCommand(): void {
     const command = serveCommand(this.visit.address, this.visit.invited());
     say(this.words, command === "" ? PROXY : ANEW);
-    // No line ends within a word.
+    // Each word is an element, so that no line breaks within a word.
     this.command.replaceChildren(...command.split(" ").flatMap((word) => [el("span", { text: word }), " "]).slice(0, -1));
     say(this.commandCopied, "Copy");
     say(this.then, /insecure/i.test(command) ? OPEN : CLOSED);
@@ -103,7 +103,7 @@ export class ShareDialog {
     show(this.anew, command !== "");
   }
 
-  /** @param origins Of the pages that may show this one. */
+  /** @param origins Origins of the pages that may show this page. */
   private offerFrame(origins: readonly string[]): void {
     show(this.frame, origins.length > 0);
     say(this.frameNote, `To show it in a page of ${origins.join(" or ")}, copy this into that page:`);
@@ -117,12 +117,12 @@ export class ShareDialog {
   }
 
   private send(): void {
-    // Who changes its mind has sent nothing.
+    // A visitor who cancels has sent nothing, which is no error.
     navigator.share({ title: document.title, url: this.address.value }).catch(() => undefined);
   }
 }
 
-/** @param otherwise Where it is read, to be copied by hand. */
+/** @param otherwise Element with the words, from which they can be copied by hand if the clipboard fails. */
 function copy(button: HTMLButtonElement, words: string, otherwise: HTMLElement): void {
   navigator.clipboard.writeText(words).then(
     () => { say(button, "Copied"); },

@@ -12,7 +12,7 @@ export function qrPath(text: string): { readonly path: string; readonly size: nu
   return { path: rows.join(""), size };
 }
 
-/** Dark on white in every theme: many cameras read nothing else. */
+/** The QR code, dark on white in every theme, because many cameras read nothing else. */
 export function qrPicture(text: string): SVGSVGElement {
   const { path, size } = qrPath(text);
   const svg = document.createElementNS(SVG, "svg");

@@ -16,7 +16,7 @@ export class UploadDesk {
   private allowed = false;
 
   /**
-   * @param address Of the server, http: or https:.
+   * @param address Address of the server, http: or https:.
    * @param touch Brings the visitor's hand into the room.
    */
   constructor(private readonly address: string, touch: () => void) {
@@ -34,7 +34,7 @@ export class UploadDesk {
     addEventListener("drop", (event) => { this.dropped(event); });
   }
 
-  /** Whether the server takes files. */
+  /** Set whether the server accepts files. */
   allow(allowed: boolean): void {
     this.allowed = allowed;
   }
@@ -74,7 +74,7 @@ export class UploadDesk {
       this.dialog.news(news);
       return;
     }
-    // Loaded for those who bring something; without it they go on without a picture.
+    // The picture's code is loaded only for visitors who bring something; if that fails, they go on without a picture.
     import("../../view/preview").then(
       ({ Preview }) => { if (this.newest === news) this.show(news, Preview); },
       () => { if (this.newest === news) this.dialog.news(news); },
@@ -83,7 +83,7 @@ export class UploadDesk {
 
   private show(news: Shown, Picture: typeof Preview): void {
     this.dialog.news(news);
-    // The picture takes a context of the graphics.
+    // The picture is made only now, because it takes a graphics context.
     this.preview ??= new Picture(this.dialog.host, () => { this.dialog.refresh(this.preview?.painting ?? null); });
     this.preview.show(news.mesh);
     this.dialog.refresh(this.preview.painting);

@@ -19,10 +19,10 @@ export interface UploadActions {
   readonly cancel: () => void;
   /** Bring the visitor's hand to the new object. */
   readonly touch: () => void;
-  /** Another part is held. */
+  /** Called when another part is to be held. */
   readonly held: (layer: Layer | null) => void;
   readonly cleared: () => void;
-  /** The object is to be so many times larger than it is shown; returns what it is compared with. */
+  /** Called when the object is to be `larger` times as large as shown; returns words on a familiar thing of that size. */
   readonly sized: (larger: number) => string;
 }
 
@@ -123,7 +123,7 @@ export class UploadDialog {
     this.keepFocus();
   }
 
-  /** What was painted has changed. */
+  /** To be called when the painted part has changed. */
   refresh(painting: Painting | null): void {
     this.held.paint(painting);
     this.check();
@@ -168,7 +168,7 @@ export class UploadDialog {
     this.check();
   }
 
-  /** Whether what is chosen can be prepared. */
+  /** Check whether the chosen object can be prepared. */
   private check(): void {
     this.go.disabled = !(this.size.possible && this.held.possible);
   }
@@ -183,7 +183,7 @@ export class UploadDialog {
     }
   }
 
-  /** What had the focus may be gone: then it is on what can be done next. */
+  /** Move the focus to the next possible action if the element with the focus is gone. */
   private keepFocus(): void {
     const focused = document.activeElement;
     if (!this.root.open || (focused instanceof HTMLElement && this.root.contains(focused) && focused.checkVisibility() && focused.closest("[inert]") === null)) return;

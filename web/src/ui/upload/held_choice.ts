@@ -1,4 +1,4 @@
-/** What of the object is held: a layer at one of its sides, or what is painted. */
+/** Choice of the held part of the object: a layer at one of its sides, or the painted part. */
 
 import { layerOf, layerRule, type Layer, type Painting } from "../../upload/held";
 import { choice, el, say, show } from "../dom";
@@ -18,7 +18,7 @@ const SIDES: readonly (readonly [Side, string, string])[] = [
 const PROPOSED: Layer = { axis: 2, sign: -1, share: 10 };
 
 export interface HeldActions {
-  /** Another part is held; null for what is painted. */
+  /** Called when another part is held; null for the painted part. */
   readonly held: (layer: Layer | null) => void;
   readonly cleared: () => void;
 }
@@ -43,7 +43,7 @@ export class HeldChoice extends Section {
     this.control = this.share;
   }
 
-  /** Another object: as the server proposes. */
+  /** Begin with another object, with the held part that the server proposes. */
   propose(rule: string): void {
     const layer = layerOf(rule) ?? PROPOSED;
     this.sides.set(sideOf(layer));
@@ -51,7 +51,7 @@ export class HeldChoice extends Section {
     this.hold(layer);
   }
 
-  /** What was painted has changed. */
+  /** To be called when the painted part has changed. */
   paint(painting: Painting | null): void {
     this.painting = painting;
     this.refuse("");
@@ -62,7 +62,7 @@ export class HeldChoice extends Section {
     return !this.painted || this.painting?.empty === false;
   }
 
-  /** For the server, of an object so many times larger than it is shown; null where it is too long for it. */
+  /** Rule for the server, for an object `larger` times as large as shown; null if it is too long for the server. */
   rule(larger: number): string | null {
     return this.painted ? (this.painting?.rule(larger) ?? null) : layerRule(this.layer);
   }

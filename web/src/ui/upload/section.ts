@@ -5,7 +5,7 @@ import { sentence } from "../notice";
 
 export class Section {
   readonly root: HTMLElement;
-  /** Gets the focus when the choice is refused. */
+  /** Control that gets the focus when the choice is refused. */
   protected control: HTMLElement | null = null;
   private readonly refusal: HTMLElement;
 
@@ -16,13 +16,13 @@ export class Section {
     this.root = el("section", { class: "upload-section", attrs: { "aria-labelledby": id } }, el("h3", { id, text: heading }));
   }
 
-  /** The sentence beside the choice; empty takes it away. */
+  /** Show a sentence beside the choice; empty removes it. */
   refuse(why: string): void {
     show(this.refusal, why !== "");
     say(this.refusal, why === "" ? "" : sentence(why));
   }
 
-  /** To where another choice is made. */
+  /** Move the focus to the control of this choice. */
   focus(): void {
     this.refusal.scrollIntoView({ block: "nearest" });
     this.control?.focus({ preventScroll: true });

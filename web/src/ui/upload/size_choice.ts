@@ -1,4 +1,4 @@
-/** How large the object is: the unit of its file, or a length. */
+/** Choice of the object's size: by the unit of its file, or by a length. */
 
 import type { Vec3 } from "../../model/vec";
 import { LARGEST, sizeWords, SMALLEST, touchable, type Unit, UNITS, unitOf } from "../../upload/size";
@@ -19,7 +19,7 @@ export class SizeChoice extends Section {
     attrs: { type: "number", min: `${100 * SMALLEST}`, max: `${100 * LARGEST}`, step: "any", inputmode: "decimal", "aria-describedby": "upload-size-words" },
   });
   private readonly words = el("p", { class: "fine", id: "upload-size-words", attrs: { "aria-live": "polite" } });
-  /** Of the box round the object, in units of the file. */
+  /** Sides of the box round the object, in units of the file. */
   private sides: Vec3 = [1, 1, 1];
   /** Metres in one unit of the file. */
   scale = 1;
@@ -35,7 +35,7 @@ export class SizeChoice extends Section {
     this.control = this.longest;
   }
 
-  /** Another object: as proposed. @param sides In metres with that scale. */
+  /** Begin with another object and its proposed scale. @param sides Sides of its box at that scale [m]. */
   propose(scale: number, sides: Vec3): void {
     this.sides = sides.map((side) => side / scale) as unknown as Vec3;
     this.scaleTo(scale);
@@ -53,9 +53,9 @@ export class SizeChoice extends Section {
 
   private typed(): void {
     const metres = 0.01 * Number(this.longest.value);
-    // Sides in single precision have no more digits.
+    // The sides, in single precision, have no more digits.
     const scale = Number((metres / Math.max(...this.sides)).toPrecision(6));
-    // Half a number is no wish yet.
+    // A number that is still being typed does not count.
     if (!(scale >= 1e-9 && scale <= 1e9)) return;
     this.scale = scale;
     this.tell();

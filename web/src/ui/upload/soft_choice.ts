@@ -1,4 +1,4 @@
-/** How soft the object is: a slider, and names that everybody knows. */
+/** Choice of the object's softness: a slider, and names of familiar materials. */
 
 import { MATERIALS, positionOf, softnessWords, STEPS, youngAt } from "../../upload/softness";
 import { el, say } from "../dom";

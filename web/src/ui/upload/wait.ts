@@ -1,4 +1,4 @@
-/** How far the work is: phase, share and time left. */
+/** Progress of the work: phase, share and time left. */
 
 import { leftWords, TimeLeft } from "../../upload/time_left";
 import { el, say } from "../dom";
@@ -6,7 +6,7 @@ import { sentence } from "../notice";
 
 export class Wait {
   readonly root: HTMLElement;
-  // Each phase is spoken, and not each hundredth of it.
+  // Screen readers speak each phase, and not each hundredth of a phase.
   private readonly phase = el("p", { class: "upload-phase", id: "upload-phase", attrs: { role: "status" } });
   private readonly left = el("span", { class: "upload-left" });
   private readonly bar = el("progress", { class: "upload-bar", attrs: { max: "1", "aria-labelledby": "upload-phase" } });
@@ -17,8 +17,8 @@ export class Wait {
   }
 
   /**
-   * @param share Of the phase, 0 to 1; null while nothing is known.
-   * @param now [s]
+   * @param share Share of the phase that is done, 0 to 1; null while nothing is known.
+   * @param now Time [s].
    */
   show(phase: string, share: number | null, now: number): void {
     say(this.phase, sentence(phase).replace(/\.$/, "\u2026"));

@@ -1,12 +1,12 @@
-/** Normals of a deformed surface, and how far each vertex went along the resting ones. */
+/** Normals of a deformed surface, and displacements of its vertices along the resting normals. */
 
 /**
  * Smooth normals at the vertices, exact on spheres whatever the triangles (Max 1999: each face counts by
  * its edges' cross product over the squares of their lengths).
  *
- * @param positions Shape (n, 3) [m].
- * @param faces Counter-clockwise seen from outside, shape (m, 3).
- * @param out Shape (n, 3), overwritten.
+ * @param positions Positions of the vertices, shape (n, 3) [m].
+ * @param faces Corners, counter-clockwise seen from outside, shape (m, 3).
+ * @param out Normals, shape (n, 3), overwritten.
  */
 export function vertexNormals(
   positions: Float32Array,

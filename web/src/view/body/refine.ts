@@ -1,19 +1,19 @@
 /**
- * A finer surface for the eye, smooth through the vertices that came.
+ * A finer surface for display, smooth through the received vertices.
  *
- * Each edge gets a middle on the cubic that leaves both ends along their tangent planes, which lifts it off
- * the facet as a circle's arc lies above its chord. The vertices themselves are not moved.
+ * Each edge gets a new vertex in its middle, on the cubic that leaves both ends along their tangent planes. It lies above
+ * the facet, as a circle's arc lies above its chord. The received vertices are not moved.
  */
 
 import { vertexNormals } from "./normals";
 
-/** How a mesh is split: each edge a new vertex, each face four. */
+/** Split of a mesh: each edge gets a new vertex, and each face becomes four. */
 export interface Split {
-  /** Vertices before. */
+  /** Number of vertices before the split. */
   readonly coarse: number;
-  /** Ends of each edge that got a middle, shape (e, 2). */
+  /** Ends of each split edge, shape (e, 2). */
   readonly edges: Uint32Array;
-  /** Faces after, shape (4 m, 3). */
+  /** Faces after the split, shape (4 m, 3). */
   readonly faces: Uint32Array;
 }
 
@@ -43,15 +43,15 @@ export function split(vertices: number, faces: Uint32Array): Split {
   return { coarse: vertices, edges: Uint32Array.from(edges), faces: out };
 }
 
-/** Where two tangent planes differ by more, there is an edge of the body and not a bend of it. */
+/** Largest difference of two tangent planes in a bend; a larger one is an edge of the body. */
 const CREASE = 0.6;
 
 /**
  * Place the vertices of a split.
  *
- * @param positions Before, shape (n, 3) [m].
- * @param normals Of length 1, shape (n, 3).
- * @param out Shape (n + e, 3), overwritten.
+ * @param positions Vertices before the split, shape (n, 3) [m].
+ * @param normals Unit normals, shape (n, 3).
+ * @param out Vertices after the split, shape (n + e, 3), overwritten.
  */
 export function place(how: Split, positions: Float32Array, normals: Float32Array, out: Float32Array): void {
   out.set(positions);
@@ -77,16 +77,16 @@ export function place(how: Split, positions: Float32Array, normals: Float32Array
   }
 }
 
-/** Memory of one mesh's splits, used again for every frame. */
+/** Splits of one mesh, with memory that is used again for every frame. */
 export class Refiner {
   readonly faces: Uint32Array;
-  /** After the last call of `run`: fine vertices and their normals, shape (N, 3). */
+  /** Fine vertices and their normals after the last call of `run`, shape (N, 3). */
   positions: Float32Array;
   normals: Float32Array;
 
   private readonly levels: readonly { how: Split; faces: Uint32Array; normals: Float32Array; out: Float32Array }[];
 
-  /** @param most Vertices that the finest level may have. */
+  /** @param most Largest number of vertices of the finest level. */
   constructor(vertices: number, faces: Uint32Array, most = 16_000) {
     const levels: Refiner["levels"][number][] = [];
     let n = vertices;
@@ -105,7 +105,7 @@ export class Refiner {
     this.normals = new Float32Array(3 * n);
   }
 
-  /** @param coarse Vertices as they came, shape (n, 3) [m]. */
+  /** @param coarse Received vertices, shape (n, 3) [m]. */
   run(coarse: Float32Array): void {
     let p = coarse;
     for (const level of this.levels) {

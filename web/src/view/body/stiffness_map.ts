@@ -1,12 +1,12 @@
 /**
- * A map of the measured stiffness of the surface: each contact gives K_o at its place, and places that nobody
- * touched stay blank. Newer values replace older ones, most under the middle of the finger.
+ * A map of the measured stiffness of the surface: each contact gives K_o at its place, and untouched places stay
+ * blank. Newer values replace older ones, most strongly under the middle of the finger.
  */
 
 import type { Vec3 } from "../../model/vec";
 
 export class StiffnessMap {
-  /** K_o [N/m] and how much is known of it, 0 to 1; shape (n,). */
+  /** K_o [N/m], shape (n,), with its certainty, 0 to 1. */
   readonly values: Float32Array;
   readonly known: Float32Array;
   /** Least and largest measured value [N/m]. */
@@ -25,10 +25,10 @@ export class StiffnessMap {
   /**
    * Enter a measured value.
    *
-   * @param foot Where, on the resting surface [m].
+   * @param foot Place on the resting surface [m].
    * @param k_o Stiffness [N/m].
-   * @param reach Over which it counts [m].
-   * @returns Whether anything changed.
+   * @param reach Distance up to which the value counts [m].
+   * @returns Whether the map changed.
    */
   add(foot: Vec3, k_o: number, reach: number): boolean {
     if (!(k_o > 0) || !Number.isFinite(k_o)) return false;

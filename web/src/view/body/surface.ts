@@ -1,4 +1,4 @@
-/** The deformed body: smooth, lit so that a dent is seen, coloured by displacement or stiffness. */
+/** The drawn body: smooth, lit so that dents are visible, coloured by displacement or stiffness. */
 
 import {
   BufferAttribute,
@@ -32,7 +32,7 @@ const STEPS = 256;
 export class Surface {
   readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
   colouring: Colouring = "displacement";
-  /** Ends of the displacement's map [m]; grows with the displacement. */
+  /** Range of the displacement's map, in both directions [m]; it grows with the displacement. */
   private span: number;
   private scheme: Scheme = "light";
   private readonly refiner: Refiner;
@@ -102,7 +102,7 @@ export class Surface {
     if (this.colouring === "displacement") this.recolour();
   }
 
-  /** Learn how stiff the body is where it is touched; returns whether the picture changed. */
+  /** Enter the stiffness at the present contacts into the map; returns whether the picture changed. */
   learn(view: SceneSnapshot): boolean {
     let changed = false;
     for (const user of view.users) {
@@ -170,7 +170,7 @@ function material(contour: Record<string, IUniform>): MeshStandardMaterial {
   return made;
 }
 
-/** Lines at half steps, so that none lies over a body at rest; thin at any zoom, gone where they would crowd. */
+/** Contour lines at half steps, so that a body at rest has none; thin at any zoom, and left out where they would crowd. */
 const CONTOURS = `
   float level = vAlong / uStep;
   float perPixel = max(fwidth(level), 1e-6);

@@ -1,33 +1,33 @@
 /**
- * A picture that is drawn beside the canvas, and put on it once it is finished.
+ * A picture that is drawn off the canvas, and copied to the canvas when it is finished.
  *
- * Where the processor draws, the browser reads every picture back from the canvas to show it, and the page
- * waits meanwhile: for the copy, and before that for all that is not drawn yet. So nothing is on the canvas
- * that is not drawn, and the page waits for the copy alone.
+ * Where the processor draws, the browser reads every picture back from the canvas to show it. The page waits
+ * meanwhile for the copy, and before that for the end of the drawing. Only finished pictures therefore come to
+ * the canvas, so that the page waits for the copy alone.
  */
 
 import { SRGBColorSpace, type WebGLRenderer, WebGLRenderTarget } from "three";
 
-/** Of a picture whose end nobody tells: it is shown then, as far as it is [s]. */
+/** Longest wait for the report that a picture is finished; after it the picture is shown as it is [s]. */
 const LONGEST = 2;
 
 export class DeferredPicture {
   private readonly target: WebGLRenderTarget;
   private readonly gl: WebGL2RenderingContext;
-  /** Passed once the picture is drawn; null where none is being drawn. */
+  /** Fence that is signalled when the picture is drawn; null while none is being drawn. */
   private fence: WebGLSync | null = null;
   private waited = 0;
 
   constructor(private readonly renderer: WebGLRenderer, context: WebGL2RenderingContext) {
     this.gl = context;
     this.target = new WebGLRenderTarget(1, 1, { colorSpace: SRGBColorSpace, generateMipmaps: false });
-    // Bytes, as the canvas has them: three.js encodes the colours, and the graphics may not do so again.
+    // Plain bytes like the canvas: three.js encodes the colours already, and the graphics must not do so again.
     this.target.texture.internalFormat = "RGBA8";
-    // What three.js calls a target that people see as it is: with the canvas's tone mapping and colours.
+    // This flag makes three.js treat the target as a visible one, with the canvas's tone mapping and colours.
     Object.assign(this.target, { isXRRenderTarget: true });
   }
 
-  /** Whether one is being drawn. */
+  /** Whether a picture is being drawn. */
   get drawing(): boolean {
     return this.fence !== null;
   }
@@ -46,10 +46,10 @@ export class DeferredPicture {
   }
 
   /**
-   * Put the picture on the canvas if it is finished.
+   * Copy the picture to the canvas if it is finished.
    *
-   * @param dt Since the last question [s].
-   * @returns Whether it is there now, and was not before.
+   * @param dt Time since the last call [s].
+   * @returns Whether this call has put a new picture on the canvas.
    */
   finish(dt: number): boolean {
     if (this.fence === null) return false;
@@ -62,7 +62,7 @@ export class DeferredPicture {
     return true;
   }
 
-  /** The last picture on a canvas of another size, until there is one for that. */
+  /** Show the last picture on a resized canvas until there is one of the new size. */
   resized(): void {
     if (this.fence === null) this.show();
   }
@@ -89,7 +89,7 @@ export class DeferredPicture {
   }
 }
 
-/** What three.js made for a target; null until it is drawn to. */
+/** Framebuffer that three.js made for a target; null until something is drawn to the target. */
 function framebufferOf(renderer: WebGLRenderer, target: WebGLRenderTarget): WebGLFramebuffer | null {
   const { __webglFramebuffer: made } = renderer.properties.get(target) as { __webglFramebuffer?: WebGLFramebuffer };
   return made ?? null;

@@ -1,63 +1,63 @@
-/** When to draw, and how many pixels: a machine that cannot keep up draws fewer, one without graphics rests between. */
+/** Decides when to draw and how many pixels: a slow machine draws fewer, one without graphics hardware rests in between. */
 
-/** Slower than this, and fewer pixels are drawn [s]. */
+/** Time of a picture from which on fewer pixels are drawn [s]. */
 const SLOW = 0.05;
-const COARSEST = 0.6; // pixels drawn for one of the window
-const IN_SOFTWARE = 0.75; // of them at the start, where the processor draws
-const STEP = 0.75; // of the pixels along each side, from one resolution to the next coarser one
-const LONGEST_COUNTED = 2 * SLOW; // s; no picture counts for more, since a pause of the page looks like a slow one
-const EASY = 0.7 * SLOW; // s; where pictures take less, a finer resolution is tried
-const CALM = 120; // of them, before it is tried the first time
-const CALMEST = 7680; // of them, where each trial was in vain
-const WARM = 4; // pictures after which their time is that of drawing, not of shaders that are used the first time
+const COARSEST = 0.6; // least number of drawn pixels per pixel of the window, along each side
+const IN_SOFTWARE = 0.75; // largest number of them where the processor draws
+const STEP = 0.75; // factor on the pixels along each side from one resolution to the next coarser one
+const LONGEST_COUNTED = 2 * SLOW; // s; a longer picture counts as this, since a pause of the page looks like a slow picture
+const EASY = 0.7 * SLOW; // s; if pictures take less, a finer resolution is tried
+const CALM = 120; // fast pictures in a row before a finer resolution is tried for the first time
+const CALMEST = 7680; // the same after several trials in vain
+const WARM = 4; // first pictures, which do not count because shaders are used for the first time
 const LONGEST_REST = 0.2; // s
 
-/** SwiftShader in Chromium, llvmpipe and softpipe in Mesa, WARP in Windows, macOS's own. */
+/** Names of software renderers: SwiftShader in Chromium, llvmpipe and softpipe in Mesa, WARP in Windows, macOS's own. */
 const DRAWN_BY_THE_PROCESSOR = /swiftshader|llvmpipe|softpipe|basic render|software/i;
 
-/** Whether a renderer of this name draws with the processor: a browser that was told to use it sees no caveat in it. */
+/** Whether a renderer of this name draws with the processor: a browser that was set to use it reports no performance caveat. */
 export function isSoftware(renderer: string): boolean {
   return DRAWN_BY_THE_PROCESSOR.test(renderer);
 }
 
 export class FramePace {
-  /** Pixels drawn for one of the window. */
+  /** Pixels drawn per pixel of the window, along each side. */
   ratio: number;
   private finest: number;
-  /** Whether the last picture has still to be counted. */
+  /** Whether the time of the last picture has still to be counted. */
   private drew = false;
-  /** Since that was begun [s]. */
+  /** Time since the last picture was begun [s]. */
   private took = 0;
-  /** Whether the page stood still meanwhile. */
+  /** Whether the page stood still since the last picture was begun. */
   private interrupted = false;
   private pictures = 0;
   private cost = 0;
   private rest = 0;
-  /** Pictures in a row that took little. */
+  /** Number of fast pictures in a row. */
   private calm = 0;
   private needed = CALM;
-  /** Pictures since a finer resolution was tried. */
+  /** Number of pictures since a finer resolution was tried. */
   private tried = Infinity;
 
   /**
    * @param software Whether the processor draws, which the hand's loop needs too.
-   * @param finest Pixels that the display has for one of the window.
+   * @param finest Pixels of the display per pixel of the window.
    */
   constructor(private readonly software: boolean, finest: number) {
     this.ratio = this.finest = this.most(finest);
   }
 
-  /** The window is on a display with so many pixels for one of its own; where it is the same, nothing changes. */
+  /** Set the pixels of the display per pixel of the window; the same number as before changes nothing. */
   fit(finest: number): void {
     const most = this.most(finest);
     if (most === this.finest) return;
-    // A machine that could not draw all pixels of the one before has to try first whether it can of this one.
+    // A machine that could not draw all pixels of the former display begins with the same share on the new one.
     this.ratio = Math.min(most, Math.max(COARSEST, (this.ratio * most) / this.finest));
     this.finest = most;
     this.begin();
   }
 
-  /** The page stands still, or has stood still: what was begun before is no measure of the machine. */
+  /** To be called when the page stands or stood still: the picture begun before does not measure the machine. */
   pause(): void {
     this.interrupted = true;
   }
@@ -65,10 +65,10 @@ export class FramePace {
   /**
    * Decide at the beginning of a frame.
    *
-   * @param dt Since the beginning of the one before: what that took, if something was drawn [s].
+   * @param dt Time since the beginning of the last frame, which is the time of its picture if one was drawn [s].
    * @param wanted Whether there is something to draw.
-   * @param drawing Whether the graphics still draw the picture before, and the page does not wait for them.
-   * @returns Whether it is drawn now.
+   * @param drawing Whether the graphics still draw the last picture, without the page waiting for them.
+   * @returns Whether to draw a picture now.
    */
   next(dt: number, wanted: boolean, drawing = false): boolean {
     if (this.drew) {
@@ -104,7 +104,7 @@ export class FramePace {
     }
   }
 
-  /** At another resolution. */
+  /** Begin to measure at another resolution. */
   private begin(): void {
     this.cost = this.calm = 0;
   }

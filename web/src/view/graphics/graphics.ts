@@ -1,4 +1,4 @@
-/** A canvas to draw on, and by what it is drawn. */
+/** A canvas to draw on, and whether the processor draws it. */
 
 import { isSoftware } from "./frame_pace";
 
@@ -9,11 +9,11 @@ export interface Graphics {
   readonly software: boolean;
 }
 
-/** Null without WebGL. Asked for before three.js does, which would fill the console where there are none. */
+/** Open the graphics; null without WebGL. Tried before three.js does, which would fill the console with errors. */
 export function openGraphics(): Graphics | null {
   const plain = openContext({ antialias: false });
   if (plain === null || isSoftware(rendererOf(plain.context))) return plain && { ...plain, software: true };
-  // A browser that does not name what draws, or by another name, may still say that it is slow.
+  // A browser that hides or changes the renderer's name may still report that it is slow.
   const smooth = openContext({ antialias: true, failIfMajorPerformanceCaveat: true });
   if (smooth === null) return { ...plain, software: true };
   plain.context.getExtension("WEBGL_lose_context")?.loseContext();
@@ -26,7 +26,7 @@ function openContext(wanted: WebGLContextAttributes): Omit<Graphics, "software">
   return context && { canvas, context };
 }
 
-/** What draws, in the words of its driver. */
+/** Name of the renderer, as its driver reports it. */
 function rendererOf(context: WebGL2RenderingContext): string {
   const names = context.getExtension("WEBGL_debug_renderer_info");
   return String(context.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));

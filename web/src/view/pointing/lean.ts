@@ -1,5 +1,5 @@
 /**
- * Off the normal while one presses: seen from straight in front a dent cannot be told from no dent.
+ * Turns the camera off the normal during a press, because a dent is invisible when seen from straight in front.
  *
  * The camera turns about the pressed point, which therefore stays where it is in the picture, under the pointer. It
  * turns about the vertical, or about the horizontal of the picture, so that the picture stays level.
@@ -10,37 +10,37 @@ import { add, cross, dot, norm, scale, sub, unit, type Vec3 } from "../../model/
 export interface Lean {
   /** The pressed point [m]. */
   readonly pivot: Vec3;
-  /** To the side, or up over it. */
+  /** Direction of the turn: to the side, or up over the point. */
   readonly way: "beside" | "above";
-  /** About the vertical, or about the right of the picture [rad]. */
+  /** Angle about the vertical, or about the picture's axis to the right [rad]. */
   readonly angle: number;
 }
 
-/** From where the body is seen. */
+/** View of the body. */
 export interface Sight {
   readonly eye: Vec3;
-  /** To the right of the picture; horizontal, of length 1. */
+  /** Direction to the right of the picture; horizontal, of length 1. */
   readonly right: Vec3;
   /** Width of the picture over its height. */
   readonly aspect: number;
 }
 
 const DEGREE = Math.PI / 180;
-/** Between the normal and the way to the eye, from which a dent is seen in its depth; nothing is gained beyond. */
+/** Angle between the normal and the direction to the eye at which the depth of a dent is visible; more gains nothing. */
 export const OBLIQUE = 40 * DEGREE;
-/** Farther the rest of the body would leave the picture. */
+/** Largest turn; beyond it the rest of the body would leave the picture. */
 export const MOST = 30 * DEGREE;
-const LEAST = 4 * DEGREE; // less is not worth a motion
-const STEEPEST = 75 * DEGREE; // above or below the pressed point; near the vertical it is no axis
-const WIDE = 1; // pictures less wide have more room above than beside
+const LEAST = 4 * DEGREE; // a smaller turn is not worth a motion
+const STEEPEST = 75 * DEGREE; // largest angle of the eye above or below the pressed point; near the vertical a turn about it has no effect
+const WIDE = 1; // aspect; narrower pictures have more room above than beside
 const SECONDS = 0.25; // about as fast as a press goes in (`finger.ts`)
 const VERTICAL: Vec3 = [0, 0, 1];
 
 /**
- * The turn by which a pressed place is seen from beside; null where it is seen so already, or from nowhere better.
+ * The turn after which a pressed place is seen from the side; null if it is seen so already, or if no turn is better.
  *
- * @param normal Outward, there.
- * @param sees Whether the pressed point is seen from an eye: parts of the body may be in between.
+ * @param normal Outward normal at the pressed point.
+ * @param sees Whether the pressed point is visible from an eye, as parts of the body may be in between.
  */
 export function leanOff(pivot: Vec3, normal: Vec3, { eye, right, aspect }: Sight, sees: (eye: Vec3) => boolean): Lean | null {
   const now = obliqueness(eye, pivot, normal);
@@ -55,7 +55,7 @@ export function leanOff(pivot: Vec3, normal: Vec3, { eye, right, aspect }: Sight
   return ways.find((lean) => gained(lean) >= 0.5 * LEAST && steepness(from(lean), pivot) < STEEPEST && sees(from(lean))) ?? null;
 }
 
-/** Where a point is after a turn. */
+/** Position of a point after a turn. */
 export function turned(point: Vec3, { pivot, way, angle }: Lean, right: Vec3): Vec3 {
   return add(pivot, rotated(sub(point, pivot), axisOf(way, right), angle));
 }
@@ -70,7 +70,7 @@ export function leaning(from: number, to: number, dt: number): number {
   return Math.abs(next - to) < 2e-3 ? to : next;
 }
 
-/** About an axis of length 1 (Rodrigues). */
+/** Rotate a vector about an axis of length 1 (Rodrigues). */
 function rotated(a: Vec3, axis: Vec3, angle: number): Vec3 {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   return add(add(scale(a, c), scale(cross(axis, a), s)), scale(axis, dot(axis, a) * (1 - c)));

@@ -1,27 +1,27 @@
-/** The camera on its way off the normal of what is pressed, and back; loaded with the first press. */
+/** Motion of the camera off the normal of the pressed place, and back; loaded with the first press. */
 
 import { type PerspectiveCamera, Quaternion, Vector3 } from "three";
 import { norm, sub, unit, type Vec3 } from "../../model/vec";
 import type { Place3 } from "./finger";
 import { axisOf, type Lean, leaning, leanOff } from "./lean";
 
-const SEEN = 0.1; // radii of the body by which a place that is looked at may be off
+const SEEN = 0.1; // radii of the body; tolerance between the pressed point and the place that the eye sees
 
-/** The visitor's hand, as far as the camera goes by it. */
+/** The facts on the visitor's hand that the camera uses. */
 interface Presser {
-  /** What the press has taken hold of; null while there is none. */
+  /** Place that the press has grasped; null without a press. */
   readonly held: Place3 | null;
   /** Point of the resting surface that a ray meets. */
   placeAt(origin: Vec3, direction: Vec3): Vec3 | null;
 }
 
 export class Leaning {
-  /** Off the camera that does not lean [rad]. */
+  /** Present angle from the camera that does not lean [rad]. */
   angle = 0;
   private lean: Lean | null = null;
   private presser: Presser | null = null;
 
-  /** Lean for the press of now until it ends, where a dent is seen better so. */
+  /** Lean until the present press ends, if that makes a dent more visible. */
   hold(presser: Presser, straight: PerspectiveCamera, radius: number): void {
     const { held } = presser;
     if (held === null) return;
@@ -32,7 +32,7 @@ export class Leaning {
     const sight = { eye: straight.position.toArray(), right: rightOf(straight).toArray(), aspect: straight.aspect };
     const lean = leanOff(held.point, held.normal, sight, sees);
     if (lean === null) return;
-    // On the way back from another press it goes on about that one's place: the picture does not jump.
+    // On the way back from another press the camera keeps that press's pivot, so that the picture does not jump.
     if (this.angle === 0) this.lean = lean;
     this.presser = presser;
   }
@@ -46,7 +46,7 @@ export class Leaning {
     return this.angle !== angle;
   }
 
-  /** Turn the camera, which stands as `straight` does. */
+  /** Turn the camera, which begins at the position of `straight`. */
   apply(camera: PerspectiveCamera, straight: PerspectiveCamera): void {
     if (this.lean === null || this.angle === 0) return;
     const pivot = new Vector3(...this.lean.pivot);

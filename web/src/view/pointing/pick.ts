@@ -1,26 +1,26 @@
-/** Where a ray from the eye meets the surface as it is. */
+/** Finds the place where a ray from the eye meets the present surface. */
 
 import { along, cross, dot, row, sub, type Vec3 } from "../../model/vec";
 
 /** A place on a triangle mesh that stays with the material as it deforms. */
 export interface Place {
   readonly face: number;
-  /** Shares of the face's corners; they sum to 1. */
+  /** Barycentric weights of the face's corners; they sum to 1. */
   readonly shares: Vec3;
 }
 
 export interface Hit extends Place {
   readonly point: Vec3;
-  /** From the ray's origin [m]. */
+  /** Distance from the ray's origin [m]. */
   readonly distance: number;
 }
 
 /**
- * The first front side that a ray meets (Moeller and Trumbore); null where it misses.
+ * The first front side that a ray meets (Moeller and Trumbore); null if it meets none.
  *
  * @param positions Vertices, shape (n, 3) [m].
- * @param faces Shape (m, 3).
- * @param direction Of length 1.
+ * @param faces Corners, shape (m, 3).
+ * @param direction Direction of the ray, of length 1.
  */
 export function pick(positions: Float32Array, faces: Uint32Array, origin: Vec3, direction: Vec3): Hit | null {
   let best: Hit | null = null;
@@ -45,7 +45,7 @@ export function pick(positions: Float32Array, faces: Uint32Array, origin: Vec3, 
   return best;
 }
 
-/** The mean of a face's three rows of `data` (n, 3) at a place: a point, or a normal before it is made a unit. */
+/** Weighted mean of a face's three rows of `data` (n, 3) at a place: a point, or a normal not yet of length 1. */
 export function at(data: Float32Array, faces: Uint32Array, place: Place): Vec3 {
   let out: Vec3 = [0, 0, 0];
   for (let k = 0; k < 3; k++) {
@@ -54,7 +54,7 @@ export function at(data: Float32Array, faces: Uint32Array, place: Place): Vec3 {
   return out;
 }
 
-/** The place on the surface that looks most in a direction from `center`: where a ray from outside would hit. */
+/** The outermost place on the surface in a direction from `center`, which a ray from outside would meet. */
 export function placeTowards(
   positions: Float32Array,
   faces: Uint32Array,

@@ -1,19 +1,19 @@
-/** Mouse, finger, pen and wheel on the stage: on the body they press, beside it they turn the view. */
+/** Mouse, finger, pen and wheel on the stage: on the body they press, beside the body they turn the view. */
 
 import { DEPTH, penDepth } from "./finger";
 
 /** The actions that pointers ask for. */
 export interface PointerActions {
-  /** Begin to press at a point of the window; false where there is no body or nobody touches. */
+  /** Begin to press at a point of the window; false if there is no body or the visitor cannot touch. */
   press(x: number, y: number): boolean;
-  /** Point at what is there; false where there is nothing, or one may not. */
+  /** Point at the place under a point of the window; false if there is none, or the visitor may not point. */
   point(x: number, y: number): boolean;
   /** Whether the next press points and does nothing else. */
   pointing(): boolean;
   slide(x: number, y: number): void;
   hover(x: number, y: number): void;
   release(): void;
-  /** In radii of the body. */
+  /** Deepen the press by a length in radii of the body. */
   deeper(by: number): void;
   /** Set the depth of the press, in radii. */
   depth(depth: number): void;
@@ -23,12 +23,12 @@ export interface PointerActions {
   took(): void;
 }
 
-const TURN = 0.0065; // rad for a pixel
-const TWICE = 350; // ms between two presses at one place that point at it
-const HELD = 600; // ms of a press that holds nothing, and points therefore
-const SAME = 16; // px that a finger may be off
-const FIRST = 1; // of the buttons, as bits
-const DEEPER = 0.002; // radii of the body for a pixel
+const TURN = 0.0065; // rad per pixel
+const TWICE = 350; // ms; longest time between two presses at one place that point at it
+const HELD = 600; // ms; a press that grasps nothing points after this time
+const SAME = 16; // px; distance within which two places count as the same
+const FIRST = 1; // bit of the first button
+const DEEPER = 0.002; // radii of the body per pixel
 
 interface Position {
   x: number;
@@ -44,7 +44,7 @@ export function attachPointer(canvas: HTMLElement, actions: PointerActions): () 
   canvas.addEventListener("pointermove", (event) => { pointers.move(event); }, { signal });
   canvas.addEventListener("pointerup", (event) => { pointers.up(event); }, { signal });
   canvas.addEventListener("pointercancel", (event) => { pointers.up(event); }, { signal });
-  // After this no event of the pointer need come here, not even its end.
+  // After a lost capture no further event of the pointer may come here, not even its end.
   canvas.addEventListener("lostpointercapture", (event) => { pointers.up(event); }, { signal });
   canvas.addEventListener("contextmenu", (event) => { event.preventDefault(); }, { signal });
   canvas.addEventListener("wheel", (event) => { pointers.wheel(event); }, { signal, passive: false });
@@ -54,13 +54,13 @@ export function attachPointer(canvas: HTMLElement, actions: PointerActions): () 
   };
 }
 
-/** The pointers that are down, and the one that presses. */
+/** The pointers that are down, one of which may press. */
 class Pointers {
   private readonly positions = new Map<number, Position>();
   /** The pointer that presses; null while the view is turned. */
   private finger: number | null = null;
   private last = { x: 0, y: 0, at: -Infinity };
-  /** Of a press that may become one that points by being held. */
+  /** Timer of a press that points when it is held. */
   private holding = 0;
 
   constructor(
@@ -71,7 +71,7 @@ class Pointers {
   down(event: PointerEvent): void {
     if (event.pointerType === "mouse" && event.button !== 0 && event.button !== 2) return;
     this.canvas.setPointerCapture(event.pointerId);
-    this.canvas.focus({ preventScroll: true, focusVisible: false }); // its frame is for keys
+    this.canvas.focus({ preventScroll: true, focusVisible: false }); // the focus frame is for keyboard users
     this.positions.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.actions.took();
     const { last } = this;
@@ -88,7 +88,7 @@ class Pointers {
       this.finger = event.pointerId;
       this.pen(event);
     } else if (alone) {
-      // Who may not touch, or has no hand to press with, points with a long press.
+      // A visitor who may not touch, or has no hand to press with, points by a long press.
       this.holding = window.setTimeout(() => { this.actions.point(event.clientX, event.clientY); }, HELD);
     }
   }
@@ -101,7 +101,7 @@ class Pointers {
       return;
     }
     if (Math.hypot(event.clientX - this.last.x, event.clientY - this.last.y) > SAME) clearTimeout(this.holding);
-    // Of several buttons of a mouse or a pen (its tip is the first) the first that goes down and the last that goes up are told alone; the others in moves.
+    // Only the first button down and the last button up of a mouse or pen (its tip is the first) have events; the others come in moves.
     if (this.finger === event.pointerId && event.pointerType !== "touch" && (event.buttons & FIRST) === 0) this.letGo();
     const dx = event.clientX - before.x;
     const dy = event.clientY - before.y;
@@ -113,7 +113,7 @@ class Pointers {
       if (event.shiftKey) actions.deeper(DEEPER * dy);
       else actions.slide(event.clientX, event.clientY);
     } else if (this.finger !== null) {
-      // A second finger beside the one that presses: down is deeper.
+      // A second finger beside the pressing one sets the depth: down is deeper.
       actions.deeper(DEEPER * dy);
     } else if (positions.size === 2 && spread > 0) {
       actions.zoom(spread / Math.max(1, distance(positions)));
@@ -129,7 +129,7 @@ class Pointers {
     if (this.finger === event.pointerId) this.letGo();
   }
 
-  /** Nothing is heard of the pointers any more: what they held is let go of. */
+  /** Release the press, because no event of the pointers may come any more. */
   drop(): void {
     this.positions.clear();
     clearTimeout(this.holding);
@@ -153,7 +153,7 @@ class Pointers {
   }
 }
 
-/** Between the first two pointers [px]; 0 of fewer. */
+/** Distance between the first two pointers [px]; 0 for fewer. */
 function distance(positions: ReadonlyMap<number, Position>): number {
   const [a, b] = [...positions.values()];
   return a === undefined || b === undefined ? 0 : Math.hypot(a.x - b.x, a.y - b.y);
