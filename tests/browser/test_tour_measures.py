@@ -68,8 +68,9 @@ def test_the_tour_brings_a_partner_and_measures_what_it_claims(
             said = re.search(r"swing by ([\d.]+) N, ([\d.]+) times", ann.text(".tour-claim"))
             assert said is not None
             assert float(said[1]) == pytest.approx(measured(ann, "rehearsed"), abs=0.006)
-            # Both loops take so long and more: a force that comes back turned does so after two.
-            assert 0.3 < float(said[2]) < 1.1 / (2.0 * OCEAN)
+            # A force that returns turned after T swings at 1 / (2 T), or at an odd multiple of it
+            # if the two loops differ by a tick or two; two ticks make the fastest swing.
+            assert 0.3 < float(said[2]) <= 30.0
             picture(ann, "coupled")
         if step == "ours":
             ann.until(lambda: measured(ann, "swing") <= RESTS, "the own force to rest")

@@ -32,6 +32,20 @@ describe("two hands without a lag", () => {
     }
   });
 
+  it("swing at an odd multiple of that rate where one loop is a tick or two longer than the other", () => {
+    for (const longer of [1, 2]) {
+      for (const share of [-0.65, 0.65]) {
+        const [T, tick] = [14 / 60, 1 / 60];
+        const [one, other] = pair(share, T).hands;
+        const given = { ...pair(share, T), hands: [one, { ...other, delay: T + longer * tick }] as const };
+        const { size, hz } = swing(given, "paper");
+        expect(size).toBeGreaterThan(SWINGS);
+        const multiple = hz * 2 * (T + 0.5 * longer * tick);
+        expect(Math.abs(multiple - (2 * Math.floor(0.5 * multiple) + 1))).toBeLessThan(0.35);
+      }
+    }
+  });
+
   it("come to rest where the two do not couple, or weakly", () => {
     const { size } = swing(pair(0), "paper");
     const early = rehearse(pair(0), "paper", 8);
