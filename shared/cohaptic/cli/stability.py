@@ -71,10 +71,9 @@ def stability(
 ) -> None:
     """Say whether a local model is stable, and for which gains.
 
-    A single contact with the predictive law is always stable, since its own force never comes back.
-    For other laws the whole loop is judged, in addition to the paper's conditions
-    (docs/science.md). With --compliance: several contacts, at any delay, and safe gains. With
-    --delays as well: a room of hands held still, and its lag.
+    One hand alone is always stable with the predictive law: its own force never comes back to it.
+    For other laws the whole loop is judged, beside the paper's conditions (docs/science.md). With
+    --compliance: several contacts, at any delay, and safe gains. With --delays too: the whole room.
     """
     check_output("--json", None if json_to in (None, "-") else Path(json_to))
     import numpy as np

@@ -95,7 +95,8 @@ def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
 
 def test_a_body_without_mass_does_not_swing() -> None:
     assert TouchedBody(solid()).swings is None
-    assert TouchedBody(jelly()).swings is jelly()
+    body = jelly()
+    assert TouchedBody(body).swings is body
 
 
 def test_the_response_of_another_body_is_left_as_it_is() -> None:
