@@ -278,7 +278,7 @@ export class TourRunner {
       force: norm(own?.force ?? [0, 0, 0]),
       fromOthers: own?.felt_from_others ?? 0,
       lag: this.hands.view()?.room.lag ?? 0,
-      loopDelay: Math.min(...[own, ...this.lent().map(({ state }) => state)].map((hand) => users.find(({ user }) => user === hand?.user)?.loop_delay ?? 0)),
+      loopDelay: users.find(({ user }) => user === own?.user)?.loop_delay ?? 0,
       law: own?.law ?? null,
       paper: this.hands.own.law === "paper",
       swing: this.measured.swing(),

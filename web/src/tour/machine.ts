@@ -22,7 +22,7 @@ export interface Facts {
   readonly fromOthers: number;
   /** Lag of the room: time in which the object responds to the others [s]. */
   readonly lag: number;
-  /** The shortest loop of the hands that the tour delays, measured [s]; 0 before all were measured. */
+  /** Measured delay of the own loop [s]. */
   readonly loopDelay: number;
   /** The law that runs, and whether its gain is the paper's rule. */
   readonly law: LawName | null;
