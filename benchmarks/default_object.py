@@ -35,7 +35,7 @@ from cohaptic.control.law import Law
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.mesh.thickness import depth_under
+from cohaptic_server.mesh.thin_parts import depth_under
 from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.touchable import is_file

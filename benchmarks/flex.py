@@ -38,7 +38,7 @@ import json_report
 from big_mesh import SIZES, solid
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.surface.accept import nearest_point

@@ -35,12 +35,11 @@ from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.websocket_frames import make_frame
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings

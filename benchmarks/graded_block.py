@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from closed_forms import Hooke
-from cohaptic_server.bodies.solid.moduli import Moduli
-from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import grid

@@ -15,8 +15,8 @@ from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.mesh.sampling import spread_over
-from cohaptic_server.mesh.thickness import depth_under, is_smooth
+from cohaptic_server.mesh.surface import spread_over
+from cohaptic_server.mesh.thin_parts import depth_under, is_smooth
 from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.places import (
     is_met_squarely,

@@ -20,7 +20,7 @@ import json_report
 from cohaptic_server.bodies.solid.parts import factor_of
 from cohaptic_server.bodies.solid.shape import FINGERTIP, SolidSettings, fitting_radius, shape_of
 from cohaptic_server.cholesky.symbolic import dofs
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 

@@ -31,8 +31,7 @@ from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.runtime.scheduling import LOOP_PRIORITY
 from cohaptic.simulated.hand import Hand, HandScript, Rhythm
-from cohaptic_client.devices.choice import DeviceChoice
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.handle import HapticProcess
 from cohaptic_client.loop.memory import LoopMemory

@@ -20,8 +20,7 @@ from cohaptic import compiled
 compiled.use("loop")
 
 from cohaptic.simulated.hand import Hand, HandScript  # noqa: E402  # compiled before it is imported
-from cohaptic_client.devices.simulated import SimulatedDevice  # noqa: E402
-from cohaptic_client.devices.simulated_kind import PRESETS  # noqa: E402
+from cohaptic_client.devices.simulated import PRESETS, SimulatedDevice  # noqa: E402
 from cohaptic_client.loop.passivity import device_damping_limit  # noqa: E402
 from cohaptic_client.loop.safety import SafetyLimits, rate_of  # noqa: E402
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession, VirtualUser  # noqa: E402

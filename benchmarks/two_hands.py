@@ -29,10 +29,9 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.cli.resolved_object import resolved
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.surface import pressure, spread_over
 from cohaptic_server.numeric import Floats, Mask
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_tools.demo.analysis import measured
 from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.rest import Rest, judge

@@ -18,10 +18,10 @@ from threadpoolctl import threadpool_limits
 
 import json_report
 import plain_solid
-from cohaptic_server.bodies.solid.far_field_build import build_far_field
+from cohaptic_server.bodies.solid.far_field import build_far_field
 from cohaptic_server.bodies.solid.parts import factor_of
 from cohaptic_server.bodies.solid.shape import SolidShape, shape_of
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.numeric import Mask
 from compared_shapes import SHAPES
 

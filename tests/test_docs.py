@@ -25,8 +25,7 @@ from cohaptic.protocol import (
     upload_messages,
     watch_messages,
 )
-from cohaptic.protocol.control.message import ControlMessage
-from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.control.message import ControlMessage, SetName
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from tests.shared.protocol.control import SOCIAL
 

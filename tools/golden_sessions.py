@@ -26,8 +26,7 @@ from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.modal.modal_body import ModalBody
-from cohaptic_server.bodies.modal.modes import Modes
+from cohaptic_server.bodies.modal.modal_body import ModalBody, Modes
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid

@@ -10,11 +10,11 @@ from cohaptic.lazy import lazy_names
 
 if TYPE_CHECKING:
     from cohaptic_client.client import Client as Client
-    from cohaptic_client.devices.choice import DeviceChoice as DeviceChoice
     from cohaptic_client.devices.device import Device as Device
     from cohaptic_client.devices.device import DeviceInfo as DeviceInfo
     from cohaptic_client.devices.device import DeviceSample as DeviceSample
-    from cohaptic_client.devices.device_config import DeviceConfig as DeviceConfig
+    from cohaptic_client.devices.kind import DeviceChoice as DeviceChoice
+    from cohaptic_client.devices.kind import DeviceConfig as DeviceConfig
     from cohaptic_client.devices.kind import DeviceKind as DeviceKind
     from cohaptic_client.devices.kind import Found as Found
     from cohaptic_client.devices.placing.options import PLACING_OPTIONS as PLACING_OPTIONS
@@ -47,8 +47,8 @@ __all__ = [
 _HOMES = {
     "Client": "cohaptic_client.client",
     "Device": "cohaptic_client.devices.device",
-    "DeviceChoice": "cohaptic_client.devices.choice",
-    "DeviceConfig": "cohaptic_client.devices.device_config",
+    "DeviceChoice": "cohaptic_client.devices.catalogue",
+    "DeviceConfig": "cohaptic_client.devices.kind",
     "DeviceKind": "cohaptic_client.devices.kind",
     "Found": "cohaptic_client.devices.kind",
     "PLACING_OPTIONS": "cohaptic_client.devices.placing.options",

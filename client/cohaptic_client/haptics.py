@@ -19,7 +19,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
 from cohaptic.status.row import Row, last_row
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory, remove_killed
@@ -33,7 +33,7 @@ class Haptics:
     Args:
         clock: Clock of this process; the loop reads the same time.
         keep: Called with the rows of all periods since the last call, as a block for
-            `cohaptic.status.row.rows_in`; None when nobody needs every period.
+            `cohaptic.status.table.rows_in`; None when nobody needs every period.
         fault: Earlier fault that the user has not acknowledged; empty for none.
 
     Raises:

@@ -14,7 +14,7 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript
 from cohaptic_client.address import check_secrecy
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.devices.choice import SIMULATED, DeviceChoice
+from cohaptic_client.devices.kind import SIMULATED, DeviceChoice
 from cohaptic_client.devices.placing.options import clutch_is_switch
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
@@ -130,7 +130,7 @@ class ClientSettings:
 
 
 def _check_name(name: str) -> None:
-    from cohaptic.protocol.control.chosen_name import tidy_name
+    from cohaptic.protocol.control.message import tidy_name
 
     limit = "1 to 32 printable characters"
     if not name or len(name) > 32 or not name.isprintable():

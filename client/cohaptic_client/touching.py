@@ -21,7 +21,7 @@ from typing import IO, TextIO, cast
 from rich.console import Console
 
 from cohaptic.runtime.aside import Aside, aside
-from cohaptic.status.lines import EVERY, Summary, status_line
+from cohaptic.status.table import EVERY, Summary, status_line
 from cohaptic_client.client import Client
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings

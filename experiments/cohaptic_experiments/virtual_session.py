@@ -23,10 +23,9 @@ from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output, SurfaceMaker
 from cohaptic_client.loop.step import step
-from cohaptic_client.loop.surfaces import SurfaceMaker
-from cohaptic_client.network.pacing import Pacer
+from cohaptic_client.network.timing import Pacer
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.room import Room

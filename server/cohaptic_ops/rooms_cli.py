@@ -18,7 +18,7 @@ from pathlib import Path
 import typer
 
 from cohaptic.errors import CohapticError, SettingError
-from cohaptic.runtime.hangup import on_hangup
+from cohaptic.runtime.interrupt import on_hangup
 from cohaptic_ops.rooms.config import (
     ObjectTable,
     RoomsConfig,
@@ -38,8 +38,8 @@ from cohaptic_server.http.reachable import addresses_for_others, hosts_for_other
 from cohaptic_server.logs import LogStyle
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.doors.own_addresses import machine_addresses
-from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.touchable import is_file, names
 
 _WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")

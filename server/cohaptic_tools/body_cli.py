@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cohaptic.cli.chapters import ChapterCommand
+from cohaptic.cli.app import ChapterCommand
 from cohaptic_server.cli.object_options import ObjectOptions, Users, takes_object
 
 body = typer.Typer(help="Prepare an object from a file, or inspect it.", no_args_is_help=True)

@@ -45,7 +45,7 @@ from cohaptic.protocol.upload_messages import (
 )
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.objects.catalogue import build_body
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.cache import cache_folder
 from cohaptic_server.routes import Route, Serving

@@ -22,8 +22,8 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, HeldError, SettingError, one_line
+from cohaptic_server.objects.memory_limit import damaged
 from cohaptic_server.objects.store.cache import UnkeptError, insist
-from cohaptic_server.objects.unreadable import damaged
 from cohaptic_server.touchable import kind_of
 from cohaptic_uploads.confine import confine
 from cohaptic_uploads.kept_files import MARK, give_up, keep
@@ -124,7 +124,7 @@ def _prepare(
     from cohaptic_server.objects.auto.resolve import resolve
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_affordable
-    from cohaptic_server.objects.demand import Demand
+    from cohaptic_server.objects.cost import Demand
     from cohaptic_server.objects.object_file import ObjectFile
     from cohaptic_uploads.described import to_fields
 

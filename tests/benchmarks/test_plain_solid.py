@@ -8,7 +8,7 @@ import pytest
 import plain_solid
 from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.testing.blocks import block
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from playwright.sync_api import Browser, Playwright
 
-from cohaptic_server.http.page_files import has_page, load_page
+from cohaptic_server.http.routes import has_page, load_page
 from tests.give_up import give_up
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")

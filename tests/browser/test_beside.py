@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.keys import Grants, KeyRing
 from cohaptic_server.access.tokens import Claims, sign
 from cohaptic_server.credentials.key_file import new_key, save_keys
 from tests.browser.conftest import Open, Serve

@@ -8,8 +8,7 @@ import pytest
 from playwright.sync_api import Request
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.keys import Grants, KeyRing
 from cohaptic_server.access.tokens import Claims, sign
 from cohaptic_server.credentials.key_file import new_key, save_keys
 from tests.browser.conftest import Open, Serve

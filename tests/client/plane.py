@@ -6,8 +6,7 @@ from cohaptic.control.law import Law, LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, Intention
 from cohaptic.vec import ZERO
-from cohaptic_client.devices.choice import DeviceChoice
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.safety import SafetyLimits
 

@@ -20,7 +20,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import Place
 from cohaptic.vec import Vec3, sub
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.haptics import Haptics, loop_config
 from cohaptic_client.loop.config import LoopConfig, silent_after
 from cohaptic_client.loop.memory import LoopMemory

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_client.client import Client
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.loop.safety import NOT_HELD
 from cohaptic_client.news import (
     FAULT_NEWS,

@@ -11,7 +11,7 @@ from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import Hello, decode_client_control, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.settings import ClientSettings
 
 

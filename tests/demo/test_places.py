@@ -9,8 +9,7 @@ from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh, pressure
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
 from cohaptic_tools.demo.places import is_open, place_hands, supported

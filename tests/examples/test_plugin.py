@@ -69,7 +69,7 @@ def test_the_drum_is_a_body_by_its_name_and_keeps_the_laws() -> None:
 def test_the_drum_gives_way_as_a_membrane_does(tracker: ModuleType) -> None:
     """In the middle of a round membrane, a pressure over a small disc of radius a, Timoshenko:
     u = F / (2 pi T) (ln(R / a) + 1 / 4) at the middle of the disc itself, for an even pressure."""
-    from cohaptic_server.testing.contacts import press_vertex
+    from cohaptic_server.testing.check_body import press_vertex
 
     drum = build_body("drum")
     load = press_vertex(drum, 0, 1.0)

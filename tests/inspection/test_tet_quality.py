@@ -6,7 +6,7 @@ import pytest
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
-from cohaptic_server.mesh.thickness import depth_under, is_smooth, thickness
+from cohaptic_server.mesh.thin_parts import depth_under, is_smooth, thickness
 from cohaptic_server.testing.blocks import block
 from cohaptic_tools.inspection.inspection import quality
 

@@ -24,8 +24,7 @@ from cohaptic_ops.rooms.config import RoomsConfig, RoomTable
 from cohaptic_ops.rooms.supervisor import Supervisor
 from cohaptic_ops.rooms.tables import AccessTable
 from cohaptic_ops.rooms_cli import protect
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import Key, KeyRing, write_keys
+from cohaptic_server.access.keys import Grants, Key, KeyRing, write_keys
 from cohaptic_server.credentials.key_file import save_keys
 from tests.ops.rooms.bodies import small
 from tests.patience import PATIENCE

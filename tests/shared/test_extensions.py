@@ -17,9 +17,7 @@ from cohaptic.extensions import ExtensionError, added, load
 from cohaptic.simulated.hand import Hand
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_kind, names, open_device, search
-from cohaptic_client.devices.choice import DeviceChoice
-from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind
 from cohaptic_server.objects.catalogue import build_body
 
 DEVICES, BODIES = "cohaptic.devices", "cohaptic.bodies"

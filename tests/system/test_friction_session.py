@@ -13,7 +13,7 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.world.sticking_equilibrium import (
+from cohaptic_server.world.equilibrium import (
     StickingEquilibrium,
     StickingHand,
     solve_sticking,

@@ -19,14 +19,15 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.world.equilibrium import RestingHand, solve
-from cohaptic_server.world.state import Touch
-from cohaptic_server.world.sticking_equilibrium import (
+from cohaptic_server.world.equilibrium import (
+    RestingHand,
     StickingEquilibrium,
     StickingHand,
+    solve,
     solve_sticking,
     touch_down,
 )
+from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import sync_playwright
 
-from cohaptic_server.http.page_files import has_page, load_page
+from cohaptic_server.http.routes import has_page, load_page
 from tests.browser.chromium import FLAGS, NAMES
 from tests.browser.visitor import Visitor
 from tests.give_up import give_up

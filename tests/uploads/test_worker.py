@@ -17,7 +17,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.upload_messages import Examined
 from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
 from cohaptic_server.objects.build_rubber import EDGES, build_affordable
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.testing.blocks import block
 from cohaptic_uploads.described import from_fields
 from cohaptic_uploads.kept_files import uploads_folder

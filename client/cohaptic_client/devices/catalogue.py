@@ -1,6 +1,8 @@
 """Devices by name. Only the driver of the chosen device is imported.
 
 Two drivers are here; packages add all others, `cohaptic_drivers` among them.
+
+A user's choice of a device as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`.
 """
 
 from __future__ import annotations
@@ -11,15 +13,13 @@ from typing import cast
 
 from cohaptic.errors import CohapticError, DeviceError, SettingError
 from cohaptic.extensions import OURS, ExtensionError, added, adder, load
-from cohaptic_client.devices.choice import DeviceChoice, split_choice
 from cohaptic_client.devices.device import Device, DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind, Found
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind, Found, split_choice
 
 GROUP = "cohaptic.devices"  # group of entry points, each of which is a `DeviceKind`
 # Module with the `KIND` of each device of this package.
 _HERE = {
-    "simulated": "cohaptic_client.devices.simulated_kind",
+    "simulated": "cohaptic_client.devices.simulated",
     "spacemouse": "cohaptic_client.devices.spacemouse",
 }
 

@@ -1,16 +1,129 @@
-"""Description of a driver for the catalogue: its options, its abilities, how it is opened."""
+"""Description of a driver for the catalogue: its options, its abilities, how it is opened.
+
+Configuration of the device that a loop opens, and of its place in the world.
+
+A user's choice of a device as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
+from cohaptic.simulated.hand import Hand, Intention, Rhythm
 from cohaptic.vec import Vec3
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import Device, DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
+
+LONGEST = 1000  # characters; a path and a few numbers are far shorter
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceChoice:
+    """A device by name, with the options that were given.
+
+    Args:
+        name: Name in the catalogue.
+        options: Key and value of each option, as text, in the order given; no key occurs twice.
+    """
+
+    name: str
+    options: tuple[tuple[str, str], ...] = ()
+
+    def text(self, key: str, default: str = "") -> str:
+        """Value of an option; `default` if the option was not given."""
+        return dict(self.options).get(key, default)
+
+    def one_of(self, key: str, values: Iterable[str], default: str) -> str:
+        """Value of an option that has to be one of `values`; raises SettingError."""
+        value = self.text(key, default)
+        if value not in (known := list(values)):
+            raise SettingError(f"{self.name}:{key}", repr(value), f"one of: {', '.join(known)}")
+        return value
+
+    def number(self, key: str, default: float, low: float, high: float, unit: str = "") -> float:
+        """Value of an option that is a number from `low` to `high`; raises SettingError."""
+        value = self.text(key, str(default))
+        limit = f"a number from {low:g} to {high:g} {unit}".rstrip()
+        try:
+            number = float(value)
+        except ValueError:
+            raise SettingError(f"{self.name}:{key}", repr(value), limit) from None
+        if not low <= number <= high:
+            raise SettingError(f"{self.name}:{key}", value, limit)
+        return number
+
+    def __str__(self) -> str:
+        listed = ",".join(f"{key}={value}" for key, value in self.options)
+        return f"{self.name}:{listed}" if listed else self.name
+
+    @classmethod
+    def from_dict(cls, raw: dict[str, Any]) -> DeviceChoice:
+        """The choice that `dataclasses.asdict` and JSON have turned into these plain values."""
+        return cls(raw["name"], tuple((key, value) for key, value in raw["options"]))
+
+
+SIMULATED = DeviceChoice("simulated")  # the default
+
+
+def split_choice(text: str) -> tuple[str, list[tuple[str, str]]]:
+    """Split a text into name and options; a first value without a key gets an empty key.
+
+    Raises:
+        SettingError: The text is too long, an option has no value, or a later option has no key.
+    """
+    if len(text) > LONGEST:
+        raise SettingError("device", f"{len(text)} characters long", f"at most {LONGEST}")
+    name, _, listed = text.partition(":")
+    options: list[tuple[str, str]] = []
+    for item in listed.split(",") if listed else []:
+        key, equals, value = item.partition("=")
+        if not equals:
+            key, value = "", item
+        if (not key and options) or not value:
+            raise SettingError("option of a device", repr(item), "KEY=VALUE")
+        options.append((key, value))
+    return name, options
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceConfig:
+    """A device, the place of the body to touch, and the hand of a simulated device.
+
+    Args:
+        choice: Choice of the device, by name and options.
+        center: Centre of the body, by which a device's workspace is placed [m].
+        radius: Radius of the sphere round `center` that holds the body [m].
+        hand: Mechanics of a simulated device.
+        intention: Intention of a simulated device; None for a real one.
+    """
+
+    choice: DeviceChoice
+    center: Vec3
+    radius: float
+    hand: Hand
+    intention: Intention | None
+
+    @classmethod
+    def from_dict(cls, raw: dict[str, Any]) -> DeviceConfig:
+        """The configuration that `dataclasses.asdict` has turned into these plain values."""
+        intention = raw["intention"]
+        if intention is not None:
+            rhythm = intention["rhythm"]
+            intention = Intention(
+                **intention
+                | {
+                    "surface": tuple(intention["surface"]),
+                    "direction": tuple(intention["direction"]),
+                    "rhythm": None if rhythm is None else Rhythm(**rhythm),
+                    "drag": tuple(intention["drag"]),
+                }
+            )
+        hand = Hand(**raw["hand"])
+        choice = DeviceChoice.from_dict(raw["choice"])
+        return cls(choice, tuple(raw["center"]), raw["radius"], hand, intention)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from typing import Any
 from cohaptic.clock import Clock
 from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control.capabilities import Capabilities
+from cohaptic.protocol.control.message import Capabilities
 from cohaptic.protocol.messages import (
     Called,
     Hello,
@@ -28,13 +28,12 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
-from cohaptic_client.network.pacing import Pacer
 from cohaptic_client.network.session import ClientSession
-from cohaptic_client.network.timing import LinkTiming
+from cohaptic_client.network.timing import LinkTiming, Pacer
 from cohaptic_client.settings import ClientSettings
 
 

@@ -8,10 +8,8 @@ from typing import NoReturn
 from cohaptic.clock import Clock, SystemClock
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic.vec import Vec3
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind, Found
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind, Found
 from cohaptic_client.devices.placing.options import PLACING_OPTIONS, clutch_of, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_drivers.haply.exchange import GIVE_UP, SILENCE, Exchange, Heard, check_status

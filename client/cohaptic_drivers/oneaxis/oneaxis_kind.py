@@ -8,10 +8,8 @@ from collections.abc import Callable
 from cohaptic.clock import Clock, SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind, Found
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind, Found
 from cohaptic_client.devices.placing.options import PLACING_OPTIONS, place, placed_info, turn_of
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_drivers.oneaxis.calibration import calibrate

@@ -15,10 +15,8 @@ from typing import Any
 from cohaptic.clock import Clock, SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, is_finite
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind, Found
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind, Found
 from cohaptic_client.devices.placing.options import PLACING_OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_drivers.vendor.library import function, load

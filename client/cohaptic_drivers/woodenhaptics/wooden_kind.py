@@ -5,11 +5,9 @@ from __future__ import annotations
 from cohaptic.clock import Clock, SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
 from cohaptic_client.devices.hid_devices import try_hid
-from cohaptic_client.devices.kind import DeviceKind, Found
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind, Found
 from cohaptic_client.devices.placing.options import PLACING_OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import Placed
 from cohaptic_drivers.woodenhaptics.arm import (

@@ -11,7 +11,7 @@ from cohaptic_experiments.campaign.compiled import compiled, usable
 from cohaptic_experiments.campaign.links import Queue, receive, send
 from cohaptic_experiments.campaign.server_plan import REMEMBERED, Plan, anticipate
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.force_limits import (
+from cohaptic_server.world.applied_forces import (
     EFFECT_RATE,
     allowed_shares,
     fair_cap,

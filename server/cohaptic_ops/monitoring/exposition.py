@@ -18,7 +18,7 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector
 
-from cohaptic.status.histogram import TIME_EDGES
+from cohaptic.status.quantiles import TIME_EDGES
 from cohaptic_ops.monitoring.known import Known
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
 

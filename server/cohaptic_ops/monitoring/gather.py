@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from cohaptic.status.histogram import Histogram
+from cohaptic.status.quantiles import Histogram
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
 from cohaptic_server.room.member import Member
 from cohaptic_server.shell.server import CohapticServer

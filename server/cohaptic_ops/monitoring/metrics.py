@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from cohaptic.protocol.control.capabilities import Capabilities
-from cohaptic.status.histogram import TIME_EDGES
+from cohaptic.protocol.control.message import Capabilities
+from cohaptic.status.quantiles import TIME_EDGES
 
 
 class _Frozen(BaseModel):

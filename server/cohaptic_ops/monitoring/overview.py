@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.errors import one_line
-from cohaptic.status.histogram import TIME_EDGES
+from cohaptic.status.quantiles import TIME_EDGES
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts
 
 _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the rest

@@ -26,11 +26,10 @@ from cohaptic_ops.rooms.process.handing_over import HandedDoor, hand_over, handi
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.doors.door import Door
-from cohaptic_server.shell.doors.turn_away import turn_away
 from cohaptic_server.shell.gate import Gate, Taken
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response, too_many
 from cohaptic_server.shell.listener import Listener, serve_doors
-from cohaptic_server.shell.refusal import refuse
+from cohaptic_server.shell.refusal import refuse, turn_away
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
 
 # Time until the front looks again at a request with an incomplete first line [s]. The pause doubles

@@ -32,7 +32,7 @@ from cohaptic_ops.rooms.process.starter import Hold
 from cohaptic_ops.rooms.restarts import Restarts
 from cohaptic_server.logs import PLAIN, LogStyle
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.gate import Protection
 
 log = logging.getLogger("cohaptic.server")
 

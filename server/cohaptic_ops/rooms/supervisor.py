@@ -32,9 +32,8 @@ from cohaptic_ops.rooms.process.reports import Allow
 from cohaptic_ops.rooms.process.room_process import Build, Protect
 from cohaptic_ops.rooms.process.starter import keep_starter, room_processes
 from cohaptic_server.logs import PLAIN, LogStyle
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.gate import Gate, Protection
 from cohaptic_server.shell.listener import open_doors, url_of
-from cohaptic_server.shell.protection import Protection
 
 
 @dataclass(frozen=True, slots=True)

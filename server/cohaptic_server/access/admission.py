@@ -14,9 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 
-from cohaptic_server.access.denied import Denied, forbidden
-from cohaptic_server.access.grants import OPEN, Grants
-from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.keys import OPEN, Denied, Grants, KeyRing, forbidden
 from cohaptic_server.access.remembered import MOST_USED, Used
 
 

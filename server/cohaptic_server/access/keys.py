@@ -2,6 +2,13 @@
 
 To rotate keys, the owner puts a new key in front, and removes the old key after its tokens have
 expired.
+
+Grants of a token for one room, as one object among its claims (the form that LiveKit uses).
+
+A token allows only the actions that it states. An unknown name is an error and is not ignored,
+since otherwise a misspelt limit would have no effect.
+
+Error that refuses entry to a client, or an action that the client's grants do not allow.
 """
 
 from __future__ import annotations
@@ -9,11 +16,12 @@ from __future__ import annotations
 import base64
 import binascii
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic.alias_generators import to_camel
 
-from cohaptic.errors import SettingError
+from cohaptic.errors import CloseCode, RemoteProtocolError, SettingError
 
 Algorithm = Literal["HS256", "HS384", "HS512"]
 LEAST_BYTES = 32  # length of a secret: as long as the hash of HS256 (RFC 7518, 3.2)
@@ -143,3 +151,81 @@ def _bytes(key: _Jwk) -> bytes:
     except (binascii.Error, UnicodeEncodeError):
         limit = "base64url, as `cohaptic key FILE` writes it"
         raise SettingError(f"secret of key {key.kid}", "no text of bytes", limit) from None
+
+
+ASK = "ask the owner of the room for a new invitation"
+
+
+class Denied(RemoteProtocolError):
+    """Refusal with a reason and advice; its text contains neither the token nor a secret.
+
+    Args:
+        problem: Reason of the refusal.
+        advice: Action that the person can take.
+        code: `UNAUTHENTICATED` if the client is unknown, `FORBIDDEN` if the client is known but
+            lacks the right.
+    """
+
+    def __init__(
+        self, problem: str, advice: str = ASK, code: CloseCode = CloseCode.UNAUTHENTICATED
+    ) -> None:
+        super().__init__("token", problem, advice, code)
+
+    def __str__(self) -> str:
+        return f"{self.value}: {self.limit}"
+
+
+def forbidden(problem: str, advice: str = ASK) -> Denied:
+    """Refusal of a client whose identity is known but who lacks the right."""
+    return Denied(problem, advice, CloseCode.FORBIDDEN)
+
+
+MAX_ROOM = 64  # characters of a name
+ROOM_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+_PATTERN = r"^(\*|[A-Za-z0-9][A-Za-z0-9._-]{0,63}\*?)$"
+
+
+class Grants(BaseModel):
+    """Grants of one token; in the token the names are in camel case, such as `roomJoin`.
+
+    Args:
+        room: Name of the room, or a prefix and a star for all rooms that begin so: `lab-*`.
+        room_join: Right to come in at all.
+        can_touch: Right to touch the object.
+        can_view: Right to watch the scene.
+        room_create: Right to make rooms.
+        room_admin: Right to mute, remove and ban users, and to freeze and reset the object.
+        room_record: Right to record what others do.
+        can_inject_latency: Right to inject latency, if the server allows it.
+        max_force: Limit on this user's force on the body [N]; None for no limit.
+    """
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        alias_generator=to_camel,
+        populate_by_name=True,
+    )
+
+    room: Annotated[str, Field(pattern=_PATTERN, max_length=MAX_ROOM + 1)]
+    room_join: bool = False
+    can_touch: bool = False
+    can_view: bool = False
+    room_create: bool = False
+    room_admin: bool = False
+    room_record: bool = False
+    can_inject_latency: bool = False
+    max_force: Annotated[float, Field(ge=0.0, le=100.0)] | None = None
+
+    def hold_in(self, room: str) -> bool:
+        """Whether the grants are for a room of this name."""
+        if self.room.endswith("*"):
+            return room.startswith(self.room[:-1])
+        return room == self.room
+
+
+# Grants of everybody on an open server. The owner's option decides whether latency may be injected,
+# and nobody administers a room without a proven identity.
+OPEN = Grants(room="*", room_join=True, can_touch=True, can_view=True, can_inject_latency=True)

@@ -14,9 +14,7 @@ import jwt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from cohaptic.protocol.messages import MAX_TOKEN
-from cohaptic_server.access.denied import Denied
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import Key, KeyRing
+from cohaptic_server.access.keys import Denied, Grants, Key, KeyRing
 
 AUDIENCE = "cohaptic"  # audience of an invitation
 SESSION_AUDIENCE = "cohaptic-session"  # audience of a token with which a client comes back

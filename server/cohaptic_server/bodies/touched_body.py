@@ -17,9 +17,8 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MAX_COMPLIANCE
 from cohaptic_server.bodies.body import Body, Load, Prefetching, Swings
-from cohaptic_server.mesh.pressure import pressure
 from cohaptic_server.mesh.search.window_vertices import WindowVertices
-from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh, pressure
 from cohaptic_server.mesh.touch_mesh import APART, TouchMesh, thinned
 from cohaptic_server.numeric import Floats, Ints
 

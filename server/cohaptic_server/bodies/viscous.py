@@ -8,6 +8,8 @@ which for a linear body is eq. (9), (K_o + B_o) x+ = f + B_o x, and for a nonlin
 state of strain by its own stiffness. The reported compliance is that of the steady state: a control
 law that relied on K_o + B_o, the stiffness within one tick, would be unstable under delay for
 B_o >= K_o (science 3.3: a C below half of the true one).
+
+Viscous damping of a response, shared by linear and nonlinear bodies.
 """
 
 from __future__ import annotations
@@ -17,10 +19,32 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body, Load, Prefetching, Response
-from cohaptic_server.bodies.damping import check_damping
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.numeric import Floats, Ints
+
+
+def check_damping(damping: float) -> None:
+    """Refuse a ratio B_o / K_o that is negative, or so large that hands under delay sway for long.
+
+    Raises:
+        SettingError: The ratio is outside of 0 to 2.
+    """
+    if not 0.0 <= damping <= 2.0:
+        raise SettingError("damping B_o / K_o", damping, "from 0 to 2 (relaxation in ticks)")
+
+
+def lagged(applied: Floats, carried: Floats, damping: float) -> Floats:
+    """Forces that the elastic part of a Kelvin-Voigt body carries at the end of a tick [N].
+
+    Args:
+        applied: Forces applied in this tick, any shape [N].
+        carried: Forces that the elastic part carried before the tick, of the same shape [N].
+        damping: Ratio B_o / K_o of eq. (9).
+    """
+    return np.asarray((applied + damping * carried) / (1.0 + damping))
+
 
 _NEGLIGIBLE = 1e-3  # share of `DecayingLoad.peak` below which a decaying load is dropped
 

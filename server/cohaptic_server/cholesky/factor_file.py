@@ -3,11 +3,18 @@
 The numbers of a factor lie in one flat array, front after front: `lower` column by column, as
 LAPACK takes it without a copy, then `carry` row by row. Numbers in single precision halve the
 memory and the time of a solve; a factor stays in double precision if a later step needs that.
+
+A Cholesky factor in single precision in memory that a second process maps instead of copying.
+
+Sending a factor of 1 GB to a process takes seconds and keeps it in memory twice. Here the whole
+factor lies in shared memory, and only its place is sent. A new process may be sent only little data
+in any case: if it died before it had read all data, the sender would wait for ever.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from multiprocessing.context import SpawnContext
 from typing import Any
 
 import numpy as np
@@ -16,7 +23,7 @@ import numpy.typing as npt
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor import Factor, FactorFront
 from cohaptic_server.cholesky.values import AnyFloats
-from cohaptic_server.numeric import Ints
+from cohaptic_server.numeric import Ints, Narrow
 
 
 def to_arrays(
@@ -127,3 +134,51 @@ def _fronts(
 
 def _within(indices: Ints, count: int) -> bool:
     return not len(indices) or bool(indices.min() >= 0 and indices.max() < count)
+
+
+class SharedFactor:
+    """A factor in shared memory, as a `FactorReader`.
+
+    Args:
+        factor: Factor of any precision; its numbers are copied once.
+        context: Context of multiprocessing that starts the process that maps the numbers.
+
+    Attributes:
+        bytes: Memory of the numbers [bytes].
+
+    Raises:
+        OSError: There is not enough shared memory.
+    """
+
+    def __init__(self, factor: Factor, context: SpawnContext) -> None:
+        indices = indices_of(factor)
+        self._indices = {name: shared_ints(array, context) for name, array in indices.items()}
+        self._values: Any = context.RawArray("f", max(1, count_values(factor)))
+        self.bytes = 4 * count_values(factor)
+        copy_values(factor, self._numbers())
+
+    def read(self) -> Factor:
+        """Return a factor that uses the shared numbers without a copy."""
+        indices = {name: as_ints(shared) for name, shared in self._indices.items()}
+        return from_arrays({**indices, "values": self._numbers()})
+
+    def problem(self) -> str:
+        """Return an empty string: only the two processes that share the factor can change it."""
+        return ""
+
+    def _numbers(self) -> Narrow:
+        return np.frombuffer(self._values, dtype=np.float32)[: self.bytes // 4]
+
+
+def shared_ints(array: Ints, context: SpawnContext) -> tuple[Any, tuple[int, ...]]:
+    """Return a copy of an array in shared memory, and its shape."""
+    shared = context.RawArray("q", max(1, array.size))
+    np.frombuffer(shared, dtype=np.int64)[: array.size] = array.ravel()
+    return shared, array.shape
+
+
+def as_ints(shared: tuple[Any, tuple[int, ...]]) -> Ints:
+    """Return the array that `shared_ints` put into shared memory, without a copy."""
+    memory, shape = shared
+    count = int(np.prod(shape))
+    return np.frombuffer(memory, dtype=np.int64)[:count].reshape(shape)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.cholesky.dissection import Part, dissect
-from cohaptic_server.cholesky.symbolic import borders_of
+from cohaptic_server.cholesky.symbolic import Part, borders_of, dissect
 from cohaptic_server.numeric import Floats, Ints, Mask
 
 _DOUBLE = 8  # bytes

@@ -14,12 +14,11 @@ import typer
 
 from cohaptic.errors import SettingError
 from cohaptic.written import at_home
-from cohaptic_server.cli.option_groups import takes
-from cohaptic_server.cli.spans import seconds_of
+from cohaptic_server.cli.option_groups import seconds_of, takes
 from cohaptic_server.guard.proxies import NETWORK, network_of
 
 if TYPE_CHECKING:
-    from cohaptic_server.shell.protection import Protection
+    from cohaptic_server.shell.gate import Protection
 
 
 InsecureKeyFile = Annotated[
@@ -111,7 +110,7 @@ class AccessOptions:
         from cohaptic_server.credentials.certificate import Certificate
         from cohaptic_server.credentials.key_file import load_keys
         from cohaptic_server.credentials.reloading import Watched
-        from cohaptic_server.shell.protection import Protection
+        from cohaptic_server.shell.gate import Protection
 
         watched: list[Watched] = []
         admission = Admission(

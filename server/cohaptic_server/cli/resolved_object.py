@@ -7,9 +7,9 @@ from pathlib import Path
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cli.object_options import ObjectOptions
-from cohaptic_server.objects.auto.remedy import Diagnosis
+from cohaptic_server.objects.auto.diagnose import Diagnosis
 from cohaptic_server.objects.auto.resolve import find_problems, resolve
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import is_prepared
 from cohaptic_server.progress import Progress

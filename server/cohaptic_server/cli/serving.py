@@ -23,9 +23,9 @@ from cohaptic_server.http.reachable import addresses_for_others, hosts_for_other
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.routes import Route, Serving, loaded, opened, read_wanted
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.touchable import is_file
 

@@ -14,8 +14,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import MAIN, room_in, room_url
 from cohaptic_server.cli.access_options import InsecureKeyFile
-from cohaptic_server.cli.option_groups import takes
-from cohaptic_server.cli.spans import seconds_of
+from cohaptic_server.cli.option_groups import seconds_of, takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +70,7 @@ class GrantOptions:
         """
         from pydantic import ValidationError
 
-        from cohaptic_server.access.grants import Grants
+        from cohaptic_server.access.keys import Grants
         from cohaptic_server.access.tokens import Claims, sign
         from cohaptic_server.credentials.key_file import load_keys
 

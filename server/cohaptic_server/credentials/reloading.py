@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cohaptic.errors import SettingError
-from cohaptic.runtime.hangup import on_hangup
+from cohaptic.runtime.interrupt import on_hangup
 
 log = logging.getLogger("cohaptic.server")
 

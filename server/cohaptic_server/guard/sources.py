@@ -2,6 +2,16 @@
 
 The number of remembered addresses is bounded. Addresses without connections and without unread
 responses are forgotten, starting with those that have been silent for longest.
+
+Checks the recent messages of one connection against its budgets.
+
+Token buckets for rate limits; a bucket is one number: the time at which it is full again [s].
+
+With rate r and burst b, at most b + r t tokens can be spent within any time t. The current time is
+an argument. If the clock was set back, a bucket may seem emptier than possible; such a bucket
+counts as full, so that nobody is locked out until the clock reaches the old time again.
+
+Limits the rate of log lines about each address, so that no address fills a disk.
 """
 
 from __future__ import annotations
@@ -11,10 +21,117 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from http import HTTPStatus
 
-from cohaptic.errors import RemoteProtocolError
-from cohaptic_server.guard.budget import FULL, spend, wait
-from cohaptic_server.guard.limits import Limits
-from cohaptic_server.guard.meter import too_many
+from cohaptic.errors import CloseCode, RemoteProtocolError
+from cohaptic_server.guard.limits import FULL, Budget, Limits, spend, wait
+
+
+class Meter:
+    """Counts the messages of one connection, and reports an error if they exceed its budgets.
+
+    Args:
+        simulation_hz: Ticks of the server per second [Hz].
+    """
+
+    def __init__(self, limits: Limits, simulation_hz: float) -> None:
+        self._limits = limits
+        self._sample_budget = limits.samples_at(simulation_hz)
+        self._samples = self._texts = self._beats = FULL
+
+    def sample(self, now: float) -> RemoteProtocolError | None:
+        """Count a read with one sample, the usual case; returns an error if the budget is spent."""
+        bucket = spend(self._samples, 1.0, self._sample_budget, now)
+        if bucket is None:
+            return too_many("samples", 1, self._sample_budget)
+        self._samples = bucket
+        return None
+
+    def read(self, samples: int, texts: int, beats: int, now: float) -> RemoteProtocolError | None:
+        """Count the messages of one read of the socket.
+
+        Args:
+            samples: Small binary messages.
+            texts: Other messages and fragments.
+            beats: Pings, pongs and closes.
+            now: Time [s].
+
+        Returns:
+            Error if a budget is exceeded; None if not.
+        """
+        limits = self._limits
+        # A read that brings less than a frame costs time as well.
+        left = spend(self._samples, max(1, samples), self._sample_budget, now)
+        if left is None:
+            return too_many("samples", samples, self._sample_budget)
+        self._samples = left
+        if texts:
+            left = spend(self._texts, texts, limits.texts, now)
+            if left is None:
+                return too_many("control messages", texts, limits.texts)
+            self._texts = left
+        if beats:
+            left = spend(self._beats, beats, limits.beats, now)
+            if left is None:
+                return too_many("pings and pongs", beats, limits.beats)
+            self._beats = left
+        return None
+
+
+def too_many(what: str, more: int, budget: Budget) -> RemoteProtocolError:
+    """Error for a client that has exceeded a budget."""
+    value, limit = f"too many: {more} more", f"at most {budget}"
+    return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY)
+
+
+_MOST_LOGGED = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class _Logged:
+    bucket: float = FULL
+    left_out: int = 0
+    since: float = 0.0  # time of the first line that was left out [s]
+
+
+class LogLines:
+    """Rate limits of log lines, one for each address, with the numbers of omitted lines.
+
+    Args:
+        budget: Budget of each address.
+    """
+
+    def __init__(self, budget: Budget) -> None:
+        self._budget = budget
+        self._known: dict[str, _Logged] = {}
+
+    def pass_on(self, source: str, now: float) -> bool:
+        """Count a line about an address, and return whether the line is to be written."""
+        known = self._known.pop(source, _Logged())
+        spent = spend(known.bucket, 1.0, self._budget, now)
+        if spent is None:
+            since = known.since if known.left_out else now
+            self._known[source] = _Logged(known.bucket, known.left_out + 1, since)
+        else:
+            self._known[source] = _Logged(spent, known.left_out, known.since)
+        while len(self._known) > _MOST_LOGGED:
+            self._known.pop(next(iter(self._known)))
+        return spent is not None
+
+    def left_out(self, now: float, after: float = 0.0) -> list[tuple[str, int]]:
+        """Return the addresses and the number of omitted lines about each, and reset the numbers.
+
+        Args:
+            now: Time [s].
+            after: Only addresses whose first omitted line is at least this old are returned [s].
+        """
+        due = [
+            (name, known.left_out)
+            for name, known in self._known.items()
+            if known.left_out and now - known.since >= after
+        ]
+        for name, _ in due:
+            self._known[name] = _Logged(self._known[name].bucket)
+        return due
+
 
 _MOST_SOURCES = 4096  # half a megabyte; the limits for all addresses stop an attacker with more
 UNKNOWN = "unknown"

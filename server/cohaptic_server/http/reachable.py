@@ -1,11 +1,123 @@
-"""Finds the addresses of a server that people can share with other machines. No I/O."""
+"""Finds the addresses of a server that people can share with other machines. No I/O.
+
+Finds the addresses at which other machines reach this machine.
+
+Shows the owner of a server the address of its page, also as a QR code for a phone.
+
+Checks the origin and host of requests, so that no foreign page uses a visitor's browser.
+
+A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
+the same, the page is the server's own. The check also needs the host to be one of the server's own
+names, since a stranger can make any name point at any address (DNS rebinding).
+"""
 
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Collection, Sequence
 
-from cohaptic_server.http.origins import is_of_many
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+_THIS_MACHINE = re.compile(r"https?://(localhost|127\.0\.0\.1|\[::1\])(:\d+)?")
+_OWN_NAMES = ("localhost", "127.0.0.1", "[::1]")
+_HOST = re.compile(r"(?P<name>\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:\d{1,5})?")
+_OWN_HOST = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d+)?", re.IGNORECASE)
+
+
+def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> bool:
+    """Whether the Host header of a request names this server.
+
+    Args:
+        host: Host header of the request; None if it is missing, which no browser omits.
+        own: Address of this machine that the connection came to; None if it is not known.
+        allowed: Further names of the server, without ports; `.lab.example` and `*.lab.example`
+            stand for all names below `lab.example`.
+    """
+    if host is None:
+        return False
+    match = _HOST.fullmatch(host.lower())
+    if match is None:
+        return False
+    name = match["name"]
+    if name in _OWN_NAMES or any(_is_one_of(name, other.lower()) for other in allowed):
+        return True
+    return own is not None and _address(name.strip("[]")) == _address(own) is not None
+
+
+def may_connect(
+    origin: str | None,
+    host: str | None,
+    *,
+    own: str | None,
+    hosts: Collection[str],
+    allowed: Collection[str],
+) -> bool:
+    """Whether a page may open a websocket.
+
+    Args:
+        origin: Origin header of the request; None from a native client.
+        host: Host header of the request; None if it is missing.
+        own: Address of this machine that the connection came to; None if it is not known.
+        hosts: Further names of the server.
+        allowed: Further origins whose pages may connect.
+    """
+    if origin is None or origin in allowed or _THIS_MACHINE.fullmatch(origin):
+        return True
+    if host is None or not is_own_host(host, own, hosts):
+        return False
+    return origin.lower() in (f"http://{host.lower()}", f"https://{host.lower()}")
+
+
+def is_of_this_machine(
+    origin: str | None, host: str | None, peer: str | None, *, allowed: Collection[str]
+) -> bool:
+    """Whether a request may do more than touch, such as bring a file.
+
+    The connection must come from this machine, or through a tunnel that ends on this machine. The
+    request must come from the server's own page, an allowed origin or no page at all. Other pages
+    of this machine are refused, and so is a page whose name was made to point at this machine.
+
+    Args:
+        origin: Origin header of the request; None from a native client.
+        host: Host header of the request; None if it is missing.
+        peer: Address of the other end; None if it is not known.
+        allowed: Further origins whose pages are accepted.
+    """
+    if peer is None or not _is_loopback(peer):
+        return False
+    if origin is not None and origin in allowed:
+        return True
+    if host is None or not _OWN_HOST.fullmatch(host):
+        return False
+    return origin is None or origin.lower() in (f"http://{host.lower()}", f"https://{host.lower()}")
+
+
+def _is_loopback(peer: str) -> bool:
+    address = _address(peer)
+    return address is not None and address.is_loopback
+
+
+def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Parse an IP address; an IPv4-mapped IPv6 address becomes IPv4; None if it is a name."""
+    try:
+        address = ipaddress.ip_address(text.partition("%")[0])
+    except ValueError:
+        return None
+    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+    return mapped or address
+
+
+def is_of_many(allowed: str) -> bool:
+    """Whether an allowed name is a wildcard for many names, which no browser can open."""
+    return allowed.startswith((".", "*."))
+
+
+def _is_one_of(name: str, allowed: str) -> bool:
+    if is_of_many(allowed):
+        below = allowed.removeprefix("*")
+        return name.endswith(below) and name != below
+    return name.strip("[]") == allowed.strip("[]")
+
 
 # Listening addresses that stand for all interfaces, with the IP versions that they accept.
 ALL_INTERFACES = {"": (4, 6), "0.0.0.0": (4,), "::": (6,)}
@@ -66,3 +178,8 @@ def _is_shared(address: str, versions: Collection[int]) -> bool:
     return known.version in versions and not (
         known.is_loopback or known.is_unspecified or known.is_link_local
     )
+
+
+# White on black, since the printed blocks are the light modules of the code. With the colours of a
+# light terminal the code would be inverted, and not every phone reads an inverted code.
+_COLOURS, _PLAIN = "\033[97;40m", "\033[0m"

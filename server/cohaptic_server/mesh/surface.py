@@ -1,4 +1,11 @@
-"""A closed triangle surface that cannot be changed, with its normals and searches."""
+"""A closed triangle surface that cannot be changed, with its normals and searches.
+
+The pressure of a fingertip on a surface, as shares of its force on vertices.
+
+Chooses an evenly spread subset of points.
+
+Builds the tree of some points, and searches it for the points near one place.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +18,6 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.search.contact_search import ContactSearch
 from cohaptic_server.mesh.search.loaded_field import LoadedField
-from cohaptic_server.mesh.search.near import NearTree, point_tree
 from cohaptic_server.mesh.search.nearest_search import NearestSearch
 from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints, cross
@@ -19,6 +25,9 @@ from cohaptic_server.numeric import Floats, Ints, cross
 # Imported where it is used: the import takes 0.3 s, and a running server has its own searches.
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
+
+
+from cohaptic_server.mesh.search.point_tree import PointTree
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
 # On a mesh of more than FINE faces a contact covers so many that their centroids suffice.
@@ -236,3 +245,112 @@ def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
         np.tile(table, (len(faces), 1)),
         np.repeat(vectors / np.maximum(lengths, 1e-300)[:, None], len(table), axis=0),
     )
+
+
+def pressure(
+    mesh: SurfaceMesh, point: Floats, radius: float, normal: Floats | None = None
+) -> tuple[Ints, Floats]:
+    """Vertices under a pressure round `point`, and the share of the force on each.
+
+    The profile is that of `PressureSearch.spread`.
+
+    Args:
+        mesh: Resting surface.
+        point: Centre of the pressure, shape (3,) [m].
+        radius: Contact radius [m].
+        normal: Outward unit normal of the finger, shape (3,), to press only the finger's side of a
+            thin part; None to press all sides.
+
+    Returns:
+        Vertices (k,) and weights (k,) that sum to 1.
+    """
+    found = mesh.contacts
+    found.frame[0] = point
+    found.frame[2] = 0.0 if normal is None else normal
+    found.search.press(radius)
+    count = found.search.count
+    return found.under[:count].copy(), found.weights[:count].copy()
+
+
+def spread_over(points: Floats, count: int) -> Ints:
+    """Choose points by farthest-point sampling: each is the farthest from those chosen before.
+
+    Args:
+        points: Positions to choose from, shape (n, 3) [m].
+        count: Largest number of points.
+
+    Returns:
+        Indices of the chosen points, shape (min(n, count),).
+    """
+    if len(points) <= count:
+        return np.arange(len(points), dtype=np.int64)
+    chosen = [int(np.argmin(points[:, 0]))]
+    gap = np.full(len(points), np.inf)
+    while len(chosen) < count:
+        off = points - points[chosen[-1]]
+        gap = np.minimum(gap, np.einsum("ni,ni->n", off, off))
+        chosen.append(int(gap.argmax()))
+    return np.array(chosen, dtype=np.int64)
+
+
+LEAF = 8  # points in a leaf: with fewer, more boxes are compared; with more, more distances
+
+
+class NearTree:
+    """Search among points for all that lie within a radius of one place.
+
+    Args:
+        points: Positions of the points, shape (n, 3), n at least 1 [m].
+
+    Attributes:
+        tree: Tree of the points.
+        found: Room for the indices of all points, shape (n,).
+    """
+
+    def __init__(self, points: Floats) -> None:
+        self.tree = point_tree(points)
+        self.found = np.zeros(len(points), dtype=np.int64)
+
+    def near(self, point: Floats, radius: float) -> Ints:
+        """Indices of the points within `radius` [m] of a place (3,) [m], in rising order, (k,)."""
+        x, y, z = point.tolist()
+        count = self.tree.within(x, y, z, radius, self.found)
+        return np.sort(self.found[:count])
+
+
+def point_tree(points: Floats) -> PointTree:
+    """Build the tree of some points, shape (n, 3), n at least 1 [m]."""
+    levels = 0
+    while LEAF << levels < len(points):
+        levels += 1
+    order = _order(points, levels)
+    placed = np.ascontiguousarray(points[order], dtype=np.float64)
+    return PointTree(placed, order, _boxes(placed, levels), levels)
+
+
+def _order(points: Floats, levels: int) -> Ints:
+    """Order in which the points of each node lie together, split across their longest side."""
+    n = len(points)
+    order = np.arange(n, dtype=np.int64)
+    for level in range(levels):
+        for node in range(1 << level):
+            start, stop = (node * n) >> level, ((node + 1) * n) >> level
+            middle = ((2 * node + 1) * n) >> (level + 1)
+            own = order[start:stop]
+            places = points[own]
+            axis = int(np.ptp(places, axis=0).argmax())
+            own[:] = own[np.argpartition(places[:, axis], middle - start)]
+    return order
+
+
+def _boxes(points: Floats, levels: int) -> Floats:
+    """Least and greatest coordinates of each node, the root at 1, shape (2^(levels + 1), 6) [m]."""
+    leaves = 1 << levels
+    boxes = np.zeros((2 * leaves, 6))
+    starts = (np.arange(leaves) * len(points)) >> levels
+    boxes[leaves:, :3] = np.minimum.reduceat(points, starts, axis=0)
+    boxes[leaves:, 3:] = np.maximum.reduceat(points, starts, axis=0)
+    for node in range(leaves - 1, 0, -1):
+        boxes[node, :3] = np.minimum(boxes[2 * node, :3], boxes[2 * node + 1, :3])
+        boxes[node, 3:] = np.maximum(boxes[2 * node, 3:], boxes[2 * node + 1, 3:])
+    return boxes

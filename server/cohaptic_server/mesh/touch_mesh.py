@@ -17,9 +17,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
-from cohaptic_server.mesh.search.near import NearTree
 from cohaptic_server.mesh.search.window_search import WindowSearch
-from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.surface import NearTree, SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
 MAX_PATH = 0.3  # m ahead of a contact

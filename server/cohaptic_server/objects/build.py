@@ -15,15 +15,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.parts import plan_of_solid
-from cohaptic_server.bodies.solid.shape import shape_of
+from cohaptic_server.bodies.solid.shape import Moduli, shape_of
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.thin_parts import finer_where_thin
 from cohaptic_server.objects.cost import Cost, check_memory, cost_of, multiplications
-from cohaptic_server.objects.fix_rule import check_fix_given, hold
-from cohaptic_server.objects.held_region import Cut
+from cohaptic_server.objects.fix_rule import Cut, check_fix_given, hold
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared

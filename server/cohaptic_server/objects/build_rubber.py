@@ -8,14 +8,13 @@ from pathlib import Path
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid.moduli import Moduli
+from cohaptic_server.bodies.solid.shape import Moduli
 from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
 from cohaptic_server.objects.build import moduli_of
-from cohaptic_server.objects.demand import Demand
-from cohaptic_server.objects.fix_rule import check_fix_given, hold
-from cohaptic_server.objects.held_region import Cut
+from cohaptic_server.objects.cost import Demand
+from cohaptic_server.objects.fix_rule import Cut, check_fix_given, hold
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.volume_lost import VolumeLostError
+from cohaptic_server.objects.parts.parts import VolumeLostError
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import load_or_prepare

@@ -21,7 +21,7 @@ from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import BALLOON, GROUP, SPRING, is_file, names
 
 if TYPE_CHECKING:
-    from cohaptic_server.objects.demand import Demand
+    from cohaptic_server.objects.cost import Demand
     from cohaptic_server.objects.object_file import ObjectFile
 
 
@@ -128,7 +128,7 @@ def _from_file(
     """Build the solid in a file; arguments and errors as for `build_body`."""
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_rubber_solid
-    from cohaptic_server.objects.demand import Demand
+    from cohaptic_server.objects.cost import Demand
     from cohaptic_server.objects.inertia.modes_of import with_inertia
     from cohaptic_server.objects.object_file import ObjectFile
 

@@ -3,16 +3,19 @@
 A mesh file declares its counts, and readers allocate memory for them without a check: a .msh file
 of 644 bytes made a reader ask for 4 GiB. Checks of headers cannot cover all formats; the limit of
 the system covers them.
+
+Makes the error about an unreadable file from any error that the library reading it raised.
 """
 
 from __future__ import annotations
 
 import contextlib
+import struct
 import sys
 from collections.abc import Generator
 from pathlib import Path
 
-from cohaptic.errors import BodyError
+from cohaptic.errors import BodyError, one_line
 
 # Reading text into Python's lists takes about 30 bytes of memory for each byte of the file.
 _PER_BYTE = 64
@@ -65,3 +68,32 @@ def address_space() -> int:
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     return pages * resource.getpagesize()
+
+
+# The texts of these errors describe the program, such as "list index out of range", or are empty:
+# they do not help the user. The texts of all other errors were written for users.
+_OF_PROGRAMS = (
+    ArithmeticError, AssertionError, AttributeError, LookupError, NameError,
+    RecursionError, StopIteration, TypeError, UnicodeError, struct.error,
+)  # fmt: skip
+
+
+def unreadable(path: Path, kind: str, error: Exception) -> BodyError:
+    """Make the error about a file that cannot be read.
+
+    Args:
+        kind: Expected kind of file, such as `mesh`.
+        error: Error that the reader of the file raised.
+    """
+    return BodyError(f"{path}: this is no {kind} that can be read: {damaged(error)}")
+
+
+def damaged(error: BaseException) -> str:
+    """Words on why a reader failed, with the text of its error if that can help the user.
+
+    Args:
+        error: Error that the reader raised.
+    """
+    said = "" if isinstance(error, (*_OF_PROGRAMS, SystemExit)) else one_line(str(error)).strip()
+    why = "it is damaged, locked, or of another kind than its name says"
+    return f"{why} ({said})" if said else why

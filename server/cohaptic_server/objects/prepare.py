@@ -12,13 +12,16 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import SeveralPiecesError, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
-from cohaptic_server.objects.fill_process import FillLimitError
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
-from cohaptic_server.objects.parts.membership import check_volumes, innermost, members, sizes
-from cohaptic_server.objects.parts.nodes import read_surfaces
-from cohaptic_server.objects.parts.parts import Parts, PartSurface, joined
+from cohaptic_server.objects.parts.nodes import (
+    check_volumes,
+    innermost,
+    members,
+    read_surfaces,
+    sizes,
+)
+from cohaptic_server.objects.parts.parts import Parts, PartSurface, VolumeLostError, joined
 from cohaptic_server.objects.parts.surfaces import examine_all, simplified_to
-from cohaptic_server.objects.parts.volume_lost import VolumeLostError
 from cohaptic_server.objects.scan.read import is_scan
 from cohaptic_server.objects.scan.scan_surfaces import FEWER, ScanSurfaces, scan_surfaces
 from cohaptic_server.objects.surface.accept import (
@@ -29,11 +32,17 @@ from cohaptic_server.objects.surface.accept import (
     check_volume,
     farthest,
 )
-from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
-from cohaptic_server.objects.surface.shell import in_one_sense, thicken
+from cohaptic_server.objects.surface.checks import (
+    SurfaceReport,
+    examine,
+    facing_outwards,
+    in_one_sense,
+    thicken,
+)
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.tetrahedralise import (
     FINEST,
+    FillLimitError,
     NothingFitsError,
     envelope,
     tetrahedralise,

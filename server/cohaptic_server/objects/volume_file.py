@@ -16,9 +16,8 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.memory_limit import reading_limited
+from cohaptic_server.objects.memory_limit import damaged, reading_limited
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
-from cohaptic_server.objects.unreadable import damaged
 
 # Names under which programs store the part of a cell, in lower case; the first one found counts.
 _KNOWN = (

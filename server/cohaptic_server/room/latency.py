@@ -15,7 +15,7 @@ from dataclasses import replace
 from cohaptic.errors import ProtocolError, RemoteProtocolError
 from cohaptic.protocol.watch_messages import Latency, SetLatency
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
-from cohaptic_server.access.denied import forbidden
+from cohaptic_server.access.keys import forbidden
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.watch.watcher import Watcher
 

@@ -7,18 +7,17 @@ messages to a peer, and the closing of its connection, wait in the peer's sessio
 from __future__ import annotations
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.control.message import SetName
 from cohaptic.protocol.messages import Come, Hello, SetLaw, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch, WatchRequest
 from cohaptic_server.access.admission import session_over
 from cohaptic_server.room.company.gathering import Gathering
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data, latencies, refusal, set_latency
 from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
-from cohaptic_server.room.reception import Reception, tell_others
+from cohaptic_server.room.reception import Entrance, Reception, tell_others
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.renaming import rename
 from cohaptic_server.room.session import ServerSession

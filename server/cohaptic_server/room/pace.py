@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cohaptic.status.histogram import Histogram
-from cohaptic.status.quantiles import Tally
+from cohaptic.status.quantiles import Histogram, Tally
 from cohaptic_server.numeric import Mask
 
 WINDOW = 10.0  # s; in a shorter window, the start of another process looks like a slow machine

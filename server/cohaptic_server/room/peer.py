@@ -1,4 +1,9 @@
-"""The peers of a room, and the tasks for the shell that result from an event."""
+"""The peers of a room, and the tasks for the shell that result from an event.
+
+The room's record of a user, and the list of muted users.
+
+A muted user stays muted after leaving and coming back. The list of muted users is bounded.
+"""
 
 from __future__ import annotations
 

@@ -32,11 +32,10 @@ from cohaptic_server.room.member import Member, Muted, chosen_gains
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
 from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.force_limits import within_budget
-from cohaptic_server.world.rest import is_at_rest, pass_over
+from cohaptic_server.world.applied_forces import within_budget
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
-from cohaptic_server.world.users import WorldState
+from cohaptic_server.world.users import WorldState, is_at_rest, pass_over
 
 
 @dataclass(slots=True)

@@ -18,8 +18,7 @@ from enum import Enum
 
 from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control.message import ControlMessage
-from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.control.message import ControlMessage, SetName
 from cohaptic.protocol.messages import Bye, Come, Error, Hello, SetLaw, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message

@@ -16,7 +16,7 @@ from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.green import encode_block
 from cohaptic_server.bodies.solid.green_columns import solve_columns
 from cohaptic_server.cholesky.factor import Factor, FactorReader
-from cohaptic_server.cholesky.shared_factor import as_ints, shared_ints
+from cohaptic_server.cholesky.factor_file import as_ints, shared_ints
 from cohaptic_server.numeric import Ints, Narrow
 
 

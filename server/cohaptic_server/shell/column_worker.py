@@ -28,7 +28,7 @@ from cohaptic.runtime.scheduling import stand_back
 from cohaptic_server.bodies.solid.column_store import Column
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns, columns_of
 from cohaptic_server.cholesky.factor import Factor
-from cohaptic_server.cholesky.shared_factor import SharedFactor
+from cohaptic_server.cholesky.factor_file import SharedFactor
 from cohaptic_server.shell.column_process import (
     Inbox,
     Task,

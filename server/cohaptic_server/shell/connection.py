@@ -12,8 +12,7 @@ from cohaptic_server.room.latency import Data, UserLatency
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
-from cohaptic_server.shell.frames import unmask
-from cohaptic_server.shell.wire import Wire
+from cohaptic_server.shell.wire import Wire, unmask
 
 # Samples, or acks, that wait for a tick; a client sends one or two per tick. If more come, only the
 # newest are kept; dropping one costs a tenth of the time that decoding it would.

@@ -1,6 +1,8 @@
 """Admits connections to this server while the budgets of their addresses last.
 
 The gate also counts bytes, refusals and spent budgets since the start of the server.
+
+Settings of a server's access control and encryption, and the proxies that the server trusts.
 """
 
 from __future__ import annotations
@@ -8,20 +10,48 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+import ssl
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode
+from cohaptic_server.access.admission import Admission
+from cohaptic_server.credentials.certificate import Certificate
+from cohaptic_server.credentials.reloading import Watched
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.guard.log_lines import LogLines
-from cohaptic_server.guard.meter import Meter
 from cohaptic_server.guard.proxies import Proxies
-from cohaptic_server.guard.sources import UNKNOWN, Refusal, Sources
+from cohaptic_server.guard.sources import UNKNOWN, LogLines, Meter, Refusal, Sources
 from cohaptic_server.room.peer import LogLine
+
+
+@dataclass(frozen=True, slots=True)
+class Protection:
+    """Access control and encryption of one server; by default, open to anybody, no encryption.
+
+    Args:
+        admission: Decides which clients may come in.
+        certificate: Certificate for TLS; None without TLS.
+        proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
+        watched: Files that the server reads again when they change.
+        state: Folder for bans and used tokens, which outlive the process; None stores nothing.
+    """
+
+    admission: Admission = field(default_factory=Admission)
+    certificate: Certificate | None = None
+    proxies: Sequence[str] = ()
+    watched: Sequence[Watched] = ()
+    state: Path | None = None
+
+    @property
+    def tls(self) -> ssl.SSLContext | None:
+        """TLS settings of every connection; None without TLS."""
+        return None if self.certificate is None else self.certificate.context
+
 
 _CAUSES = {code.value: code.name.lower() for code in CloseCode}
 # Codes of a normal end, from RFC 6455 and from this server; none is a refusal.

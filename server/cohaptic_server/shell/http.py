@@ -27,15 +27,20 @@ from cohaptic.room_address import split_path
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.green import GreenSource, encode_block, green_source, model_name
 from cohaptic_server.guard.sources import Refusal
-from cohaptic_server.http.origins import is_of_this_machine, is_own_host, may_connect
-from cohaptic_server.http.page_files import load_page
-from cohaptic_server.http.reachable import PATH, hosts_for_others
+from cohaptic_server.http.reachable import (
+    PATH,
+    hosts_for_others,
+    is_of_this_machine,
+    is_own_host,
+    may_connect,
+)
 from cohaptic_server.http.routes import (
     Answer,
     BlockNeeded,
     Request,
     Site,
     green_block,
+    load_page,
     moved,
     page,
     query_without_token,
@@ -43,9 +48,9 @@ from cohaptic_server.http.routes import (
 )
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import Unsolved
-from cohaptic_server.shell.doors.own_addresses import machine_addresses
 from cohaptic_server.shell.endpoint import Endpoint
 from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.shell.wire import Wire
 
 _KEPT_BYTES = 64 * 2**20

@@ -28,21 +28,20 @@ from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.journal import Journal
 from cohaptic_server.process_memory import keep_what_there_is
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
 from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick, passed_over
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
+from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
 from cohaptic_server.shell.endpoint import SETTLING, Endpoint
 from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.gate import Gate, Protection
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.listener import Listener, listen
-from cohaptic_server.shell.protection import Protection
 from cohaptic_server.shell.refusal import refuse_other_room
 from cohaptic_server.shell.wire import Wire, last_words
 

@@ -2,27 +2,198 @@
 
 A requested force is limited, passes the room's lag, and is slowed down if it would move other hands
 too fast. When a probe jumps, its force stays at the old contact and fades there.
+
+Limits on the sum and on the rate of change of the forces that the body gets in a tick.
+
+A press that grows to 6 N within 0.1 s changes the force on a neighbour that shares all of the
+hand's compliance by 60 N/s, and is not limited. If several users together would change the force on
+another user faster, the largest changes are cut to a common cap and smaller changes stay as they
+are, so that only the user who shakes the body is slowed down. A contact that slides over the body
+also changes the forces on others, without a change of its own force; this is left to the clients,
+whose own limit is stricter (`cohaptic_client.loop.slew`).
+
+Predicts the forces that hands are about to have from their samples (science 3.13).
+
+Each tick chooses at its end the part of the coupling to be anticipated (`planning.py`). The next
+tick multiplies this part with the change of the forces: from those that the body carried when the
+patches were made that samples answer, to those in the samples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from cohaptic.control.stability.lag_choice import kept
+from cohaptic.vec import norm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.force_limits import (
-    EFFECT_RATE,
-    allowed_shares,
-    limit_forces,
-    low_pass,
-)
-from cohaptic_server.world.lags.anticipation import anticipate
 from cohaptic_server.world.loops.vectors import jumped, tangential_parts
-from cohaptic_server.world.state import NEGLIGIBLE, Release
+from cohaptic_server.world.state import NEGLIGIBLE, Anticipation, Carried, Release, Touch
 from cohaptic_server.world.users import Applied, Tracked, WorldState
+
+
+def remember(
+    past: tuple[Carried, ...], tick: int, tracked: Tracked, applied: Applied, ticks: int
+) -> tuple[Carried, ...]:
+    """Return the forces that the body carried in ticks that samples may still answer, oldest first.
+
+    Args:
+        past: Forces of the ticks before this one, oldest first.
+        tick: Number of this tick.
+        ticks: Number of ticks that are kept.
+    """
+    forces = tracked.contacts.normals * applied.force[:, None] + applied.tangential
+    return (*past[1 - ticks :], Carried(tick, _numbers(tracked), forces))
+
+
+def anticipate(
+    plan: Anticipation,
+    past: Sequence[Carried],
+    tracked: Tracked,
+    normal: Floats,
+    tangential: Floats,
+) -> tuple[Floats, Floats]:
+    """Return the forces that hands will have when each has felt the newest forces of the others.
+
+    Args:
+        plan: Plan from the end of the last tick.
+        past: Forces that the body carried, oldest first.
+        normal: Normal force of each user, within the limits of its contact, shape (n,) [N].
+        tangential: Tangential force of each user, shape (n, 3) [N].
+
+    Returns:
+        Normal and tangential forces; only those of users in the plan who press are changed.
+    """
+    numbers = _numbers(tracked)
+    rows = np.flatnonzero((numbers[:, None] == plan.users).any(axis=1))  # few: `isin` takes longer
+    if not past or not len(rows) or not np.array_equal(numbers[rows], plan.users):
+        return normal, tangential  # a user of the plan has left: this tick ends with a new plan
+    frames = tracked.contacts.frames[rows]
+    answers = frames[:, 2] * normal[rows, None] + tangential[rows]
+    f = np.einsum("li,li->l", answers[plan.owner], plan.axes)
+    carried = _carried(plan, past, [tracked.touches[i].tick for i in rows.tolist()])
+    difference = np.einsum("lk,lk->l", plan.part, f - carried[plan.owner])
+    change = (plan.solve @ -difference)[:, None] * plan.axes
+    moved = np.add.reduceat(change, np.searchsorted(plan.owner, np.arange(len(rows))), axis=0)
+    # A user without force is about to touch or has let go: anticipation must not make it press.
+    moved *= (normal[rows] > 0.0)[:, None]
+    push = np.einsum("ij,ij->i", moved, frames[:, 2])
+    ahead, along = normal.copy(), tangential
+    ahead[rows] = np.minimum(tracked.settings[0, rows], np.maximum(0.0, ahead[rows] + push))
+    if tracked.rough:
+        along = tangential.copy()
+        rough = np.isin(rows, tracked.rough)
+        aside = moved - push[:, None] * frames[:, 2]
+        along[rows[rough]] += aside[rough]
+    return ahead, along
+
+
+def _carried(plan: Anticipation, past: Sequence[Carried], ticks: Sequence[int]) -> Floats:
+    """Forces of all loads in the tick of the patch that each user answers, shape (k, l) [N]."""
+    forces = np.empty((len(ticks), len(plan.owner)))
+    newest, oldest = past[-1].tick, past[0].tick
+    answered = np.array(ticks)
+    for tick in set(ticks):
+        then = past[min(max(tick, oldest), newest) - oldest]
+        along = np.einsum("li,li->l", then.of(plan.users)[plan.owner], plan.axes)
+        forces[answered == tick] = along
+    return forces
+
+
+def _numbers(tracked: Tracked) -> Ints:
+    return np.array([touch.user for touch in tracked.touches], dtype=np.int64)
+
+
+# N/s by which all others together may change the force on one hand. Fingers that tap reach about
+# 100 N/s on their own force, and a neighbour feels the share that it has of their compliance.
+EFFECT_RATE = 60.0
+MAX_SUM = 160.0  # N, of all forces on a body: sixteen hands at the 10 N of a usual device
+# Largest change of the force on one hand per change of another's force. A hand at a stiff place
+# beside a soft one can be moved by several times the other's force; ten bounds that ratio where
+# the coupling is not known yet.
+MAX_COUPLING_RATIO = 10.0
+
+
+def fair_cap(demands: Floats, total: float) -> float:
+    """Return the max-min fair cap that cuts demands to the sum `total`; infinite if none is cut.
+
+    Args:
+        demands: Demands of the users, none negative, shape (n,).
+        total: Amount available to all users together, in the unit of the demands.
+    """
+    if demands.sum() <= total:
+        return np.inf
+    available, users = total, len(demands)
+    for demand in np.sort(demands):
+        # Smaller demands are met in full; the larger ones share the rest evenly.
+        if available <= demand * users:
+            break
+        available -= demand
+        users -= 1
+    return available / max(1, users)
+
+
+def limit_forces(requested: Floats, max_force: Floats) -> Floats:
+    """Cut normal forces to the limits of each contact and of the body, shape (n,) [N].
+
+    Args:
+        requested: Force requested by each user, shape (n,) [N].
+        max_force: Largest force of each contact, shape (n,) [N].
+    """
+    forces = np.minimum(requested, max_force)
+    return np.minimum(forces, fair_cap(forces, MAX_SUM))
+
+
+def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: float) -> Floats:
+    """Share of each user's change of force that is allowed in this tick, shape (n,), 0 to 1.
+
+    Args:
+        change: Magnitude of each user's change of force, shape (n,) [N].
+        stiffness: Stiffness K of each hand, shape (n,) [N/m].
+        C: Compliance between contacts, infinite where it is not known yet, shape (n, n) [m/N].
+        max_effect: Largest change of the force on one hand by all others together [N].
+    """
+    # The campaign compiles this function with numba, which supports only a part of numpy.
+    shares = np.ones_like(change)
+    # Change of the force on each hand (row) by each user (column); an unknown compliance is
+    # replaced by the worst case.
+    effect = np.minimum(stiffness.reshape(-1, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
+    effect.reshape(-1)[:: len(change) + 1] = 0.0  # its diagonal
+    moved = effect.sum(axis=1)
+    if not (moved > max_effect).any():
+        return shares
+    for i in np.flatnonzero(moved > max_effect):
+        row = effect[i]
+        shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
+    return shares
+
+
+def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Floats:
+    """Return the forces after one tick of a first-order lag, any shape [N].
+
+    Args:
+        previous: Forces applied in the last tick [N].
+        requested: Input of the lag in this tick [N].
+        lag: Time constant of each force, of a shape that broadcasts [s].
+        dt: Simulation period [s].
+    """
+    return np.asarray(requested + kept(lag, dt) * (previous - requested))
+
+
+def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
+    """Return samples whose largest forces are cut fairly, so that the sum stays within a budget.
+
+    Args:
+        touches: Newest samples of all users.
+        budget: Largest sum of their forces [N].
+    """
+    demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
+    cap = fair_cap(demands, budget)
+    return [t if t.max_force <= cap else replace(t, max_force=cap) for t in touches]
+
 
 # Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its
 # own; three radii are one and a half diameters, deeper than any user presses on purpose.

@@ -14,12 +14,16 @@ Each step is one call for all users, over the arrays of `users.py` (docs/decisio
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
 a pulled cable makes no other user's force jump. When no user, response or fading force is left, the
 world is at rest, and a tick without touches changes only its number (`rest.py`).
+
+Share of an object's swing that a room shows to its hands (science 3.14).
+
+Builds patches: the free surface and the body's stiffness at each user's contact, and gains.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -27,22 +31,26 @@ import numpy as np
 
 from cohaptic.control.delay import TOO_LONG
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.gains import choose_gains
+from cohaptic.control.room_lag import RoomLag
+from cohaptic.control.stability.anticipation import Gains, hand_class
+from cohaptic.control.stability.swing import felt_share
 from cohaptic.protocol.patch import Patch
-from cohaptic_server.bodies.body import Body, Response, without_own
+from cohaptic.vec import Vec3
+from cohaptic_server.bodies.body import Body, Response, Swings, without_own
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.applied_forces import apply_forces, update_releases
+from cohaptic_server.world.applied_forces import apply_forces, remember, update_releases
+from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
 from cohaptic_server.world.contact_tracking import track_contacts
 from cohaptic_server.world.displacement_field import FreeField, KnownFields, flatten_bulges
-from cohaptic_server.world.lags.anticipation import remember
-from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.planning import (
     CALM_TIME,
     find_anticipation,
     find_lag,
     known_coupling,
 )
-from cohaptic_server.world.lags.room_loop import room_loop
+from cohaptic_server.world.lags.room_loop import RoomLoop, hand_stiffness, room_loop
 from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts, turned_loop
 from cohaptic_server.world.loads import (
     bounded,
@@ -53,11 +61,143 @@ from cohaptic_server.world.loads import (
 )
 from cohaptic_server.world.loops.free_surfaces import put_contacts
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
-from cohaptic_server.world.patch import build_patches, nearness
-from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows
-from cohaptic_server.world.rest import is_at_rest, pass_over, settled
+from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows, free_shapes
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
-from cohaptic_server.world.users import Hand, Observed, Tracked, Users, WorldState
+from cohaptic_server.world.users import (
+    Applied,
+    Hand,
+    Observed,
+    Tracked,
+    Users,
+    WorldState,
+    is_at_rest,
+    pass_over,
+    settled,
+)
+
+NEAR_HEIGHT = 0.005  # m above the surface; a probe below it counts fully as a neighbour
+
+
+def nearness(height: Floats, force: Floats) -> Floats:
+    """Weight of each user as a neighbour, shape (n,): 1 in contact or about to be, 0 out of reach.
+
+    Args:
+        height: Height of each probe over the surface free of its own force, shape (n,) [m].
+        force: Normal force of each user that the body carries, shape (n,) [N].
+    """
+    fade = (MAX_CONTACT_HEIGHT - height) / (MAX_CONTACT_HEIGHT - NEAR_HEIGHT)
+    return np.where(force > NEGLIGIBLE, 1.0, np.fmin(1.0, np.fmax(0.0, fade)))
+
+
+def build_patches(
+    touched_body: TouchedBody,
+    users: Tracked,
+    applied: Applied,
+    observed: Observed,
+    connected: Collection[int],
+    rows: Sequence[Sequence[float]],
+    delays: Sequence[float],
+    compliance: Sequence[Compliance3 | None],
+    room: RoomLag,
+    time: TickTime,
+) -> dict[int, Patch]:
+    """Build the patch of each connected user, with the geometry that the user asked for.
+
+    Args:
+        touched_body: The deformable object and its touch mesh.
+        connected: Numbers of the users who get a patch.
+        rows: Rows of C between users, the other users weighted by nearness, shape (n, n) [m/N].
+        delays: Loop delays for which gains are chosen [s].
+        compliance: 3x3 compliance of each contact; None without friction.
+    """
+    frames, x_free = users.contacts.frames, observed.x_free
+    normals = np.ascontiguousarray(frames[:, 2])
+    curvatures, neighbourhoods = free_shapes(
+        touched_body, observed.windows, observed.free, x_free, normals
+    )
+    own = applied.force[:, None] * normals
+    if users.rough:
+        own += applied.tangential
+    places, normal, force = _tuples(x_free), _tuples(normals), _tuples(own)
+    by_others, curved = _tuples(x_free - frames[:, 1]), curvatures.tolist()
+    patches: dict[int, Patch] = {}
+    for i, (touch, delay) in enumerate(zip(users.touches, delays, strict=True)):
+        if touch.user not in connected:
+            continue
+        gains = choose_gains(
+            touch.law,
+            rows[i],
+            i,
+            max_stiffness=touch.max_stiffness,
+            # The room's lag is part of the loop of the paper's laws.
+            loop_delay=delay + room.lag,
+            simulation_period=time.period,
+            fixed=touch.fixed_gains,
+        )
+        # Arguments by position: keywords would take twice as long.
+        patches[touch.user] = Patch(
+            time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),
+            touch.geometry, touch.law, places[i], normal[i], curved[i], rows[i][i], gains.k_h,
+            gains.integral_gain, force[i], by_others[i], room, neighbourhoods[i], compliance[i],
+        )  # fmt: skip
+    return patches
+
+
+def _tuples(vectors: Floats) -> list[Vec3]:
+    """Vectors of shape (n, 3) as tuples of Python floats."""
+    return list(zip(*vectors.T.tolist(), strict=True))
+
+
+# Rates at which the share may rise and fall [1/s]. A change of the share moves surfaces under
+# fingers, and a fall has to be complete before the room has answered.
+_RISE, _FALL = 1.0, 10.0
+
+
+def show_swing(
+    body: Swings,
+    response: Response,
+    loop: RoomLoop,
+    gains: Gains | None,
+    lag: float,
+    compliance: Floats,
+    spans: Sequence[slice],
+    starts: Sequence[int],
+    dt: float,
+) -> Response:
+    """Return the response, set to the share of its swing that the next tick shows to hands.
+
+    Args:
+        body: The object, which has mass.
+        response: Response of this tick; a response without a swing is returned as it is.
+        gains: Gains of the loop that anticipation leaves; None if the coupling cannot be
+            anticipated, and the share is 0. The share is also 0 for a hand alone with a law of the
+            paper: the law answers its own dent a delay later, and may have no gain left for a
+            swing.
+        lag: Lag of the room [s].
+        compliance: Compliance between the loads of the loop, shape (loads, loads) [m/N].
+        spans: Rows of each user in `compliance`.
+        starts: First load of each user in the response.
+        dt: Simulation period N T [s].
+    """
+    swinging = body.swinging(response)
+    if swinging is None:
+        return response
+    share, stiffest = 0.0, 0.0
+    parts = np.zeros((swinging.along.shape[1],) * 2)
+    for i, (user, span, start) in enumerate(zip(loop.users, spans, starts, strict=False)):
+        if loop.nearness[i] <= 0.0:
+            continue
+        K = hand_stiffness(user, compliance[span, span])
+        stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
+        along = swinging.along[start : start + len(K)]
+        parts += along.T @ K @ along
+    if gains is not None and not loop.papers:
+        theta, stiffness = hand_class(loop.damping_budget, stiffest)
+        weight = float(np.linalg.eigvalsh(parts)[-1])
+        share = felt_share(gains, theta, stiffness, lag, weight, body.swing)
+    before = swinging.felt
+    return swinging.showing(min(before + _RISE * dt, max(before - _FALL * dt, share)))
+
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 PREFETCH_TIME = 0.2  # s; a body is told of vertices this long before a finger reaches them

@@ -33,7 +33,7 @@ from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.contact import Contact, locate
 from cohaptic_server.world.contact_tracking import RELAXATION
 from cohaptic_server.world.displacement_field import CachedField, Field, FreeField, ZeroField
-from cohaptic_server.world.sticking_equilibrium import (
+from cohaptic_server.world.equilibrium import (
     StickingEquilibrium,
     StickingHand,
     compliance_of,

@@ -27,8 +27,8 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
-from cohaptic_server.http.page_files import has_page, load_page
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.http.routes import has_page, load_page
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
 from cohaptic_tools.demo.live_view import watch

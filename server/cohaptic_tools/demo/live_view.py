@@ -12,9 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.clock import SystemClock
-from cohaptic.status.lines import EVERY, status_line
 from cohaptic.status.report import TouchStatus
-from cohaptic.status.table import status_view
+from cohaptic.status.table import EVERY, status_line, status_view
 from cohaptic_tools.demo.processes import DemoFailed, Stage
 from cohaptic_tools.demo.scene import DRAG, Scene
 

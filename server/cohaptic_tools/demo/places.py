@@ -24,10 +24,8 @@ from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic.simulated.hand import Hand, Place
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.sampling import spread_over
-from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.mesh.thickness import depth_under, is_smooth
+from cohaptic_server.mesh.surface import SurfaceMesh, pressure, spread_over
+from cohaptic_server.mesh.thin_parts import depth_under, is_smooth
 from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import ZeroField

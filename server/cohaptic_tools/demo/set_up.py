@@ -10,7 +10,7 @@ from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Body, elastic_of
 from cohaptic_server.bodies.solid.shape import Shaped
 from cohaptic_server.objects.catalogue import build_body
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import BALLOON, names

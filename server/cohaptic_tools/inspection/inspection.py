@@ -15,17 +15,17 @@ from threadpoolctl import threadpool_limits
 from cohaptic.clock import Clock
 from cohaptic.control.law import DEFAULT_LAW
 from cohaptic.vec import Vec3
-from cohaptic_server.bodies.modal.modes import HIGHEST
+from cohaptic_server.bodies.modal.modal_body import HIGHEST
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.solid.vibration import lowest_frequency
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.surface import spread_over
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
-from cohaptic_server.mesh.thickness import is_smooth, thickness
+from cohaptic_server.mesh.thin_parts import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.demand import SHARE_OF_PERIOD, Demand
+from cohaptic_server.objects.cost import SHARE_OF_PERIOD, Demand
 from cohaptic_server.objects.inertia.inertia import WATER
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts

@@ -78,8 +78,7 @@ def stability(
     check_output("--json", None if json_to in (None, "-") else Path(json_to))
     import numpy as np
 
-    from cohaptic.cli.stability_answers import alone, area_corners, several
-    from cohaptic.cli.stability_room import room
+    from cohaptic.cli.stability_answers import alone, area_corners, room, several
 
     gain = None if k_h is None else _numbers("k_h", k_h)
     hundred = np.array(100.0) if gain is None else gain

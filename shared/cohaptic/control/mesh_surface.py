@@ -19,17 +19,164 @@ there differs from the patch's. Farther away plane and sphere no longer describe
 the vertices give the rough depth: 0.1 m along a ring a sphere is 39 mm off.
 
 The sums over vertices are in `mesh_fit.py`.
+
+Error of the surface fitted to a mesh patch's vertices, on the line below the patch's contact.
+
+The line goes through the contact along the patch's normal. On that line the patch's own plane is
+right, because the server put the contact where its normal meets the probe. The error is computed at
+points of the line when they are needed, and interpolated between the points by cubics through four
+neighbours (Catmull and Rom 1974), so that its derivative by depth is continuous.
 """
 
 from __future__ import annotations
 
+import math
 from array import array
 from typing import Final
 
 from cohaptic.control.geometry import LocalSurface, Sight
-from cohaptic.control.line_error import LineError, smooth
 from cohaptic.control.mesh_fit import MeshFit, RestSurface
-from cohaptic.vec import Vec3, unit
+from cohaptic.vec import Vec3, dot, sub, unit
+
+# Reach: the distance that counts as near, as a share of the largest depth that a fit tells apart
+# (`mesh_fit.DEEPEST`): 6 mm on the balloon, a quarter of the support of its vertices. The least
+# reach, for the smallest objects, is a distance that a hand cannot feel [m].
+_REACH = 0.1
+_LEAST_REACH = 0.0005
+# Points on the line within one reach. On a balloon the error hardly changes within that distance.
+# On an object of few elements the error does change: on rubber of 633 elements a finger 3 mm deep
+# felt 1.2 % too little with one point, 0.1 % too much with four and 0.02 % with eight
+# (`benchmarks/object_session.py`, pinched.stl).
+_POINTS = 8
+_FURTHEST = 512  # points up or down; beyond them the last error holds, so that a patch stays small
+# Cosines of the angle between the vertices' normal and the patch's on the line. Above `_ALIKE` the
+# vertices are trusted near the line, too; below `_TURNED` they are not trusted there: their normal
+# then turns under a probe that moves sideways, while the server's does not, and the line's normal
+# comes back late with each patch. On a rim 13 mm deep a hand of 400 N/m swung sideways at 250 ms;
+# with a sphere the hand did not swing. Below `_STRANGE` the vertices are trusted nowhere: the probe
+# sees the far side of a thin part.
+_ALIKE = 0.9986
+_TURNED = 0.985
+_STRANGE = 0.2
+# Distance from the line, in reaches, at which the sphere or plane is no better than the vertices.
+# Between this distance and 1.4 times as far the sphere or plane ceases to describe the surface.
+_NEAR = 2.5
+# Distance from the line, in reaches, up to which the normal is corrected, and the depth with it, as
+# if the vertices were turned. With a longer distance, or with only the normal turned, dragging with
+# friction generated more energy, and the passivity layer observed 13 % less energy than there was.
+_TURNING = 1.25
+# On a limb a contact has a fifth of the compliance of the vertices beside it, whose normals lie
+# nearer to the direction in which the limb bends. Below the contact the server's compliance holds,
+# whatever the vertices say; the limit only keeps the factor from overflowing next to held vertices,
+# whose compliance is nearly 0.
+_MAX_FACTOR = 1e6
+
+# Distance from the line within which the compliance is drawn towards the contact's own: `_MOVED`
+# times as far as others have moved the surface here, at most `_APART` reaches. On a limb the
+# compliance changes fivefold within the distance that others move the contact sideways. The force
+# changes with it, by the ratio of that distance to the depth: a loop through the other hands that
+# no gain accounts for. Two hands that pinched a limb swung by half of their force. The hand's own
+# motion over the surface causes no such loop.
+_MOVED = 2.0
+_APART = 4.0
+
+# Cosine of the angle between the normals; error of the depth [m]; factor of the compliance;
+# correction of the vertices' normal near the line (three numbers).
+Error = tuple[float, float, float, float, float, float]
+# Trust in the vertices, and in their compliance, from 0 to 1; then the last five of `Error`.
+Beside = tuple[float, float, float, float, float, float, float]
+# Not `Final`: mypyc reports a final tuple that begins with a float as not set.
+_NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+
+def smooth(share: float) -> float:
+    """Smooth step from 0 to 1 as `share` goes from 0 to 1, with zero slope at both ends."""
+    s = min(1.0, max(0.0, share))
+    return s * s * (3.0 - 2.0 * s)
+
+
+class LineError:
+    """The error of a fitted surface, known on the line below a contact.
+
+    Args:
+        fit: Fit of the vertices.
+        base: Plane or sphere of the patch.
+        moved: Distance that others have moved the surface under the finger [m].
+    """
+
+    def __init__(self, fit: MeshFit, base: LocalSurface, moved: float) -> None:
+        self._fit: Final = fit
+        self._base: Final = base
+        self._reach: Final = max(_LEAST_REACH, _REACH * math.sqrt(fit.deepest))
+        self._spacing: Final = self._reach / _POINTS
+        self._apart: Final = min(_APART, _MOVED * moved / self._reach)
+        self._points: Final[dict[int, Error]] = {}
+
+    def lost(self, probe: Vec3) -> float:
+        """Degree, 0 to 1, to which plane or sphere no longer describes the surface at `probe`."""
+        away = sub(probe, self._base.x_free)
+        along = dot(away, self._base.normal)
+        near = _NEAR * self._reach
+        return smooth((dot(away, away) - along * along) / (near * near) - 1.0)
+
+    def at(self, probe: Vec3, depth: float) -> Beside:
+        """The error at a probe, and the trust in the vertices there.
+
+        Args:
+            probe: Position of the probe [m].
+            depth: Rough depth of the probe [m].
+        """
+        place = min(max(depth / self._spacing, -float(_FURTHEST)), float(_FURTHEST))
+        k = math.floor(place)
+        t = place - k
+        a, b, c, d = self._point(k - 1), self._point(k), self._point(k + 1), self._point(k + 2)
+        # Weights of the four points; at t = 0 only the second counts, at t = 1 only the third.
+        u = 1.0 - t
+        wa, wd = -0.5 * t * u * u, -0.5 * u * t * t
+        wb = 1.0 + t * t * (1.5 * t - 2.5)
+        wc = 1.0 + u * u * (1.5 * u - 2.5)
+        alike = wa * a[0] + wb * b[0] + wc * c[0] + wd * d[0]
+        depth_error = wa * a[1] + wb * b[1] + wc * c[1] + wd * d[1]
+        c_factor = wa * a[2] + wb * b[2] + wc * c[2] + wd * d[2]
+        away, n = sub(probe, self._base.x_free), self._base.normal
+        along = dot(away, n)
+        beside = max(0.0, dot(away, away) - along * along) / (self._reach * self._reach)
+        trust = smooth((alike - _TURNED) / (_ALIKE - _TURNED))
+        if trust < 1.0:
+            far = smooth((alike - _STRANGE) / (_TURNED - _STRANGE))
+            trust += (far - trust) * smooth(beside / (_NEAR * _NEAR))
+        apart = self._apart * self._apart
+        soft = 1.0 if beside >= apart else smooth(beside / apart)
+        near = 1.0 - beside / (_TURNING * _TURNING)
+        if near <= 0.0:
+            return (trust, soft, depth_error, c_factor, 0.0, 0.0, 0.0)
+        near *= near
+        turn = (
+            near * (wa * a[3] + wb * b[3] + wc * c[3] + wd * d[3]),
+            near * (wa * a[4] + wb * b[4] + wc * c[4] + wd * d[4]),
+            near * (wa * a[5] + wb * b[5] + wc * c[5] + wd * d[5]),
+        )
+        depth_error += dot(turn, away) - along * dot(turn, n)
+        return (trust, soft, depth_error, c_factor, turn[0], turn[1], turn[2])
+
+    def _point(self, k: int) -> Error:
+        found = self._points.get(k)
+        if found is None:
+            found = self._points[k] = self._measured(k * self._spacing)
+        return found
+
+    def _measured(self, depth: float) -> Error:
+        x, n = self._base.x_free, self._base.normal
+        fit = self._fit.at(x[0] - depth * n[0], x[1] - depth * n[1], x[2] - depth * n[2], depth)
+        if fit is None:
+            return _NO_SURFACE
+        found, nx, ny, nz, c_ii, _ = fit
+        factor = 1.0
+        if c_ii > 0.0:
+            factor = min(_MAX_FACTOR, max(1.0 / _MAX_FACTOR, self._base.c_ii / c_ii))
+        alike = nx * n[0] + ny * n[1] + nz * n[2]
+        return (alike, found - depth, factor, n[0] - nx, n[1] - ny, n[2] - nz)
+
 
 # Beside a contact the compliance is at most 4 times that of the contact, and at least a quarter of
 # it unless the vertices themselves have less, as held vertices do: a larger difference is not known

@@ -18,10 +18,16 @@ from pydantic import (
 
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
-from cohaptic.protocol.control.capabilities import Capabilities
-from cohaptic.protocol.control.chosen_name import ChosenName
-from cohaptic.protocol.control.message import SECRETS, ControlMessage, Name, WithSecrets
-from cohaptic.protocol.control.naming import Named, SetName
+from cohaptic.protocol.control.message import (
+    SECRETS,
+    Capabilities,
+    ChosenName,
+    ControlMessage,
+    Name,
+    Named,
+    SetName,
+    WithSecrets,
+)
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
 

@@ -26,8 +26,7 @@ from cohaptic.protocol.control.company import (
     Pointed,
     Present,
 )
-from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
-from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.control.message import ControlMessage, Name, SetName, WithSecrets
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,

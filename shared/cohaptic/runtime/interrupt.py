@@ -1,16 +1,39 @@
-"""Cancel a coroutine at SIGINT (Ctrl-C), SIGTERM or a terminal's close, on every system."""
+"""Cancel a coroutine at SIGINT (Ctrl-C), SIGTERM or a terminal's close, on every system.
+
+Handle SIGHUP in a server: its terminal closed, or an administrator wants files read again.
+
+Both cases send the same signal. If a standard stream is a terminal that has closed, SIGHUP ends the
+server as SIGTERM does, because nobody could see the server or end it by Ctrl-C any more.
+
+Make SIGINT and SIGTERM end every command, however the command was started.
+
+A shell without job control (`bash script &`, many service managers) starts background commands with
+SIGINT ignored, so that Ctrl-C of the terminal, which goes to a whole process group, ends only the
+foreground command. Python leaves SIGINT ignored, and a SIGINT sent to that one process would be
+lost. This module takes every signal that reaches a command as meant for that command. To outlive
+its terminal, a command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a
+command is started in a session of its own (`setsid`).
+
+Delay signals while a command applies force to a hand, so that the device is released first.
+
+A command that gives a force for a moment (a knock, a nudge) has no loop and no second process. A
+signal that ended or stopped the command in that moment would leave the force on; a device whose
+firmware has no watchdog would keep the force for ever.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import os
+import select
 import signal
 import socket
+import stat
 import sys
 import threading
-from collections.abc import Coroutine, Generator
-from typing import Any
+from collections.abc import Callable, Coroutine, Generator
+from typing import Any, Final
 
 from cohaptic.runtime.direct_loop import DirectLoop
 
@@ -119,3 +142,96 @@ def uninterrupted() -> Generator[None, None, None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def terminal_has_gone() -> bool:
+    """Whether a standard stream of this process is a terminal that has closed."""
+    if not hasattr(select, "poll"):
+        return False
+    streams = select.poll()
+    for file in range(3):
+        with contextlib.suppress(OSError):  # the stream is closed
+            if stat.S_ISCHR(os.fstat(file).st_mode):
+                streams.register(file, 0)  # poll reports a hang-up in any case
+    return any(event & select.POLLHUP for _, event in streams.poll(0))
+
+
+def on_hangup(again: Callable[[], None]) -> Callable[[], None]:
+    """Make a handler of SIGHUP that ends the process as SIGTERM does, or reads files again.
+
+    The handler never ends the process if SIGHUP is ignored when this function is called, as under
+    `nohup`.
+
+    Args:
+        again: Function that reads the files again.
+    """
+    hangup = getattr(signal, "SIGHUP", None)  # Windows has none
+    stays = hangup is not None and signal.getsignal(hangup) is signal.SIG_IGN
+
+    def heard() -> None:
+        if not stays and terminal_has_gone():
+            signal.raise_signal(signal.SIGTERM)
+        else:
+            again()
+
+    return heard
+
+
+@contextlib.contextmanager
+def signals_heeded() -> Generator[None, None, None]:
+    """Within the block, let SIGINT raise KeyboardInterrupt, and SIGTERM do what SIGINT does.
+
+    A handler that code within the block installs stays in place afterwards. Outside the main
+    thread, where Python handles no signals, nothing is changed.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    ours: dict[signal.Signals, object] = {}
+    if before[signal.SIGINT] is signal.SIG_IGN:
+        ours[signal.SIGINT] = signal.default_int_handler
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if before[signal.SIGTERM] in (signal.SIG_DFL, signal.SIG_IGN):
+        ours[signal.SIGTERM] = _as_interrupt
+        signal.signal(signal.SIGTERM, _as_interrupt)
+    try:
+        yield
+    finally:
+        for number, handler in ours.items():
+            if signal.getsignal(number) is handler:
+                signal.signal(number, before[number])
+
+
+def _as_interrupt(_number: int, _frame: object) -> None:
+    # Do what SIGINT means to the command by now. On Windows `raise_signal` knows SIGINT, too.
+    signal.raise_signal(signal.SIGINT)
+
+
+# Ctrl-C, Ctrl-Z, `kill` and a closing terminal; Windows has only Ctrl-C and `kill`.
+_NAMES: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
+
+
+@contextlib.contextmanager
+def signals_put_off() -> Generator[Callable[[], bool], None, None]:
+    """Delay signals that come within the block; the first takes effect afterwards, no other does.
+
+    Use it in the main thread only, and for less than a second.
+
+    Yields:
+        Function that returns whether a signal has come; the block should then end.
+    """
+    came: list[int] = []
+
+    def note(number: int, _frame: object) -> None:
+        came.append(number)
+
+    numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+    before = {number: signal.signal(number, note) for number in numbers}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
+        for number in came[:1]:
+            signal.raise_signal(number)

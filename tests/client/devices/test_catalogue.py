@@ -13,7 +13,7 @@ from cohaptic_client.devices.catalogue import (
     open_device,
     read_device,
 )
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_client.devices.spacemouse import SpaceMouse
 from tests.client.plane import CONFIG

@@ -8,10 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic_client.devices.choice import LONGEST, DeviceChoice, split_choice
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
-from cohaptic_client.devices.kind import DeviceKind
+from cohaptic_client.devices.kind import (
+    LONGEST,
+    DeviceChoice,
+    DeviceConfig,
+    DeviceKind,
+    split_choice,
+)
 from cohaptic_client.devices.simulated import SimulatedDevice
 
 INFO = DeviceInfo("arm", max_force=3.0, max_stiffness=500.0)

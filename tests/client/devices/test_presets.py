@@ -7,8 +7,7 @@ import pytest
 from cohaptic.simulated.hand import Hand, Intention
 from cohaptic.vec import ZERO, norm, sub
 from cohaptic_client.devices.catalogue import device_info, read_device
-from cohaptic_client.devices.simulated import SimulatedDevice
-from cohaptic_client.devices.simulated_kind import PRESETS
+from cohaptic_client.devices.simulated import PRESETS, SimulatedDevice
 from cohaptic_client.loop.passivity import device_damping_limit
 
 FREE = Hand(mass=0.05, damping=0.0, stiffness=1.0)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_client.devices.spacemouse_reports import (
+from cohaptic_client.devices.spacemouse import (
     DEAD_BAND,
     Buttons,
     Motion,

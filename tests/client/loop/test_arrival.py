@@ -18,9 +18,8 @@ from cohaptic_client.loop.arrival import (
     receive,
 )
 from cohaptic_client.loop.slew import GAIN_RATE
-from cohaptic_client.loop.state import LoopSettings, LoopState
+from cohaptic_client.loop.state import LoopSettings, LoopState, flat_surface
 from cohaptic_client.loop.step import step
-from cohaptic_client.loop.surfaces import flat_surface
 from tests.client.loop.loop_cases import (
     PACE,
     PERIOD,

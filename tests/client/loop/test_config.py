@@ -11,9 +11,8 @@ from cohaptic.control.law import LawSettings
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand, Intention, Rhythm
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_client.loop.config import LoopConfig, haptic_period, limits_on, silent_after
 from cohaptic_client.loop.safety import SafetyLimits
 from tests.client.plane import CONFIG

@@ -17,7 +17,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import DeviceError
 from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, norm
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.devices.spacemouse import open_spacemouse
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.handle import HapticProcess

@@ -10,7 +10,7 @@ from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic_client.loop.surfaces import SurfaceMaker
+from cohaptic_client.loop.state import SurfaceMaker
 from tests.client.plane import PLANE
 from tests.strategies import patches
 

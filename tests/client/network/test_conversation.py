@@ -5,7 +5,7 @@ import pytest
 from cohaptic.control.law import Law
 from cohaptic.protocol.messages import FixedGains
 from cohaptic_client.devices.catalogue import device_info
-from cohaptic_client.devices.choice import DeviceChoice
+from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.network.conversation import greeting
 from cohaptic_client.settings import ClientSettings
 

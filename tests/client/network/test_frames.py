@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from websockets.frames import Frame, Opcode
 
-from cohaptic_client.network.frames import LONGEST, Piece, ServerStream
+from cohaptic_client.network.wire import LONGEST, Piece, ServerStream
 
 frames = st.builds(
     Frame,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_client.network.pacing import GAIN, TARGET_WAIT, Pacer
+from cohaptic_client.network.timing import GAIN, TARGET_WAIT, Pacer
 from tests.examples_of_laws import examples
 
 ROUNDING = 1e-6  # s; clocks of some hours in doubles, times the ticks of a run

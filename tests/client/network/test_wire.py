@@ -18,8 +18,7 @@ from websockets.frames import Close, Frame, Opcode
 from cohaptic.protocol.websocket_frames import KEY, make_frame
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic_client.network import wire
-from cohaptic_client.network.frames import LONGEST
-from cohaptic_client.network.wire import Wire
+from cohaptic_client.network.wire import LONGEST, Wire
 from tests.examples_of_laws import examples
 from tests.patience import PATIENCE
 

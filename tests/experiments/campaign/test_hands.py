@@ -35,7 +35,7 @@ from cohaptic_experiments.campaign.wide_trials import BUDGETS, draw_wide
 from cohaptic_experiments.outcome import Options
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.spring import Spring, SpringSettings
-from cohaptic_server.world.force_limits import allowed_shares, limit_forces
+from cohaptic_server.world.applied_forces import allowed_shares, limit_forces
 from tests.examples_of_laws import examples
 from tests.experiments.quick_run import check_quick_run
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cohaptic.status.histogram import Histogram
+from cohaptic.status.quantiles import Histogram
 from cohaptic_ops.monitoring.known import Known
 from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
 from cohaptic_ops.monitoring.metrics import (

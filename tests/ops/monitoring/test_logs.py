@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.clock import SystemClock
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.logs import JsonLines, LogFormat, LogStyle, set_up_log
 from cohaptic_server.room.peer import LogLine
 from cohaptic_server.shell.gate import Gate

@@ -9,8 +9,7 @@ from typing import Any
 import jwt
 
 from cohaptic_server.access.admission import Admission
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import Key, KeyRing
+from cohaptic_server.access.keys import Grants, Key, KeyRing
 from cohaptic_server.access.tokens import Claims, sign
 
 NOW = 1_800_000_000.0  # Unix time [s]

@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode
 from cohaptic_server.access.admission import ANYBODY, SESSION_LIFE
-from cohaptic_server.access.denied import Denied
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.keys import Denied, Grants, KeyRing
 from cohaptic_server.access.tokens import LEEWAY
 from tests.server.access.some import ALL, KEY, NOW, OTHER, admission, token
 

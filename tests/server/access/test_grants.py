@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from cohaptic_server.access.grants import OPEN, Grants
+from cohaptic_server.access.keys import OPEN, Grants
 
 NAMES = st.text("ab1-", min_size=1, max_size=4).filter(lambda name: name[0] != "-")
 

@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import MAX_TOKEN
-from cohaptic_server.access.denied import Denied
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import Key, KeyRing
+from cohaptic_server.access.keys import Denied, Grants, Key, KeyRing
 from cohaptic_server.access.tokens import LEEWAY, SESSION_AUDIENCE, sign, verify
 from tests.server.access.some import ALL, KEY, NOW, OTHER, RING, claims, raw, said, signed, token
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.access.admission import UsedTokens
-from cohaptic_server.access.denied import Denied
+from cohaptic_server.access.keys import Denied
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.floats(0.0, 10.0)), max_size=40))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.body import Body, DenseResponse, Load
-from cohaptic_server.testing.contacts import Responding, depth, settled
+from cohaptic_server.testing.check_body import Responding, depth, settled
 from cohaptic_server.world.contact import locate
 
 _DISTANCE = 0.1  # m from the middle of the bodies in these tests, on or over their surface

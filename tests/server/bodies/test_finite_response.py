@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.finite_response import FiniteResponse
+from cohaptic_server.bodies.newton import FiniteResponse
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.testing.contacts import settled
+from cohaptic_server.testing.check_body import settled
 from tests.examples_of_laws import examples
 from tests.server.bodies.presses import press
 

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cohaptic_server.bodies.balloon import constant_volume_solver
+from cohaptic_server.bodies.balloon import rubber_balloon
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings
-from cohaptic_server.bodies.balloon.constant_volume_solver import ConstantVolumeFactor
-from cohaptic_server.bodies.balloon.rubber_balloon import FilledSheet, RubberBalloon
-from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
+from cohaptic_server.bodies.balloon.rubber_balloon import (
+    ConstantVolumeFactor,
+    FilledSheet,
+    RubberBalloon,
+    RubberSheet,
+)
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.newton import MAX_STEPS, SOFTENING, NewtonIteration
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
@@ -84,7 +87,7 @@ def test_work_of_a_balloon(monkeypatch: pytest.MonkeyPatch) -> None:
     counted(monkeypatch, work, RubberSheet, "tangent")
     counted(monkeypatch, work, FilledSheet, "displaced")
     counted(monkeypatch, work, ConstantVolumeFactor, "solve")
-    counted(monkeypatch, work, constant_volume_solver, "Refactored")
+    counted(monkeypatch, work, rubber_balloon, "Refactored")
     ticks = script(body, work)
     for tick in ticks:
         assert tick["tangent"] == tick["Refactored"] <= MAX_STEPS

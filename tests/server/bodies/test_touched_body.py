@@ -10,7 +10,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 
 
 def test_compliance_of_the_vertices_is_that_of_contacts_there(small_balloon: Balloon) -> None:

@@ -5,8 +5,7 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.cholesky.dissection import Part, dissect
-from cohaptic_server.cholesky.symbolic import graph_of
+from cohaptic_server.cholesky.symbolic import Part, dissect, graph_of
 from cohaptic_server.numeric import Ints
 from tests.examples_of_laws import examples
 from tests.server.cholesky.block_problem import grid, problem

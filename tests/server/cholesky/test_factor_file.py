@@ -8,7 +8,7 @@ import pytest
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor_file import from_arrays, indices_of, stored_bytes, to_arrays
 from cohaptic_server.cholesky.factorise import factorise
-from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
+from cohaptic_server.objects.store.cache import load_arrays, save_arrays
 from tests.server.cholesky.block_problem import in_single, on_surface, problem
 
 

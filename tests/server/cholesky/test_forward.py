@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from cohaptic_server.cholesky import forward
+from cohaptic_server.cholesky import factorise as factorising
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.cholesky.values import AnyFloats
@@ -40,9 +40,9 @@ def expected() -> Floats:
 
 def test_compliances_are_those_of_a_general_solver() -> None:
     exact = expected()
-    mutual = forward.mutual_compliance(factor(), shares())
+    mutual = factorising.mutual_compliance(factor(), shares())
     assert np.abs(mutual - exact).max() < 1e-11 * np.abs(exact).max()
-    own = forward.self_compliance(factor(), shares())
+    own = factorising.self_compliance(factor(), shares())
     blocks = exact.reshape(PRESSES, 3, PRESSES, 3)[np.arange(PRESSES), :, np.arange(PRESSES)]
     assert np.abs(own - blocks).max() < 1e-11 * np.abs(exact).max()
     assert np.array_equal(own, own.transpose(0, 2, 1))
@@ -51,27 +51,27 @@ def test_compliances_are_those_of_a_general_solver() -> None:
 
 
 def test_a_press_alone_has_what_it_has_among_others() -> None:
-    together = forward.self_compliance(factor(), shares())
+    together = factorising.self_compliance(factor(), shares())
     for press in range(0, PRESSES, 9):
-        alone = forward.self_compliance(factor(), sp.csr_array(shares()[:, [press]]))
+        alone = factorising.self_compliance(factor(), sp.csr_array(shares()[:, [press]]))
         assert alone[0] == pytest.approx(together[press], rel=1e-12)
 
 
 def test_no_press_is_no_compliance() -> None:
     none = sp.csr_array((len(problem()[1]), 3))
-    assert not forward.self_compliance(factor(), none).any()
-    assert not forward.mutual_compliance(factor(), none).any()
+    assert not factorising.self_compliance(factor(), none).any()
+    assert not factorising.mutual_compliance(factor(), none).any()
 
 
 def test_a_factor_in_single_precision_serves_too() -> None:
-    exact = forward.self_compliance(factor(), shares())
-    rounded = forward.self_compliance(in_single(factor()), shares())
+    exact = factorising.self_compliance(factor(), shares())
+    rounded = factorising.self_compliance(in_single(factor()), shares())
     assert np.abs(rounded - exact).max() < 1e-4 * np.abs(exact).max()
 
 
 def test_progress_rises_to_its_end() -> None:
     told: list[float] = []
-    forward.self_compliance(factor(), shares(), told.append)
+    factorising.self_compliance(factor(), shares(), told.append)
     assert told == sorted(told)
     assert told[-1] == 1.0
     assert len(told) > 1
@@ -85,14 +85,14 @@ def test_a_press_costs_the_fronts_on_its_path_and_no_way_back(
     one, loads = factor(), shares()
     monkeypatch.setattr(Factor, "solve", None)
     done = list[int]()
-    inner = forward.solve_lower
+    inner = factorising.solve_lower
 
     def solve_lower(lower: AnyFloats, right: AnyFloats) -> AnyFloats:
         done.append(right.size)
         return inner(lower, right)
 
-    monkeypatch.setattr(forward, "solve_lower", solve_lower)
-    forward.self_compliance(one, loads)
+    monkeypatch.setattr(factorising, "solve_lower", solve_lower)
+    factorising.self_compliance(one, loads)
     table = loads.toarray()
     paths = [one.path(np.flatnonzero(table[:, press])) for press in range(PRESSES)]
     assert sum(done) == sum(3 * len(one.fronts[k].own) for path in paths for k in path)

@@ -9,7 +9,7 @@ import pytest
 from cohaptic_server.bodies.solid.parts import factor_of
 from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
 from cohaptic_server.cholesky.factor import Factor
-from cohaptic_server.cholesky.shared_factor import SharedFactor
+from cohaptic_server.cholesky.factor_file import SharedFactor
 from cohaptic_server.testing.blocks import block
 from tests.server.cholesky.block_problem import in_single
 

@@ -14,7 +14,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import split_path
 from cohaptic_client.address import read_address
-from cohaptic_server.access.grants import Grants
+from cohaptic_server.access.keys import Grants
 from cohaptic_server.access.tokens import Claims, verify
 from cohaptic_server.cli.tokens import invite, key, token
 from cohaptic_server.credentials.key_file import load_keys

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.guard.budget import FULL, Budget, spend, wait
+from cohaptic_server.guard.limits import FULL, Budget, spend, wait
 
 budgets = st.builds(Budget, st.floats(0.1, 1e4), st.floats(1.0, 1e4))
 moments = st.lists(st.floats(0.0, 1e3), min_size=1, max_size=60).map(sorted)

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 
 
 def test_an_owner_changes_what_is_named_and_nothing_else() -> None:

@@ -3,8 +3,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.log_lines import LogLines
+from cohaptic_server.guard.limits import Budget
+from cohaptic_server.guard.sources import LogLines
 
 BUDGET = Budget(2.0, 5.0)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.guard.meter import Meter
+from cohaptic_server.guard.sources import Meter
 
 LIMITS = Limits()
 

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import UNKNOWN, Sources, source_of
 
 FEW = Limits(

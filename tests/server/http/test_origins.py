@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.http.origins import is_of_this_machine, is_own_host, may_connect
+from cohaptic_server.http.reachable import is_of_this_machine, is_own_host, may_connect
 
 
 @pytest.mark.parametrize(

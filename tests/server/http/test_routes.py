@@ -8,15 +8,17 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cohaptic_server.http.page_files import PageFile, has_page, load_page
 from cohaptic_server.http.routes import (
     NOT_BUILT,
     POLICY,
     Answer,
     BlockNeeded,
+    PageFile,
     Request,
     Site,
     green_block,
+    has_page,
+    load_page,
     moved,
     query_without_token,
 )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.mesh.assembly import scatter_matrix, scatter_vector
+from cohaptic_server.mesh.enclosed_volume import scatter_matrix, scatter_vector
 from cohaptic_server.mesh.icosphere import icosphere
 from tests.examples_of_laws import examples
 

@@ -8,8 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from cohaptic_server.bodies.solid import parts, shape, solid
-from cohaptic_server.bodies.solid.moduli import Moduli
-from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings, SolidShape
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile

@@ -18,9 +18,9 @@ from cohaptic_server.mesh.tetrahedra import quadratic
 from cohaptic_server.objects.auto.resolve import resolve
 from cohaptic_server.objects.build_rubber import TooFineError, affordable
 from cohaptic_server.objects.catalogue import build_body
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.volume_lost import VolumeLostError
+from cohaptic_server.objects.parts.parts import VolumeLostError
 from cohaptic_server.objects.store.store import load_or_prepare
 from cohaptic_server.objects.surface import accept
 from cohaptic_server.testing.blocks import block

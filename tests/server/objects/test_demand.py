@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
-from cohaptic_server.objects.demand import MAX_HZ, MAX_USERS, MIN_HZ, Demand
+from cohaptic_server.objects.cost import MAX_HZ, MAX_USERS, MIN_HZ, Demand
 from cohaptic_server.settings import ServerSettings
 
 USERS, HZ = st.integers(1, MAX_USERS), st.floats(MIN_HZ, MAX_HZ)

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.objects import fix_mesh
-from cohaptic_server.objects.fix_mesh import fixed_within, inside, read_fix_mesh
-from cohaptic_server.objects.fix_rule import fixed_vertices
+from cohaptic_server.objects import fix_rule
+from cohaptic_server.objects.fix_rule import fixed_vertices, fixed_within, inside, read_fix_mesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.testing.blocks import block
 from tests.examples_of_laws import examples
@@ -71,6 +70,6 @@ def test_a_surface_that_cannot_hold_says_why(
         held_within(write(tmp_path / "far.stl", y + 1.0, faces))
     with pytest.raises(SettingError, match="leaves something free to move"):
         held_within(write(tmp_path / "all.stl", 10.0 * y, faces))
-    monkeypatch.setattr(fix_mesh, "MAX_FIX_TRIANGLES", 79)
+    monkeypatch.setattr(fix_rule, "MAX_FIX_TRIANGLES", 79)
     with pytest.raises(BodyError, match="80 triangles; to say what is held 79 must do"):
         held_within(write(tmp_path / "fine.stl", y, faces))

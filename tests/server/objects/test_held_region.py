@@ -12,7 +12,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary, volumes
 from cohaptic_server.numeric import Floats, Mask
-from cohaptic_server.objects.held_region import NEAR, Cut, Region, cut_at
+from cohaptic_server.objects.fix_rule import NEAR, Cut, Region, cut_at
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.contact import locate
 from tests.examples_of_laws import examples

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control.naming import Named
+from cohaptic.protocol.control.message import Named
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,

@@ -21,16 +21,13 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import SetLatency, Watch, Watching, decode_watch_control
 from cohaptic_server.access.admission import Admission
-from cohaptic_server.access.grants import Grants
-from cohaptic_server.access.keys import KeyRing
+from cohaptic_server.access.keys import Grants, KeyRing
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
-from cohaptic_server.room.reception import MOST_PAGES
+from cohaptic_server.room.reception import MOST_PAGES, Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings

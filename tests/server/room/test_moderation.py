@@ -14,11 +14,10 @@ from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.lobby import Lobby
-from cohaptic_server.room.moderation import FROZEN_ALONE
+from cohaptic_server.room.moderation import FROZEN_ALONE, KICKED_FOR
 from cohaptic_server.room.peer import Outcome, Peer
-from cohaptic_server.room.removed import KICKED_FOR
 from cohaptic_server.room.room import RESET_AFTER
-from cohaptic_server.world.force_limits import within_budget
+from cohaptic_server.world.applied_forces import within_budget
 from tests.server.access.some import ALL, NOW, admission, token
 from tests.server.peers import sample
 from tests.server.room.test_entrance import hello, lobby, refused, say, watch, watching, welcome

@@ -6,7 +6,7 @@ from cohaptic.errors import CloseCode
 from cohaptic.protocol.watch_messages import Moderated, PutOut
 from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic_server.access.admission import ANYBODY, Guest
-from cohaptic_server.access.denied import Denied
+from cohaptic_server.access.keys import Denied
 from cohaptic_server.access.remembered import (
     MOST_REMOVED,
     Record,
@@ -16,9 +16,9 @@ from cohaptic_server.access.remembered import (
     still_counting,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
-from cohaptic_server.room.removed import KICKED_FOR, Removed
+from cohaptic_server.room.moderation import KICKED_FOR, Removed
+from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings

@@ -17,7 +17,7 @@ from cohaptic_server.bodies.green import decode_block, green_source
 from cohaptic_server.bodies.solid.parts import SolidParts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.objects.store.store import load_or_make_parts
 from cohaptic_server.shell import column_worker
 from cohaptic_server.shell.column_worker import ColumnWorker, Unsolved

@@ -17,8 +17,7 @@ from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Error, SetLaw, UserJoined, Welcome, encode_control
 from cohaptic.protocol.websocket_frames import make_frame
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.shell.doors import door
 from cohaptic_server.shell.doors.door import KERNEL_BUFFER
 from tests.patience import PATIENCE

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from websockets.frames import Frame, Opcode
 
 from cohaptic.protocol.websocket_frames import begins_message, make_frame
-from cohaptic_server.shell.frames import (
+from cohaptic_server.shell.wire import (
     ClientStream,
     is_small_binary,
     unmask,

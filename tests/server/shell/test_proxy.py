@@ -16,9 +16,8 @@ from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Welcome, encode_control
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
-from cohaptic_server.shell.protection import Protection
+from cohaptic_server.guard.limits import Budget, Limits
+from cohaptic_server.shell.gate import Protection
 from tests.server.access.some import RING, token
 from tests.server.credentials.pairs import write_authority
 from tests.server.peers import hello

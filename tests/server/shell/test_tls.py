@@ -22,8 +22,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.credentials.certificate import Certificate
 from cohaptic_server.shell import listener, wire
 from cohaptic_server.shell.doors import door
-from cohaptic_server.shell.gate import Turns
-from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.gate import Protection, Turns
 from tests.patience import PATIENCE
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.shell.stage import Served, serving, visit

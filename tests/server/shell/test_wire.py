@@ -12,8 +12,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Close, Frame, Opcode
 
-from cohaptic_server.shell.frames import unmask
-from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire
+from cohaptic_server.shell.wire import MAX_INBOUND_BYTES, Wire, unmask
 from tests.examples_of_laws import examples
 from tests.server.shell.stage import REQUEST
 

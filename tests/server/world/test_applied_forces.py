@@ -13,12 +13,13 @@ from cohaptic.control.room_lag import RoomLag
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.applied_forces import (
+    EFFECT_RATE,
     MAX_INDENTATION,
     MAX_RELEASE_LAG,
+    MAX_SUM,
     apply_forces,
     update_releases,
 )
-from cohaptic_server.world.force_limits import EFFECT_RATE, MAX_SUM
 from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState
 from cohaptic_server.world.users import Tracked, Users, WorldState
 from tests.examples_of_laws import examples

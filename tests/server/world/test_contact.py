@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh, pressure
 from cohaptic_server.world.contact import Contact, locate, turned
 from cohaptic_server.world.displacement_field import ZeroField
 from tests.examples_of_laws import examples

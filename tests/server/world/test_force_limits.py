@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.force_limits import (
+from cohaptic_server.world.applied_forces import (
     EFFECT_RATE,
     MAX_COUPLING_RATIO,
     MAX_SUM,

@@ -13,7 +13,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.touched_body import TouchedBody, vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.world.neighbourhood import (
+from cohaptic_server.world.patch_geometry import (
     MIN_RADIUS,
     path_ahead,
     quantised,

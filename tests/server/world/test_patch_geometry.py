@@ -12,7 +12,7 @@ from cohaptic.protocol.frame import MAX_FRAME_BYTES, MAX_MESH_FRAME_BYTES
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import ZERO, Vec3, dot, norm, scale, sub, unit
-from cohaptic_client.loop.surfaces import SurfaceMaker
+from cohaptic_client.loop.state import SurfaceMaker
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.room import Room

@@ -16,9 +16,8 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.world import tick
 from cohaptic_server.world.lags.planning import CALM_TIME
-from cohaptic_server.world.rest import REST_ENERGY, is_at_rest, pass_over, settled
 from cohaptic_server.world.state import Touch
-from cohaptic_server.world.users import WorldState
+from cohaptic_server.world.users import REST_ENERGY, WorldState, is_at_rest, pass_over, settled
 from tests.server.bodies.modal.jelly import jelly
 from tests.server.touches import touch
 from tests.server.world.rooms import DT, TICKS, hands, numbers

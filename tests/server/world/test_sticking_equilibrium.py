@@ -13,7 +13,7 @@ from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact
-from cohaptic_server.world.sticking_equilibrium import (
+from cohaptic_server.world.equilibrium import (
     StickingEquilibrium,
     StickingHand,
     solve_sticking,

@@ -15,7 +15,7 @@ from cohaptic.vec import ZERO, dot, norm, scale, sub
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import vec3
-from cohaptic_server.world.force_limits import EFFECT_RATE
+from cohaptic_server.world.applied_forces import EFFECT_RATE
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import RELEASE_TIME, advance
 from cohaptic_server.world.users import WorldState

@@ -16,7 +16,7 @@ from cohaptic.protocol.control.company import (
     Pointed,
     Present,
 )
-from cohaptic.protocol.control.naming import Named, SetName
+from cohaptic.protocol.control.message import Named, SetName
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,

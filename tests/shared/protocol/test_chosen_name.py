@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import RemoteProtocolError
-from cohaptic.protocol.control.chosen_name import tidy_name
+from cohaptic.protocol.control.message import tidy_name
 from cohaptic.protocol.messages import Hello, decode_client_control
 from cohaptic.protocol.watch_messages import decode_client_message
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from cohaptic.runtime.signals_put_off import (
+from cohaptic.runtime.interrupt import (
     _NAMES,  # pyright: ignore[reportPrivateUsage]
     signals_put_off,
 )

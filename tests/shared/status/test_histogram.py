@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.status.histogram import TIME_EDGES, Histogram
+from cohaptic.status.quantiles import TIME_EDGES, Histogram
 
 
 @given(st.lists(st.floats(0.0, 10.0), max_size=50))

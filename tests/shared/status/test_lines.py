@@ -5,8 +5,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.status.lines import Summary, status_line
 from cohaptic.status.report import TouchStatus
+from cohaptic.status.table import Summary, status_line
 
 TOUCHING = TouchStatus(
     name="ann", state="touching", force=2.43, felt_from_others=-0.5, indentation=0.0089, k_o=272.0,

@@ -14,7 +14,7 @@ export function freshName(random: () => number): string {
   return `${of(FIRST)} ${of(SECOND)}`;
 }
 
-// Invisible characters, which a server refuses or leaves out; `cohaptic/protocol/control/chosen_name.py`.
+// Invisible characters, which a server refuses or leaves out; `cohaptic/protocol/control/message.py`.
 const UNSEEN = /\p{C}|\p{Zl}|\p{Zp}|\p{Default_Ignorable_Code_Point}|\u2800/u;
 
 /** Make a text a valid name; `otherwise` if none of its characters is printable. */

@@ -1,4 +1,4 @@
-/** Vertices under a contact's pressure, and the share of the force on each; `cohaptic_server/mesh/pressure.py`. */
+/** Vertices under a contact's pressure, and the share of the force on each; `cohaptic_server/mesh/surface.py`. */
 
 import type { Vec3 } from "../model/vec";
 import type { Quadrature } from "../model/quadrature";

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from cohaptic.vec import ZERO, Vec3
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_client.devices.placing.placed import Placed, RawDevice
 from cohaptic_client.devices.placing.workspace import Workspace, seen_from_world
 

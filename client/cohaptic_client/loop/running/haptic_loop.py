@@ -30,9 +30,8 @@ from cohaptic_client.loop.config import LoopConfig, limits_on
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slot
 from cohaptic_client.loop.running.watchdog import Watchdog
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE, Mode, SafetyState
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.state import LoopSettings, LoopState, Output, SurfaceMaker
 from cohaptic_client.loop.step import step
-from cohaptic_client.loop.surfaces import SurfaceMaker
 
 
 class Intake:

@@ -15,8 +15,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from cohaptic_server.shell.doors.turn_away import turn_away
 from cohaptic_server.shell.gate import Gate, Taken
+from cohaptic_server.shell.refusal import turn_away
 
 _NUMBER = struct.Struct("<Q")
 # Bytes that may wait; a connection counts as about 1 KiB. If more than a hundred connections wait

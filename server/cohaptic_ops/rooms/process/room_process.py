@@ -47,7 +47,7 @@ from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.logs import LogStyle, set_up_log
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.protection import Protection
+from cohaptic_server.shell.gate import Protection
 from cohaptic_server.shell.server import CohapticServer
 
 # Shares of a core above which a room loses its priority, and below which it gets the priority back

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.mesh.assembly import scatter_matrix, scatter_vector
+from cohaptic_server.mesh.enclosed_volume import scatter_matrix, scatter_vector
 from cohaptic_server.numeric import Floats, Ints
 
 

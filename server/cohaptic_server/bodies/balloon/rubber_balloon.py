@@ -13,6 +13,18 @@ The Newton iteration moves a rubber sheet round a constant volume of water. In t
 positions, a step is tangent to the manifold of constant volume and is then projected onto this
 manifold. The pressure is the least-squares balance of rubber and loads: unlike the sum of Newton's
 corrections, it does not drift when a tangent is close to singular.
+
+Solves  [K g; g' 0] [u; q] = [b; 0]:  a tangent K at constant volume (g = dV/dx).
+
+K may have one negative mode, which constant volume forbids. The factorisation therefore begins with
+all unknowns outside of a cap of vertices (the root of the tree of fronts): K must be positive
+definite with the cap held. Next comes the row of the volume, whose pivot is negative, and then the
+cap, which must be positive definite again. This succeeds only if K is positive definite on all
+motions that keep the volume: a tangent that can be factored is stable. The place of the cap decides
+up to which deformation K with the cap held stays positive definite: the last vertices in an order
+of narrow band serve better than the vertices on the top, or than a belt.
+
+A closed rubber sheet round water at any deformation: energy, forces and tangent.
 """
 
 from __future__ import annotations
@@ -21,25 +33,156 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import lapack
+from scipy.sparse import csgraph
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings, fixed_by_base, inflate
-from cohaptic_server.bodies.balloon.constant_volume_solver import (
-    ConstantVolumeFactor,
-    order_from_base,
-)
 from cohaptic_server.bodies.balloon.membrane import Membrane
-from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
+from cohaptic_server.bodies.balloon.tension_field import (
+    add_forces,
+    add_pressure,
+    add_tangents,
+    add_volume_gradient,
+    energy,
+    strains,
+)
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.damping import check_damping, lagged
-from cohaptic_server.bodies.finite_response import FiniteResponse
-from cohaptic_server.bodies.newton import Iterate, NewtonIteration
-from cohaptic_server.cholesky.refactor import Workspace
-from cohaptic_server.cholesky.symbolic import analyse, dofs
+from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError
+from cohaptic_server.bodies.newton import FiniteResponse, Iterate, NewtonIteration
+from cohaptic_server.bodies.viscous import check_damping, lagged
+from cohaptic_server.cholesky.refactor import Indefinite, Refactored, Workspace
+from cohaptic_server.cholesky.symbolic import Analysis, analyse, dofs
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, Mask
+
+
+class RubberSheet:
+    """A rubber sheet round water, with the unknowns in the order of an analysis.
+
+    Args:
+        membrane: The unstretched sheet.
+        number: Index of each vertex among the free vertices, negative if fixed, shape (n,).
+        analysis: Pattern of the tangent on the free vertices.
+
+    Attributes:
+        faces: Vertices of each triangle, shape (m, 3).
+        analysis: As given.
+    """
+
+    def __init__(self, membrane: Membrane, number: Ints, analysis: Analysis) -> None:
+        self.faces = np.ascontiguousarray(membrane.faces, dtype=np.int64)
+        self.analysis = analysis
+        self._size, self._mu_h = len(number), membrane.mu_h
+        self._area = np.ascontiguousarray(membrane.rest_area)
+        self._stiffness = self._area * membrane.mu_h
+        self._gradients = np.ascontiguousarray(membrane.gradients)
+        self._index = np.ascontiguousarray(analysis.blocks_of(number[self.faces]))
+
+    def strain(self, x: Floats) -> Floats:
+        """Strain of the triangles at `x`, shape (n, 3) [m], as in `tension_field.py`, (m, 10)."""
+        out = np.empty((len(self.faces), 10))
+        strains(np.ascontiguousarray(x), self.faces, self._gradients, out)
+        return out
+
+    def energy(self, strain: Floats) -> float:
+        """Strain energy [J]."""
+        return energy(strain, self._area) * self._mu_h
+
+    def force(self, strain: Floats) -> Floats:
+        """Nodal forces that keep the rubber in this strain, dE/dx, shape (n, 3) [N]."""
+        out = np.zeros((self._size, 3))
+        add_forces(strain, self.faces, self._gradients, self._stiffness, out)
+        return out
+
+    def volume_gradient(self, x: Floats) -> Floats:
+        """dV/dx, shape (n, 3) [m^2]; V = (dV/dx . x) / 3 by Euler's theorem."""
+        out = np.zeros((self._size, 3))
+        add_volume_gradient(np.ascontiguousarray(x), self.faces, out)
+        return out
+
+    def tangent(self, strain: Floats, x: Floats, pressure: float) -> Floats:
+        """Blocks of d2E/dx2 - p d2V/dx2 in the order of the analysis, shape (e, 9) [N/m]."""
+        count = len(self.analysis.rows)
+        blocks, scratch = np.zeros((count, 9)), np.empty(6)
+        add_tangents(strain, self._gradients, self._stiffness, self._index, count, scratch, blocks)
+        add_pressure(np.ascontiguousarray(x), self.faces, pressure, self._index, count, blocks)
+        return blocks
+
+
+def order_from_base(faces: Ints, free: Mask) -> Ints:
+    """Free vertices in an order of narrow band (reverse Cuthill-McKee) that begins at the base.
+
+    Args:
+        faces: Vertices of each triangle, shape (m, 3).
+        free: Vertices that can move, shape (n,).
+
+    Returns:
+        Indices of the free vertices, shape (f,).
+    """
+    n = len(free)
+    pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    graph = sp.csr_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
+    graph = sp.csr_array(graph + graph.T)[free][:, free]
+    order = np.asarray(
+        csgraph.reverse_cuthill_mckee(sp.csr_matrix(graph), symmetric_mode=True), dtype=np.int64
+    )
+    beside = np.isin(np.flatnonzero(free), faces[~free[faces].all(axis=1)])
+    if np.flatnonzero(beside[order]).mean() > 0.5 * len(order):
+        order = order[::-1]
+    return np.asarray(np.flatnonzero(free)[order], dtype=np.int64)
+
+
+class ConstantVolumeFactor:
+    """A factored tangent at constant volume, as a `TangentSolver`.
+
+    Args:
+        workspace: Memory for matrices of K's pattern, with the cap as the root front.
+        blocks: Blocks of K in the order of the pattern, shape (e, 9) [N/m].
+        g: dV/dx of the unknowns in the order of elimination, shape (size,) [m^2].
+
+    Raises:
+        IndefiniteTangentError: K is not positive definite at constant volume.
+    """
+
+    def __init__(self, workspace: Workspace, blocks: Floats, g: Floats) -> None:
+        try:
+            self._factor = Refactored(workspace, blocks, without_root=True)
+        except Indefinite as error:
+            raise IndefiniteTangentError(
+                "the tangent is indefinite even with its cap held"
+            ) from error
+        self._root = 3 * workspace.analysis.fronts[-1].first
+        y = self._factor.forward(g[:, None])
+        self._y, self._h = y[: self._root], y[self._root :, 0]
+        self._c = float(self._y[:, 0] @ self._y[:, 0])
+        S = self._factor.root + np.outer(self._h, self._h) / self._c
+        self._R, failed = lapack.dpotrf(S, lower=1)
+        if failed:
+            raise IndefiniteTangentError("the tangent is indefinite")
+
+    def solve(self, b: Floats) -> tuple[Floats, Floats]:
+        """Displacements u (c, size) [m] and multipliers q (c,) [Pa] under `b` (c, size) [N]."""
+        x = np.asarray(self._factor.forward(b.T), dtype=np.float64)
+        inner, last = x[: self._root], x[self._root :]
+        along = self._y[:, 0] @ inner
+        rest = last - np.outer(self._h, along / self._c)
+        last[:] = lapack.dpotrs(self._R, rest, lower=1)[0]
+        q = (along + self._h @ last) / self._c
+        inner -= self._y * q
+        self._factor.backward(x)
+        return np.ascontiguousarray(x.T), np.asarray(q)
+
+    def displacements(self, b: Floats) -> Floats:
+        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
+        return self.solve(b)[0]
+
+    def step(self, b: Floats) -> Floats:
+        """Returns `displacements`: an approximation would not be quicker to compute."""
+        return self.displacements(b)
 
 
 @dataclass(frozen=True, eq=False)

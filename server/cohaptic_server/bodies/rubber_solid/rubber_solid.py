@@ -18,14 +18,19 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.body import Load, Response
-from cohaptic_server.bodies.damping import check_damping, lagged
-from cohaptic_server.bodies.finite_response import FiniteResponse
-from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, Iterate, NewtonIteration, TickLimits
-from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
+from cohaptic_server.bodies.hyperelastic import NeoHookean
+from cohaptic_server.bodies.newton import (
+    CHORD,
+    MAX_MOVE,
+    FiniteResponse,
+    Iterate,
+    NewtonIteration,
+    TickLimits,
+)
 from cohaptic_server.bodies.rubber_solid.rubber_tetrahedra import RubberTetrahedra, SolidState
-from cohaptic_server.bodies.solid.moduli import Moduli
-from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings, shape_of
+from cohaptic_server.bodies.viscous import check_damping, lagged
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.side_by_side import cores

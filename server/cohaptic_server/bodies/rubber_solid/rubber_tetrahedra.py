@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError
+from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError, NeoHookean
 from cohaptic_server.bodies.rubber_solid.element_loops import (
     add_tangents,
     corner_gradients,
@@ -37,7 +37,6 @@ from cohaptic_server.bodies.rubber_solid.element_loops import (
     stresses,
     turns,
 )
-from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
 from cohaptic_server.bodies.rubber_solid.quadrature import (
     bounds,
     lattice,

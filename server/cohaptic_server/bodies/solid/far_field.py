@@ -11,17 +11,28 @@ centred at the vertices under it.
 
 The far field replaces columns that have not been solved yet, and serves vertices that lie too far
 from a contact for its columns to matter.
+
+Builds the far field of a solid from presses all over its surface.
+
+A press needs only forward substitution (`cholesky/forward.py`). The presses on the samples give the
+compliance between all samples, and a press on each vertex gives that vertex's self-compliance.
+Moving least squares give the weights for the interpolation from the samples.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid import far_field_kernels as kernels
+from cohaptic_server.cholesky.factor import Factor
+from cohaptic_server.cholesky.factorise import mutual_compliance, self_compliance
+from cohaptic_server.mesh.surface import SurfaceMesh, pressure, spread_over
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
 
@@ -176,3 +187,152 @@ class FarField:
         ):
             raise BodyError("the arrays of a stored object do not fit together")
         return found
+
+
+SAMPLES = 600
+_NEIGHBOURS = 16  # samples from which a vertex is interpolated
+_MIN_COSINE = 0.3  # between normals; a sample below this is on another side of the body
+# Presses eliminated together. Twice as many would be only 10 % faster. The largest factor that is
+# made (`objects/prepare.py`) has fronts of 20,000 rows: the forces of 256 presses take 120 MB.
+_BATCH = 256
+_SHARE_OF_SAMPLES = 0.1  # rough share of the presses on samples in the time of all presses
+_CORE = 0.1  # square of the share of the reach below which the weight levels off
+_TIKHONOV_LINEAR = 1e-6  # relative Tikhonov term on the linear coefficients
+_TIKHONOV_QUADRATIC = 1e-5  # relative Tikhonov term on the quadratic coefficients
+_OTHER_SIDE = 1e-4  # weight of a sample on another side, which matters if all samples are there
+
+
+def build_far_field(
+    mesh: SurfaceMesh,
+    radius: float,
+    factor: Factor,
+    nodes: Ints,
+    progress: Callable[[float], None] = lambda share: None,
+    count: int = SAMPLES,
+) -> FarField:
+    """Build the far field by pressing on every sample and on every vertex.
+
+    Args:
+        mesh: Resting surface.
+        radius: Contact radius [m].
+        factor: Factor of the stiffness over the free nodes, in double precision.
+        nodes: Index of each vertex among the free nodes, -1 where it is fixed, shape (n,).
+        progress: Receives the completed share, up to 1.
+        count: Largest number of samples.
+    """
+    samples = spread_over(mesh.vertices, count)
+    presses = _presses(mesh, radius, nodes, factor.size // 3)
+    G = mutual_compliance(
+        factor, sp.csr_array(presses[:, samples]), lambda share: progress(_SHARE_OF_SAMPLES * share)
+    )
+    own = _own_blocks(
+        factor,
+        presses,
+        lambda share: progress(_SHARE_OF_SAMPLES + (1.0 - _SHARE_OF_SAMPLES) * share),
+    )
+    near, carries = _interpolation(mesh, samples, radius)
+    carries[nodes < 0] = 0.0
+    spacing = mesh.spacing(len(samples))
+    return FarField(samples, near, carries, G.astype(np.float32), own, spacing)
+
+
+def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc_array:
+    """Share of each free node in the force of a press centred at each vertex, shape (free, n).
+
+    The force on fixed vertices causes no displacement and is left out.
+    """
+    found = [
+        pressure(mesh, at, radius, normal)
+        for at, normal in zip(mesh.vertices, mesh.normals, strict=True)
+    ]
+    column = np.repeat(np.arange(len(found)), [len(under) for under, _ in found])
+    row = nodes[np.concatenate([under for under, _ in found])]
+    weights = np.concatenate([shares for _, shares in found])
+    loaded = row >= 0
+    table = (weights[loaded], (row[loaded], column[loaded]))
+    return sp.csc_array(sp.coo_array(table, shape=(free, len(found))))
+
+
+def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float], None]) -> Floats:
+    """Self-compliance of each press, shape (n, 9) [m/N]."""
+    count = presses.shape[1]
+    # Presses with the same path to the root share a batch. Presses on fixed vertices have no path.
+    lowest = np.full(count, -1)
+    loaded = np.flatnonzero(np.diff(presses.indptr))
+    fronts = factor.front_of[presses.indices]
+    lowest[loaded] = np.minimum.reduceat(fronts, presses.indptr[loaded])
+    order = np.argsort(lowest, kind="stable")
+    own = np.zeros((count, 9))
+    first = 0
+
+    def report(share: float) -> None:
+        progress(min(1.0, (first + _BATCH * share) / count))
+
+    for first in range(0, count, _BATCH):
+        batch = order[first : first + _BATCH]
+        blocks = self_compliance(factor, sp.csr_array(presses[:, batch]), report)
+        own[batch] = blocks.reshape(-1, 9)
+    return own
+
+
+def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Ints, Floats]:
+    """Samples round each vertex and its weights `carries`, (n, k) each: moving least squares.
+
+    The weights reproduce quadratic functions in the tangent plane when the force on each sample is
+    spread over a pressure 1 - (r / radius)^2, whose second moment is radius^2 / 6. So a force keeps
+    its moments although the samples' pressure blurs it again. If every vertex is a sample, each
+    vertex is interpolated from itself alone.
+    """
+    from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
+
+    x = mesh.vertices
+    k = min(_NEIGHBOURS, len(samples))
+    # k is passed as an array, so that a single neighbour still has an axis.
+    near = np.asarray(cKDTree(x[samples]).query(x, k=np.arange(1, k + 1))[1], dtype=np.int64)
+    off = x[samples][near] - x[:, None, :]  # (n, k, 3)
+    distance = np.sqrt(np.einsum("vki,vki->vk", off, off))
+    # The weight is almost zero at the farthest neighbour: a change of neighbours causes no jump.
+    reach = np.maximum(distance[:, -1:], 1e-12) * (1.0 + 1e-6)
+    weights = _kernel(distance / reach) * _same_side(mesh.normals, samples, near)
+    basis = _tangent_basis(mesh.normals, off, reach)
+    weighted = basis * weights[:, :, None]
+    moments = np.einsum("vka,vkb->vab", weighted, basis)
+    # Collinear samples leave one direction undetermined, and few samples the curvature; the
+    # Tikhonov term then makes the function flat there.
+    tikhonov = np.diag([0.0, *[_TIKHONOV_LINEAR] * 2, *[_TIKHONOV_QUADRATIC] * 3])
+    moments += np.trace(moments, axis1=1, axis2=2)[:, None, None] * tikhonov
+    target = np.zeros((len(x), 6, 1))
+    target[:, 0] = 1.0
+    target[:, [3, 5], 0] = -(radius**2) / 6.0 / reach**2
+    coefficients = np.asarray(np.linalg.solve(moments, target), dtype=np.float64)
+    shares: Floats = (weighted @ coefficients)[:, :, 0]
+    shares /= shares.sum(axis=1, keepdims=True)
+    if len(samples) == len(x):
+        shares[:] = samples[near] == np.arange(len(x))[:, None]
+    # Contiguous, because every tick takes rows from this array.
+    return near, np.ascontiguousarray(shares)
+
+
+def _kernel(part: Floats) -> Floats:
+    """Weight of each neighbour by its distance: Wendland's C2 function, raised near the vertex.
+
+    Args:
+        part: Distance of each neighbour over that of the farthest one, shape (n, k).
+    """
+    return np.asarray(((1.0 - part) ** 4 * (4.0 * part + 1.0) + 1e-9) / (part * part + _CORE))
+
+
+def _same_side(normals: Floats, samples: Ints, near: Ints) -> Floats:
+    """Weight of each neighbour by the angle between its normal and the vertex's, shape (n, k)."""
+    cosine = np.einsum("vki,vi->vk", normals[samples][near], normals)
+    return np.asarray(np.clip((cosine - _MIN_COSINE) / (1.0 - _MIN_COSINE), _OTHER_SIDE, 1.0))
+
+
+def _tangent_basis(normals: Floats, off: Floats, reach: Floats) -> Floats:
+    """Monomials up to degree 2 of the neighbours' tangent coordinates, shape (n, k, 6)."""
+    helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, helper)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(normals, first)
+    u, v = (np.einsum("vki,vi->vk", off, axis) / reach for axis in (first, second))
+    return np.stack([np.ones_like(u), u, v, u**2, u * v, v**2], axis=2)

@@ -19,10 +19,8 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from cohaptic_server.bodies.solid.far_field import FarField
-from cohaptic_server.bodies.solid.far_field_build import build_far_field
-from cohaptic_server.bodies.solid.moduli import Moduli
-from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
+from cohaptic_server.bodies.solid.far_field import FarField, build_far_field
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings, SolidShape, shape_of
 from cohaptic_server.cholesky.factor import Factor, FactorReader
 from cohaptic_server.cholesky.factorise import factorise
 from cohaptic_server.cholesky.plan import Plan, plan_of

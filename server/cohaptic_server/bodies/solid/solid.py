@@ -25,13 +25,11 @@ import numpy as np
 
 from cohaptic_server.bodies.body import DenseResponse, Load, Response
 from cohaptic_server.bodies.solid.column_store import Column
-from cohaptic_server.bodies.solid.far_field import FarField
-from cohaptic_server.bodies.solid.far_field_build import build_far_field
+from cohaptic_server.bodies.solid.far_field import FarField, build_far_field
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns
-from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.near_field import FAR_FIELD_START, SolidContact, Surroundings
 from cohaptic_server.bodies.solid.parts import SolidParts, factor_of
-from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings, shape_of
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints, Mask

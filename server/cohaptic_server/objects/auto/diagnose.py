@@ -2,26 +2,71 @@
 
 A file without a unit was probably drawn in the unit that gives its object a usual size. If the user
 does not say which part is held, the base or the feet, the flattest side, or one end is held.
+
+A problem that keeps an object from being touched, and the option that solves it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.parts.parts import PartSurface, joined
 from cohaptic_server.objects.parts.surfaces import examine_all
 from cohaptic_server.objects.scan.read import is_scan
 from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
-from cohaptic_server.objects.surface.checks import facing_outwards
-from cohaptic_server.objects.surface.shell import SHEET, openness
+from cohaptic_server.objects.surface.checks import SHEET, facing_outwards, openness
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """A problem of a file, with its solution.
+
+    Args:
+        problem: The problem as a phrase: "the object would be 170 m long".
+        remedy: The solution as a phrase: "taken to be in millimetres".
+        option: The option for this solution, as on a command line.
+        needed: Whether the object cannot be touched without this option; otherwise it is advice.
+    """
+
+    problem: str
+    remedy: str
+    option: str
+    needed: bool = True
+
+    def sentence(self) -> str:
+        """Problem, solution and option in one line, for a list."""
+        return f"{self.problem}: {self.remedy} ({self.option})"
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """All problems of a file, and the options with which it can be touched.
+
+    Args:
+        source: The file with the proposed options.
+        remedies: One remedy for each problem; together they name the proposed options.
+    """
+
+    source: ObjectFile
+    remedies: tuple[Remedy, ...] = ()
+
+    @property
+    def options(self) -> str:
+        """The proposed options, as on a command line."""
+        return " ".join(remedy.option for remedy in self.remedies)
+
+    @property
+    def needed(self) -> list[Remedy]:
+        """Remedies without which the object cannot be touched."""
+        return [remedy for remedy in self.remedies if remedy.needed]
+
 
 # In files of these kinds y points up by specification or by custom, in all others z.
 _Y_UP = (".glb", ".gltf", ".obj")

@@ -17,18 +17,15 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary
-from cohaptic_server.objects.auto.diagnose import diagnose
-from cohaptic_server.objects.auto.remedy import Diagnosis, Remedy
+from cohaptic_server.objects.auto.diagnose import Diagnosis, Remedy, diagnose
 from cohaptic_server.objects.build import expected_cost
 from cohaptic_server.objects.build_rubber import TooFineError, affordable
-from cohaptic_server.objects.cost import edge_that_fits, growth_between
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand, edge_that_fits, growth_between
 from cohaptic_server.objects.fix_rule import fixed_vertices
 from cohaptic_server.objects.object_file import MAX_READ, ObjectFile
 from cohaptic_server.objects.parts.nodes import read_surfaces
-from cohaptic_server.objects.parts.parts import PartSurface, joined
+from cohaptic_server.objects.parts.parts import PartSurface, VolumeLostError, joined
 from cohaptic_server.objects.parts.surfaces import simplified_to
-from cohaptic_server.objects.parts.volume_lost import VolumeLostError
 from cohaptic_server.objects.prepare import Prepared, check_file
 from cohaptic_server.objects.scan.choose import labels_together, listed
 from cohaptic_server.objects.scan.read import is_scan, read_scan

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.modal.modes import check_damping_ratio
+from cohaptic_server.bodies.modal.modal_body import check_damping_ratio
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.parts.materials import Named, check_names
 from cohaptic_server.objects.parts.parts import Parts

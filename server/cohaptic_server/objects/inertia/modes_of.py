@@ -1,4 +1,7 @@
-"""Finds the natural modes of a solid that a hand can excite, and keeps them in the store."""
+"""Finds the natural modes of a solid that a hand can excite, and keeps them in the store.
+
+Density and modal damping of an object, as the user gives them.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,12 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.bodies.modal.modal_body import ModalBody
-from cohaptic_server.bodies.modal.modes import HIGHEST, MOST, Modes
+from cohaptic_server.bodies.modal.modal_body import (
+    HIGHEST,
+    MOST,
+    ModalBody,
+    Modes,
+)
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.solid.vibration import natural_modes
 from cohaptic_server.cholesky.plan import Plan

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.solid.moduli import Moduli
-from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings
 from cohaptic_server.numeric import Ints
 from cohaptic_server.objects.parts.parts import Parts
 

@@ -18,7 +18,7 @@ import scipy.ndimage
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints, Mask, Narrow
-from cohaptic_server.objects.scan.library import library
+from cohaptic_server.objects.scan.voxels import library
 
 SMOOTHING = 1.0  # standard deviation in voxels
 PAD = 4  # voxels round a region, in which the smoothed distance falls below any level

@@ -15,10 +15,9 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.memory_limit import unreadable
 from cohaptic_server.objects.scan.label_map import LabelMap, check_size
-from cohaptic_server.objects.scan.library import library
-from cohaptic_server.objects.scan.voxels import read_upto, read_voxels
-from cohaptic_server.objects.unreadable import unreadable
+from cohaptic_server.objects.scan.voxels import library, read_upto, read_voxels
 
 _HEADER = 544  # bytes of the longer header, with the four that say whether extensions follow
 _MOST_BETWEEN = 2**20  # bytes between header and voxels; programs write some thousand there

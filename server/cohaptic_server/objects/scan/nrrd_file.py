@@ -17,10 +17,9 @@ import numpy as np
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.memory_limit import unreadable
 from cohaptic_server.objects.scan.label_map import LabelMap, check_size
-from cohaptic_server.objects.scan.library import library
-from cohaptic_server.objects.scan.voxels import read_voxels
-from cohaptic_server.objects.unreadable import unreadable
+from cohaptic_server.objects.scan.voxels import library, read_voxels
 
 _HEAD = 2**20  # most bytes of a header; headers of segmentations have a few thousand
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}

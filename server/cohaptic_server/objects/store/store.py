@@ -28,9 +28,8 @@ import numpy.typing as npt
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid.far_field import FarField
-from cohaptic_server.bodies.solid.moduli import Moduli
 from cohaptic_server.bodies.solid.parts import SolidParts, make_parts
-from cohaptic_server.bodies.solid.shape import SolidSettings, SolidShape, shape_of
+from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings, SolidShape, shape_of
 from cohaptic_server.cholesky import factor_file
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factor_file import from_arrays
@@ -39,11 +38,11 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared, prepare
-from cohaptic_server.objects.store.array_file import read_arrays
 from cohaptic_server.objects.store.cache import (
     SUFFIX,
     entry_path,
     load_entry,
+    read_arrays,
     save_entry,
     warn_unusable,
 )

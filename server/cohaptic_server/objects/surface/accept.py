@@ -12,7 +12,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import filling_seconds
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
-from cohaptic_server.objects.parts.volume_lost import MAX_AWAY, MAX_VOLUME_LOSS, VolumeLostError
+from cohaptic_server.objects.parts.parts import MAX_AWAY, MAX_VOLUME_LOSS, VolumeLostError
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.objects.tetrahedralise import ENVELOPE, envelope
 

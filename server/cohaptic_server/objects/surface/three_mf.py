@@ -16,8 +16,8 @@ from typing import IO, NamedTuple, TypeAlias
 from xml.parsers import expat
 
 from cohaptic.errors import BodyError
+from cohaptic_server.objects.memory_limit import unreadable
 from cohaptic_server.objects.object_file import MAX_READ
-from cohaptic_server.objects.unreadable import unreadable
 
 MAX_BYTES = 2**29  # bytes when unpacked; the XML of a million triangles takes a tenth of that
 _MAX_DEPTH = 50  # nesting depth of objects within objects

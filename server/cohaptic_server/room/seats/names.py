@@ -9,6 +9,8 @@ No two users may have names that look alike. A name has a skeleton, as in Unicod
 Greek and Armenian letters that common fonts draw like Latin letters, digits and signs that look
 like letters, and dashes and apostrophes. Blanks do not count. Letters of one case that look like
 letters of the other case stay different, and so do accented letters.
+
+Changes the name of a client, which keeps its seat or its place in the queue. No I/O.
 """
 # ruff: noqa: RUF001 (letters that can be taken for others are the matter here)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.control.naming import Named, SetName
+from cohaptic.protocol.control.message import Named, SetName
 from cohaptic.protocol.messages import UserJoined
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.peer import Outcome, Peer
+from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.waiting import Waiting

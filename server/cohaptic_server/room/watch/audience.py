@@ -26,7 +26,7 @@ from cohaptic.protocol.scene import (
 from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import WatchedUser, Watching
-from cohaptic_server.access.grants import OPEN, Grants
+from cohaptic_server.access.keys import OPEN, Grants
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.room import Room

@@ -12,8 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cohaptic.protocol.control.chosen_name import ChosenName
-from cohaptic.protocol.control.message import ControlMessage, Name, WithSecrets
+from cohaptic.protocol.control.message import ChosenName, ControlMessage, Name, WithSecrets
 from cohaptic.protocol.frame import MAX_POSITION
 
 MAX_TURN = 7.0  # rad; a whole turn either way, with room for rounding

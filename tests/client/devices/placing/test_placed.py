@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_client.devices.placing.options import PLACING_OPTIONS, place, placed_info
 from cohaptic_client.devices.placing.placed import LOSS_TIME, RETURN_TIME, Placed, return_time
 from cohaptic_client.devices.placing.workspace import Workspace

@@ -14,9 +14,8 @@ import pytest
 from cohaptic.clock import Clock
 from cohaptic.errors import CohapticError, DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client.devices.choice import DeviceChoice
 from cohaptic_client.devices.device import Device, DeviceSample
-from cohaptic_client.devices.device_config import DeviceConfig
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_client.loop.memory import LoopMemory, Slot
 from cohaptic_client.loop.running import entry
 from cohaptic_client.loop.running.entry import (

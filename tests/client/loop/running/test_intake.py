@@ -11,7 +11,7 @@ from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.running.haptic_loop import Intake
-from cohaptic_client.loop.surfaces import flat_surface
+from cohaptic_client.loop.state import flat_surface
 from tests.client.plane import PLANE
 
 NEAR = Neighbourhood.of((0, 1), ((0.0, 0.0, 0.0),) * 2, (0.004, 0.004))

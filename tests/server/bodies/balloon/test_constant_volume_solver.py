@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings, inflate
-from cohaptic_server.bodies.balloon.constant_volume_solver import (
+from cohaptic_server.bodies.balloon.rubber_balloon import (
     ConstantVolumeFactor,
     order_from_base,
 )

@@ -8,14 +8,17 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon import rubber_balloon
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.balloon.constant_volume_solver import ConstantVolumeFactor
-from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon, RubberResponse
+from cohaptic_server.bodies.balloon.rubber_balloon import (
+    ConstantVolumeFactor,
+    RubberBalloon,
+    RubberResponse,
+)
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.newton import CHORD, MAX_MOVE, MAX_STEPS
 from cohaptic_server.cholesky.refactor import Workspace
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.contacts import depth, settled
+from cohaptic_server.testing.check_body import depth, settled
 from tests.examples_of_laws import examples
 from tests.server.bodies.presses import check_derivatives, press
 

@@ -5,7 +5,7 @@ import pytest
 
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings, Inflated, inflate
 from cohaptic_server.bodies.balloon.membrane import Membrane
-from cohaptic_server.bodies.balloon.rubber_sheet import RubberSheet
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberSheet
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient
 from cohaptic_server.mesh.icosphere import icosphere

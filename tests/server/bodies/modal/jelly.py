@@ -6,8 +6,7 @@ import functools
 
 import numpy as np
 
-from cohaptic_server.bodies.modal.modal_body import ModalBody
-from cohaptic_server.bodies.modal.modes import Modes
+from cohaptic_server.bodies.modal.modal_body import ModalBody, Modes
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.solid.vibration import Vibration, natural_modes

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.modal.modal_body import ModalBody, ModalResponse
-from cohaptic_server.bodies.modal.modes import Modes
+from cohaptic_server.bodies.modal.modal_body import ModalBody, ModalResponse, Modes
 from cohaptic_server.testing import check_body
 from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, modes, solid

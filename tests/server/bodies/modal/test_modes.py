@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import LoadArrays
-from cohaptic_server.bodies.modal.modes import Modes, step_of, swing_of
+from cohaptic_server.bodies.modal.modal_body import Modes, step_of, swing_of
 from tests.server.bodies.modal.jelly import DT, jelly, modes, solid
 from tests.server.bodies.presses import press
 

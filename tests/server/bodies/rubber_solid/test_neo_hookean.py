@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic_server.bodies.hyperelastic import NeoHookean
 from cohaptic_server.bodies.rubber_solid.element_loops import stresses
-from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
-from cohaptic_server.bodies.solid.moduli import Moduli
+from cohaptic_server.bodies.solid.shape import Moduli
 from cohaptic_server.numeric import Floats
 
 RUBBER = NeoHookean.of(Moduli.uniform(1, 2e4, 0.45))

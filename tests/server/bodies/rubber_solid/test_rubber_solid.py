@@ -15,11 +15,11 @@ from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, Rubber
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.refined import Refined, Workspaces
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.testing.contacts import depth, settled
+from cohaptic_server.testing.check_body import depth, settled
 from tests.examples_of_laws import examples
 from tests.server.bodies.presses import check_derivatives, press
 from tests.server.bodies.rubber_solid.inversion import least_volume

@@ -9,7 +9,7 @@ from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColum
 from cohaptic_server.bodies.solid.places import PLACE
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import MIN_TOUCH_TICKS, Solid
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.blocks import block
 from tests.server.bodies.solid.test_far_field import soft_ring

@@ -9,12 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.solid.far_field import FarField
-from cohaptic_server.bodies.solid.far_field_build import build_far_field
+from cohaptic_server.bodies.solid.far_field import FarField, build_far_field
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.sampling import spread_over
+from cohaptic_server.mesh.surface import pressure, spread_over
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.accept import nearest_point
 from cohaptic_server.testing.blocks import block

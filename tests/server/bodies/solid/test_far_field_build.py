@@ -12,12 +12,12 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from cohaptic_server.bodies.solid import far_field_build
-from cohaptic_server.bodies.solid.far_field_build import build_far_field
+from cohaptic_server.bodies.solid import far_field
+from cohaptic_server.bodies.solid.far_field import build_far_field
 from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.blocks import block
@@ -137,7 +137,7 @@ def test_a_vertex_has_the_compliance_of_the_sample_that_it_is() -> None:
 def test_batches_make_no_difference_and_progress_rises(monkeypatch: pytest.MonkeyPatch) -> None:
     solid = body("ring")
     told: list[float] = []
-    monkeypatch.setattr(far_field_build, "_BATCH", 100)
+    monkeypatch.setattr(far_field, "_BATCH", 100)
     again = build_far_field(
         solid.mesh,
         solid.contact_radius,

@@ -7,11 +7,10 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.bodies.green import green_source, model_name
-from cohaptic_server.bodies.rubber_solid.neo_hookean import NeoHookean
+from cohaptic_server.bodies.hyperelastic import NeoHookean
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.bodies.solid.moduli import MAX_CONTRAST, Moduli
 from cohaptic_server.bodies.solid.parts import stiffness_of
-from cohaptic_server.bodies.solid.shape import SolidSettings, shape_of
+from cohaptic_server.bodies.solid.shape import MAX_CONTRAST, Moduli, SolidSettings, shape_of
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.testing.blocks import block
 from tests.server.bodies.presses import press

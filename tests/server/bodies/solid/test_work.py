@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.body import Load
-from cohaptic_server.bodies.solid.far_field_build import build_far_field
+from cohaptic_server.bodies.solid.far_field import build_far_field
 from cohaptic_server.bodies.solid.parts import SolidParts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.objects.surface.accept import nearest_point
 from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 

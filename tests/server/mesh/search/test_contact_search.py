@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.mesh.surface import SurfaceMesh, pressure
 from cohaptic_server.world.contact import locate
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from cohaptic_server.mesh.search.near import LEAF, point_tree
+from cohaptic_server.mesh.surface import LEAF, point_tree
 from tests.examples_of_laws import examples
 
 COUNTS = st.sampled_from([1, 2, LEAF, LEAF + 1, 3 * LEAF, 200, 642])

@@ -13,9 +13,9 @@ import trimesh
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.auto.resolve import resolve
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.volume_lost import VolumeLostError
+from cohaptic_server.objects.parts.parts import VolumeLostError
 from cohaptic_server.objects.store.store import load_or_prepare
 from tests.server.objects.files import write
 

@@ -13,7 +13,7 @@ from cohaptic_server.objects.auto import resolve as module
 from cohaptic_server.objects.auto.resolve import find_problems, resolve
 from cohaptic_server.objects.build import build, expected_cost
 from cohaptic_server.objects.build_rubber import affordable
-from cohaptic_server.objects.demand import Demand
+from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
 from tests.server.objects.files import write

@@ -9,8 +9,7 @@ import pytest
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.body import elastic_of
-from cohaptic_server.bodies.modal.modal_body import ModalBody
-from cohaptic_server.bodies.modal.modes import HIGHEST, MOST
+from cohaptic_server.bodies.modal.modal_body import HIGHEST, MOST, ModalBody
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.objects.build import build

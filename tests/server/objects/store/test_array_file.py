@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from cohaptic.errors import BodyError
-from cohaptic_server.objects.store import array_file as module
-from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
+from cohaptic_server.objects.store import cache as module
+from cohaptic_server.objects.store.cache import load_arrays, save_arrays
 from tests.examples_of_laws import examples
 
 KINDS = st.sampled_from(["f8", "f4", "i8", "i4", "?", "u1"]).map(np.dtype)

@@ -18,7 +18,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store import store
-from cohaptic_server.objects.store.array_file import load_arrays, save_arrays
+from cohaptic_server.objects.store.cache import load_arrays, save_arrays
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 from cohaptic_server.testing.blocks import block

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.volume_lost import MAX_AWAY, VolumeLostError
+from cohaptic_server.objects.parts.parts import MAX_AWAY, VolumeLostError
 from cohaptic_server.objects.surface.accept import check_deviation
 from cohaptic_server.objects.tetrahedralise import envelope
 

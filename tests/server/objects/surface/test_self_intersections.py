@@ -8,7 +8,7 @@ import trimesh
 
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.checks import count_intersecting
-from cohaptic_server.objects.surface.merge import merge_vertices
+from cohaptic_server.objects.surface.surface_file import merge_vertices
 
 MAKE: Any = trimesh.creation
 Surface = tuple[Floats, Ints]

@@ -9,9 +9,9 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface.checks import examine
-from cohaptic_server.objects.surface.shell import (
+from cohaptic_server.objects.surface.checks import (
     SHEET,
+    examine,
     find_rims,
     in_one_sense,
     openness,

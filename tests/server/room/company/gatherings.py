@@ -8,8 +8,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from cohaptic.protocol.control.company import Present
 from cohaptic.protocol.messages import encode_control
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.room.peer import Peer
 from tests.server.room.company.rooms import AIM, Played, key_of
 

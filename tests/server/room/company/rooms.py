@@ -12,9 +12,9 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.company.gathering import TOLD_EVERY
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings

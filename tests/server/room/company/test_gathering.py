@@ -15,8 +15,7 @@ from cohaptic.protocol.control.company import (
     Present,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.room.company.gathering import AIMED_EVERY
 from cohaptic_server.room.peer import Peer
 from tests.examples_of_laws import examples

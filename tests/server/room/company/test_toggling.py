@@ -8,8 +8,7 @@ from cohaptic.protocol.control.company import Company, Present
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import encode_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.room.company import gathering
 from cohaptic_server.room.company.gathering import NEWS_AT_ONCE, TOLD_EVERY
 from tests.server.room.company.rooms import Played, heard, key_of

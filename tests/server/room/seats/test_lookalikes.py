@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.control.naming import SetName
+from cohaptic.protocol.control.message import SetName
 from cohaptic.protocol.messages import Hello, encode_control
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.member import Muted
-from cohaptic_server.room.removed import Removed
+from cohaptic_server.room.moderation import Removed
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, skeleton
 from tests.server.peers import hello
 from tests.server.room.seats.test_waiting import failed, full, wait

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from cohaptic.errors import CloseCode
-from cohaptic.protocol.control.naming import Named, SetName
+from cohaptic.protocol.control.message import Named, SetName
 from cohaptic.protocol.messages import Called, Place, UserJoined, Welcome, encode_control
 from cohaptic.protocol.watch_messages import decode_watch_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.guard.budget import Budget
-from cohaptic_server.guard.limits import Limits
+from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.entrance import Entrance
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
+from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.seats.wait_queue import TURN
 from tests.server.room.seats.test_waiting import COME, failed, full, leave, wait
 from tests.server.room.test_lobby import join, lobby, news, say, watch

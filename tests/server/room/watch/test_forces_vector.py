@@ -15,8 +15,7 @@ import pytest
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.green import decode_block, encode_block, green_source
-from cohaptic_server.mesh.pressure import pressure
-from cohaptic_server.mesh.surface import FINE, SurfaceMesh
+from cohaptic_server.mesh.surface import FINE, SurfaceMesh, pressure
 from cohaptic_server.numeric import Floats, Ints
 
 FILE = Path(__file__).parents[3] / "vectors" / "forces.json"

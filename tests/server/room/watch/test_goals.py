@@ -12,7 +12,7 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.green import Superposition, decode_block, encode_block
-from cohaptic_server.mesh.pressure import pressure
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.room.watch.audience import SceneEncoder, displacement, records
 from tests.server.room.watch.fine_balloon import FineBalloon
 from tests.server.room.watch.hands import motion

@@ -26,7 +26,7 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.green import decode_block, green_source
-from cohaptic_server.http.page_files import FOLDER
+from cohaptic_server.http.routes import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
 from tests.patience import PATIENCE
 from tests.server.room.watch.pages import pressing, watching

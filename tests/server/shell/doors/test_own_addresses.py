@@ -5,7 +5,7 @@ import socket
 
 import pytest
 
-from cohaptic_server.shell.doors.own_addresses import machine_addresses
+from cohaptic_server.shell.own_addresses import machine_addresses
 
 
 @pytest.mark.live

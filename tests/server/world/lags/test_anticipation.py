@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.lags.anticipation import anticipate, remember
+from cohaptic_server.world.applied_forces import anticipate, remember
 from cohaptic_server.world.loads import contact_axes
 from cohaptic_server.world.state import NOTHING, Anticipation, Carried, UserState
 from cohaptic_server.world.users import Applied, Tracked

@@ -11,8 +11,8 @@ from cohaptic.control.law import Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
 from cohaptic_server.bodies.modal.modal_body import ModalResponse
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.lags.room_loop import RoomLoop, room_loop
+from cohaptic_server.world.tick import show_swing
 from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, solid
 from tests.server.bodies.presses import press

@@ -15,7 +15,7 @@ from cohaptic.control.stability.anticipation import (
     row_gain,
 )
 from cohaptic.control.stability.swing import Swing, felt_share, shown_gain, worst_row_gain
-from cohaptic_server.bodies.modal.modes import step_of, swing_of
+from cohaptic_server.bodies.modal.modal_body import step_of, swing_of
 from cohaptic_server.numeric import Floats
 from tests.shared.control.stability.test_anticipation import coupling
 

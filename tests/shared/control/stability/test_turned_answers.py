@@ -16,8 +16,8 @@ from cohaptic.control.stability.anticipation import (
     gains_left,
     lag_of_hands,
 )
-from cohaptic.control.stability.turned_answers import lag_where_turned
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.lags.planning import lag_where_turned
 from tests.examples_of_laws import examples
 
 seeds = st.integers(0, 2**32 - 1)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.stability.turning import turning_needed
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.lags.turning import turning_needed
 from tests.examples_of_laws import examples
 
 STEPS = 400  # of the longest delay, in a simulation

@@ -1,7 +1,7 @@
 /**
  * When to send a sample, so that it reaches the server just before the tick that uses it.
  *
- * `client/cohaptic_client/network/pacing.py` in TypeScript.
+ * `client/cohaptic_client/network/timing.py` in TypeScript.
  */
 
 const TARGET_WAIT = 0.002; // s; margin for the jitter of two schedulers
