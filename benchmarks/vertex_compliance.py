@@ -2,7 +2,7 @@
 
     python benchmarks/vertex_compliance.py [--shapes torus box] [--vertices 300] [--json FILE]
 
-The body computes its table while it is prepared (`bodies/solid/far_field_build.py`). At vertices
+The body computes its table while it is prepared (`bodies/solid/far_field.py`). At vertices
 drawn at random from those that are free `plain_solid.py` assembles, presses and solves anew, with
 none of the body's code but its discretisation. `held` and `free` count the vertices of the whole
 surface that the table has wrong: a vertex whose contact touches nothing free has no compliance at

@@ -150,7 +150,7 @@ class Client:
 
     Args:
         tell: Called with each piece of news for the user.
-        keep: Called with the new rows of the loop, as blocks for `cohaptic.status.table.rows_in`;
+        keep: Called with the new rows of the loop, as blocks for `cohaptic.status.row.rows_in`;
             None when nobody needs every period.
 
     Attributes:

@@ -1,6 +1,6 @@
 """`cohaptic devices`: lists devices and their options, knocks with a device, calibrates it.
 
-Knocks that show which device is which, and whether each pushes in the right direction.
+Knocks show which device is which, and whether each pushes in the right direction.
 """
 
 from __future__ import annotations

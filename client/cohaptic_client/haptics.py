@@ -33,7 +33,7 @@ class Haptics:
     Args:
         clock: Clock of this process; the loop reads the same time.
         keep: Called with the rows of all periods since the last call, as a block for
-            `cohaptic.status.table.rows_in`; None when nobody needs every period.
+            `cohaptic.status.row.rows_in`; None when nobody needs every period.
         fault: Earlier fault that the user has not acknowledged; empty for none.
 
     Raises:

@@ -1,8 +1,6 @@
 """Devices by name. Only the driver of the chosen device is imported.
 
 Two drivers are here; packages add all others, `cohaptic_drivers` among them.
-
-A user's choice of a device as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Description of a driver for the catalogue: its options, its abilities, how it is opened.
+"""Descriptions of a device: the choice by a user, the configuration for the loop, the driver.
 
-Configuration of the device that a loop opens, and of its place in the world.
-
-A user's choice of a device as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`.
+The choice is given as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`. The configuration
+adds the place of the device in the world, for the loop that opens the device. The driver describes
+its options and abilities to the catalogue, and how its devices are found and opened.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
 """A device with a simulated hand, for the same loop and safety layer as a real device.
 
-The simulated device for the catalogue, and its presets.
-
 A preset gives the simulated device the limits and the mechanics of a real one. The largest force,
 stiffness and damping are those that CHAI3D ships for each device (`src/devices`), and for the
 Inverse3 those of a fork of it; forces are short-time maxima. Everything else is an ASSUMPTION of
 the size that data sheets and measurements of such devices report, not checked on a device:
 
-- the physical damping b is exactly what Colgate's bound asks for at that stiffness and 1 kHz,
-  b = K T / 2, because the authors judged the stiffness usable. This leaves nothing for the
+- the physical damping b has exactly the value that Colgate's bound asks for at that stiffness and
+  1 kHz, b = K T / 2, because the authors judged the stiffness usable. This leaves nothing for the
   passivity layer: its budget is 0, and the room's lag has to do without it (science 3.8);
 - the apparent mass and the Coulomb friction of the tip, the step of its sensors, and the time from
   a motion to its report.

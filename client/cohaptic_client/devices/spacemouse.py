@@ -1,12 +1,12 @@
 """A 3Dconnexion SpaceMouse as a device that only senses: it moves the tip and gives no force.
 
-Rate control: the deflection of the cap sets the velocity of the tip, because the cap travels one or
-two millimetres, but a hand on a soft object travels centimetres. Rotation and buttons are not used.
+Pure functions decode a report: its bytes give the deflections of the cap in the world frame. The
+raw axes point right, toward the user and down; those of cohaptic point right, away from the user
+and up.
 
-Reports of a SpaceMouse: bytes of a report in, deflections of its cap in the world frame out.
-
-Pure functions; `spacemouse.py` makes motion from the deflections. The raw axes point right, toward
-the user and down; those of cohaptic point right, away from the user and up.
+The device uses rate control: the deflection of the cap sets the velocity of the tip, because the
+cap travels one or two millimetres, but a hand on a soft object travels centimetres. Rotation and
+buttons are not used.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """The contact in one period: gain, direction, depth, law, damping and friction, in that order.
 
-Except by the hand's own motion, each step changes the force no faster than its share of
-`EXTERNAL_RATE` allows.
-
-The law's gains at the probe, and their move from the previous gains to those of a new patch.
+The law's gains at the probe move from the previous gains to those of a new patch. Except by the
+hand's own motion, each step changes the force no faster than its share of `EXTERNAL_RATE` allows.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ class HapticProcess:
         return self._last
 
     def new_rows(self) -> bytes:
-        """Rows since the last call, as a block for `cohaptic.status.table.rows_in`."""
+        """Rows since the last call, as a block for `cohaptic.status.row.rows_in`."""
         return self._memory.rows.read_new()
 
     def beat(self) -> None:

@@ -93,7 +93,7 @@ class RowRing:
         _COUNT.pack_into(self._memory, self._offset, self._count)
 
     def read_new(self) -> bytes:
-        """Rows since the last call, oldest first: a block for `cohaptic.status.table.rows_in`."""
+        """Rows since the last call, oldest first: a block for `cohaptic.status.row.rows_in`."""
         (count,) = _COUNT.unpack_from(self._memory, self._offset)
         # The writer may be overwriting the oldest rows of a full ring: leave a margin.
         first = max(self._count, count - RING_ROWS + 64)

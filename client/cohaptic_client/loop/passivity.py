@@ -16,8 +16,6 @@ contact's own force (as in Hunt and Crossley 1975), so that it comes and goes wi
 
 The work uses the mean of the forces at both ends of a period. Holding the force over a period makes
 the energy K dx^2 / 2; that belongs to the device, and Colgate's bound already accounts for it.
-
-Energy balance of a contact's spring with the body and the hand, for the passivity layer.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Constants of the loop, its memory from period to period, and the results of a period.
+"""Data of the loop: the surface of a patch, constants, memory, and the results of a period.
 
-Makes, from a patch, the surface that the loop presses on.
+The loop presses on the surface, which is made from a patch, and keeps its memory from period to
+period.
 """
 
 from __future__ import annotations

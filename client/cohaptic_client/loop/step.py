@@ -1,11 +1,10 @@
 """One period of the haptic loop as a pure function: an hour of haptics is a `for` loop in a test.
 
 The steps of a period: the surface that is shown (`arrival`), the contact with it (`contact`), the
-limits of the safety layer (`safety`), the balance of energy (`energy`), and the results. A law that
-fails, a tip out of reach and a position that is not a number are faults: the hand is released, and
-the loop runs on.
-
-Energy balance of a contact's spring with the body and the hand, for the passivity layer.
+limits of the safety layer (`safety`), the balance of energy (`balance`), and the results. The
+balance is that of the contact's spring with the body and the hand, for the passivity layer
+(`passivity`). A law that fails, a tip out of reach and a position that is not a number are faults:
+the hand is released, and the loop runs on.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
-"""Round trip, jitter and clock offset of a link, estimated from every patch.
+"""Timing of a link: its round trip, jitter and clock offset, and the schedule of samples.
 
-As in NTP, a patch returns the time at which its sample left (`t_client`), the time that the sample
-waited for the tick (`sample_wait`) and the time of the tick (`t_server`). The clock offset is taken
-from the shortest recent round trip, which has spent the least time in queues. Half of that round
-trip bounds the error, even if the delays of the two directions differ.
+Every patch renews the estimates. As in NTP, a patch returns the time at which its sample left
+(`t_client`), the time that the sample waited for the tick (`sample_wait`) and the time of the tick
+(`t_server`). The clock offset is taken from the shortest recent round trip, which has spent the
+least time in queues. Half of that round trip bounds the error, even if the delays of the two
+directions differ.
 
-When to send a sample, so that it reaches the server just before the tick that uses it.
-
-The server reports how long each sample waited for its tick. Together with the time at which the
-sample was sent, this gives the right phase on the client's own clock. A schedule that moves towards
-that phase locks to the server's ticks at any delay, and a force that it sends is on average half a
-tick younger than a force sent at an unlucky phase. (Moving by a share of the wait alone would be an
-integrator in a loop with the network's delay, which oscillates when that delay is long.)
+A sample is sent so that it reaches the server just before the tick that uses it. The server reports
+how long each sample waited for its tick. Together with the time at which the sample was sent, this
+gives the right phase on the client's own clock. A schedule that moves towards that phase locks to
+the server's ticks at any delay, and a force that it sends is on average half a tick younger than a
+force sent at an unlucky phase. (Moving by a share of the wait alone would be an integrator in a
+loop with the network's delay, which oscillates when that delay is long.)
 """
 
 from __future__ import annotations

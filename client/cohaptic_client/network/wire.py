@@ -1,14 +1,13 @@
 """A websocket of `websockets` whose samples and patches bypass the parser, queue and tasks.
 
 At 60 samples and patches per second, the library took a third of the time of the network process.
-Here a patch is handed on as soon as it is read, and an outgoing message is written as a finished
-frame. Other incoming messages go through the library. While one of them waits for `recv`, patches
-go through the library, too, so that messages stay in order.
+Here the stream of the server is cut into frames, and a patch is handed on as soon as it is read.
+Other frames go to the library, which checks them. While one of their messages waits for `recv`,
+patches go through the library, too, so that messages stay in order. An outgoing message is written
+as a finished frame.
 
-Cuts the stream of a server into frames, so that a patch can be used as soon as it comes.
-
-All other frames are passed on to `websockets`, which checks them. A hostile stream cannot fill the
-memory: only the beginning of one frame with at most `LONGEST` bytes of payload is kept.
+A hostile stream cannot fill the memory: only the beginning of one frame with at most `LONGEST`
+bytes of payload is kept.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def empty_plan(S: Floats, root: Floats, share: float, users: int) -> Plan:
 
 @compiled
 def anticipate(plan: Plan, requested: Floats) -> Floats:
-    """Forces that hands are about to feel, as `world.lags.anticipation.anticipate`, shape (n, 3).
+    """Forces that hands are about to feel, as `world.applied_forces.anticipate`, shape (n, 3).
 
     Args:
         plan: Plan of the room; `part` and `solve` are found anew when a hand comes or goes.

@@ -1,14 +1,13 @@
-"""Keys of tokens, as a JWK set (RFC 7517): all keys are accepted, and the first key signs.
+"""Access by tokens: the keys that sign them, the error that refuses a client, and their grants.
 
-To rotate keys, the owner puts a new key in front, and removes the old key after its tokens have
-expired.
+The keys form a JWK set (RFC 7517): all keys are accepted, and the first key signs. To rotate keys,
+the owner puts a new key in front, and removes the old key after its tokens have expired.
 
-Grants of a token for one room, as one object among its claims (the form that LiveKit uses).
+The error refuses entry to a client, or an action that the client's grants do not allow.
 
-A token allows only the actions that it states. An unknown name is an error and is not ignored,
-since otherwise a misspelt limit would have no effect.
-
-Error that refuses entry to a client, or an action that the client's grants do not allow.
+The grants of a token are for one room and form one object among its claims (the form that LiveKit
+uses). A token allows only the actions that it states. An unknown name is an error and is not
+ignored, since otherwise a misspelt limit would have no effect.
 """
 
 from __future__ import annotations

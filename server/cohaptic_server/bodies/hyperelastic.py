@@ -1,11 +1,10 @@
-"""The interface between a hyperelastic body and the Newton iteration that finds its equilibrium.
+"""Hyperelastic bodies: their interface to the Newton iteration, and the energy of rubber.
 
-`balloon/rubber_balloon.py` and `rubber_solid/rubber_tetrahedra.py` implement the interface;
-`newton.py` uses it.
+`newton.py` uses the interface; `balloon/rubber_balloon.py` and `rubber_solid/rubber_tetrahedra.py`
+implement it.
 
-Compressible neo-Hookean rubber, which only an infinite energy could invert.
-
-The energy per volume of the body at rest, with the deformation gradient F and its determinant J, is
+The rubber is compressible and neo-Hookean, and only an infinite energy could invert it. The energy
+per volume of the body at rest, with the deformation gradient F and its determinant J, is
 
     W = mu / 2 (|F|^2 - 3) - mu ln J + lambda / 4 (J^2 - 1 - 2 ln J)        (Ciarlet, Geymonat 1982)
 

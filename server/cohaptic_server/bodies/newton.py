@@ -1,9 +1,10 @@
-"""Newton iteration that brings a hyperelastic body towards equilibrium, a few steps in each tick.
+"""Equilibrium of a hyperelastic body, tick by tick, and its surface without one user's forces.
 
-Newton's method minimises  E(x) - external . x  over the positions that the body allows. A step that
-does not lower this energy enough is shortened (Armijo's rule), so that the energy never rises. The
-tangent at the end of a tick starts the next tick: a tick with a moving hand costs one or two
-factorisations, a tick with a resting hand none.
+Each tick takes a few steps of Newton's method, which minimises  E(x) - external . x  over the
+positions that the body allows (`hyperelastic.py`). A step that does not lower this energy enough is
+shortened (Armijo's rule), so that the energy never rises. The tangent at the end of a tick starts
+the next tick: a tick with a moving hand costs one or two factorisations, a tick with a resting hand
+none.
 
 If the tangent is indefinite (a body under a load that it cannot carry, on its way to another
 shape), the iteration steps with a stiffened tangent, which still gives a descent direction. The
@@ -13,19 +14,14 @@ indefinite is nearly singular and overstates the compliance: 3,000 times the com
 seen, which put the surface without a finger's force 68 m away. Such a tangent is used for a step,
 but not for the compliance.
 
-The iteration uses the body through the `Hyperelastic` Protocol.
-
-The surface of a body under finite deformation without one user's own forces (science 3.12).
-
-On a linear body the surface without a user's force does not depend on that force. Under finite
-deformation it does: u - C f, with u and C of the deformed state, bends as the force f grows. A
-pressing finger then turns its own contact, receives the turn a loop delay later, and swings.
-
-Therefore a user's free surface also leaves out the displacement beyond the tangent,
-r = u - sum C f, in proportion to that user's share of the dent at each place. A user who is alone
-gets the resting surface. The surface is then shifted as a whole along the force, so that in this
-direction the contact point stays at u - C f: this is the step of Newton's method, which any other
-position would spoil.
+A user's free surface is the one without that user's own forces (science 3.12). On a linear body it
+does not depend on those forces. Under finite deformation it does: u - C f, with u and C of the
+deformed state, bends as the force f grows. A pressing finger then turns its own contact, receives
+the turn a loop delay later, and swings. Therefore a user's free surface also leaves out the
+displacement beyond the tangent, r = u - sum C f, in proportion to that user's share of the dent at
+each place. A user who is alone gets the resting surface. The surface is then shifted as a whole
+along the force, so that in this direction the contact point stays at u - C f: this is the step of
+Newton's method, which any other position would spoil.
 """
 
 from __future__ import annotations

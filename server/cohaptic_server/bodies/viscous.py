@@ -9,7 +9,7 @@ state of strain by its own stiffness. The reported compliance is that of the ste
 law that relied on K_o + B_o, the stiffness within one tick, would be unstable under delay for
 B_o >= K_o (science 3.3: a C below half of the true one).
 
-Viscous damping of a response, shared by linear and nonlinear bodies.
+Linear and nonlinear bodies share this lag (`lagged`); `Viscous` is a linear body with it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A sparse Cholesky factor by fronts, K = L D L', computed once for many solves.
 
-The method is multifrontal (Duff, Reid 1983; Liu 1992) on the tree of `dissection.py`: each part is
+The method is multifrontal (Duff, Reid 1983; Liu 1992) on the tree of `symbolic.py`: each part is
 a dense front of its own nodes and its border to ancestors, so that LAPACK does all arithmetic.
 L has the block K21 K11^-1 of each front, and D the blocks K11 as Cholesky factors: backward
 substitution needs L alone, so D is read only where there is a force.

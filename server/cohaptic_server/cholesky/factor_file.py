@@ -1,14 +1,13 @@
-"""Converts a Cholesky factor to named arrays, for a file or for shared memory, and back.
+"""A Cholesky factor in a file or in shared memory, and its conversion to arrays and back.
 
 The numbers of a factor lie in one flat array, front after front: `lower` column by column, as
 LAPACK takes it without a copy, then `carry` row by row. Numbers in single precision halve the
 memory and the time of a solve; a factor stays in double precision if a later step needs that.
 
-A Cholesky factor in single precision in memory that a second process maps instead of copying.
-
-Sending a factor of 1 GB to a process takes seconds and keeps it in memory twice. Here the whole
-factor lies in shared memory, and only its place is sent. A new process may be sent only little data
-in any case: if it died before it had read all data, the sender would wait for ever.
+A shared factor is in single precision, and a second process maps it instead of copying it. Sending
+a factor of 1 GB to a process takes seconds and keeps it in memory twice. Here the whole factor lies
+in shared memory, and only its place is sent. A new process may be sent only little data in any
+case: if it died before it had read all data, the sender would wait for ever.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""Factorises a sparse symmetric positive definite matrix for solves on a part of its nodes.
+"""Cholesky factorisation for solves on a part of the nodes, and compliances of presses from it.
 
-If neither a front nor its descendants have a retained node, the front is discarded after its
-elimination, since no later solve needs it. All arithmetic is done in place, in the array of the
-factor and in the updates that their parents have not taken yet. `plan.py` computes the size of this
-memory in advance, and no other array of the size of a front exists.
+The matrix is sparse, symmetric and positive definite. If neither a front nor its descendants have a
+retained node, the front is discarded after its elimination, since no later solve needs it. All
+arithmetic is done in place, in the array of the factor and in the updates that their parents have
+not taken yet. `plan.py` computes the size of this memory in advance, and no other array of the size
+of a front exists.
 
-Computes the compliances of presses by forward substitution alone.
+Forward substitution alone gives the compliances of presses,
 
     f' K^-1 g = sum over the fronts of y_f' y_g,    y = lower^-1 (L^-1 f) of each front
 

@@ -7,7 +7,7 @@ single or in double precision. Two threads take the two halves of a large matrix
 (`side_by_side.py`).
 
 The root may be left unfactored. The factor then holds the root's Schur complement, the matrix with
-all other unknowns eliminated (`bodies/balloon/constant_volume_solver.py`).
+all other unknowns eliminated (`bodies/balloon/rubber_balloon.py`).
 """
 
 from __future__ import annotations

@@ -1,21 +1,18 @@
 """Symbolic analysis of a sparse Cholesky factor: everything that the pattern alone determines.
 
-Each part of the tree of `dissection.py` becomes a dense front over the part's own nodes and their
-border: the nodes of ancestors to which the own nodes are coupled. A matrix whose entries change and
-whose pattern does not, such as the tangent of a nonlinear body, is analysed once and factored
-(`refactor.py`) many times.
-
-Such a matrix is a list of 3x3 blocks, one for each pair of coupled nodes, column by column in the
-order of elimination. The list has only the blocks on and below the diagonal.
-
-Nested dissection, an order of elimination that keeps the Cholesky factor of a solid sparse.
-
-A thin set of nodes cuts the mesh in two halves that do not touch; each half is cut again, down to
+Nested dissection gives an order of elimination that keeps the Cholesky factor of a solid sparse. A
+thin set of nodes cuts the mesh in two halves that do not touch; each half is cut again, down to
 leaves. Eliminating the halves before their separator fills O(n^(4/3)) entries in three dimensions
 (George 1973; Lipton, Rose, Tarjan 1979), a fraction of the entries that a minimum degree order
 fills. Planes cut the mesh: several planes near the median, at right angles to the part's principal
 axes, are tried, and the one with the smallest separator, weighted by the balance of the halves, is
 taken.
+
+Each part of this tree becomes a dense front over the part's own nodes and their border: the nodes
+of ancestors to which the own nodes are coupled. A matrix whose entries change and whose pattern
+does not, such as the tangent of a nonlinear body, is analysed once and factored (`refactor.py`)
+many times. Such a matrix is a list of 3x3 blocks, one for each pair of coupled nodes, column by
+column in the order of elimination. The list has only the blocks on and below the diagonal.
 """
 
 from __future__ import annotations

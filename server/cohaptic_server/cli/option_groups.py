@@ -1,6 +1,6 @@
-"""Lets several commands share a group of command-line options, which is defined once.
+"""Options of the command line: groups that several commands share, and durations such as 10m.
 
-Reads a duration from the command line, such as 10m.
+A group is defined once, as a class with one field for each option.
 """
 
 from __future__ import annotations

@@ -1,17 +1,9 @@
-"""Checks the recent requests of each address against its budgets.
+"""Checks the recent traffic of each connection and of each address against its budgets.
 
-The number of remembered addresses is bounded. Addresses without connections and without unread
-responses are forgotten, starting with those that have been silent for longest.
-
-Checks the recent messages of one connection against its budgets.
-
-Token buckets for rate limits; a bucket is one number: the time at which it is full again [s].
-
-With rate r and burst b, at most b + r t tokens can be spent within any time t. The current time is
-an argument. If the clock was set back, a bucket may seem emptier than possible; such a bucket
-counts as full, so that nobody is locked out until the clock reaches the old time again.
-
-Limits the rate of log lines about each address, so that no address fills a disk.
+`Meter` checks the messages of one connection. `LogLines` limits the rate of log lines about each
+address, so that no address fills a disk. `Sources` checks the requests of each address. The number
+of remembered addresses is bounded: addresses without connections and without unread responses are
+forgotten, starting with those that have been silent for longest.
 """
 
 from __future__ import annotations
@@ -181,7 +173,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Connections and unread bytes of one address, and its token buckets (`budget.py`)."""
+    """Connections and unread bytes of one address, and its token buckets (`limits.py`)."""
 
     open: int = 0
     unread: int = 0

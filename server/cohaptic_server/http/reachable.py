@@ -1,14 +1,11 @@
-"""Finds the addresses of a server that people can share with other machines. No I/O.
+"""Reach of a server: the pages that may use it, and the addresses for other machines. No I/O.
 
-Finds the addresses at which other machines reach this machine.
-
-Shows the owner of a server the address of its page, also as a QR code for a phone.
-
-Checks the origin and host of requests, so that no foreign page uses a visitor's browser.
-
+The origin and the host of a request are checked, so that no foreign page uses a visitor's browser.
 A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
 the same, the page is the server's own. The check also needs the host to be one of the server's own
 names, since a stranger can make any name point at any address (DNS rebinding).
+
+People can share the server's addresses that other machines reach.
 """
 
 from __future__ import annotations

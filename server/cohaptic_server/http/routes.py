@@ -1,6 +1,7 @@
-"""Makes the responses to HTTP requests that come to the port of the websockets. No I/O.
+"""Makes the responses to HTTP requests that come to the port of the websockets.
 
-Reads the files of the page when the server starts; the server serves no other file.
+The files of the page are read when the server starts; the server serves no other file. Making a
+response takes no I/O.
 """
 
 from __future__ import annotations

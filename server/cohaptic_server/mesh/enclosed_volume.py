@@ -1,11 +1,11 @@
-"""Volume inside a closed triangle surface, its gradient and its Hessian.
+"""Volume inside a closed triangle surface, its gradient and its Hessian, as sums over triangles.
 
 The volume is V = sum a . (b x c) / 6 over triangles with corners a, b, c. The gradient times a
 pressure is the force of the water on the vertices; the Hessian times the pressure is the stiffness
 of a pressure that follows the surface. A translation of a closed surface changes neither of them,
 so moving a free balloon takes no work.
 
-Adds up the vectors or blocks of triangles into a vector or sparse matrix over all vertices.
+The vectors or blocks of triangles add up to a vector or a sparse matrix over all vertices.
 """
 
 from __future__ import annotations

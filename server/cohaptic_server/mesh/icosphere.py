@@ -1,9 +1,9 @@
-"""Makes a sphere of nearly equal triangles.
+"""A sphere of nearly equal triangles, and the rigid motions of points.
 
 Tests check that the sphere equals that of trimesh, which is not used here: importing trimesh would
 take a quarter of the start-up time of a server.
 
-Rigid motions of points, which store no elastic energy.
+Rigid motions store no elastic energy.
 """
 
 from __future__ import annotations

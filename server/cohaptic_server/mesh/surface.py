@@ -1,10 +1,7 @@
-"""A closed triangle surface that cannot be changed, with its normals and searches.
+"""A closed triangle surface that cannot be changed, with its normals, pressures and searches.
 
-The pressure of a fingertip on a surface, as shares of its force on vertices.
-
-Chooses an evenly spread subset of points.
-
-Builds the tree of some points, and searches it for the points near one place.
+The pressure of a fingertip on the surface is given as shares of its force on vertices. Sampling
+chooses an evenly spread subset of points. A tree of points finds those near one place.
 """
 
 from __future__ import annotations

@@ -1,8 +1,11 @@
-"""Makes tetrahedra finer where a body is thin and bends more than it is squeezed.
+"""Thin parts of a body: measures thickness under the surface, and makes elements finer there.
 
-A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
-body or longer. Squeezing needs few elements. The deflection of a bent plate is cubic between two
-supports; as quadratic elements cannot follow it wholly, the plate is too stiff by two terms
+The smoothness of the surface is found as well.
+
+Tetrahedra become finer where a body is thin and bends more than it is squeezed. A plate is filled
+with one layer of elements, whose edges along it are as long as those of a bulky body or longer.
+Squeezing needs few elements. The deflection of a bent plate is cubic between two supports; as
+quadratic elements cannot follow it wholly, the plate is too stiff by two terms
 (docs/decisions/0065):
 
     63 % (h / R)^2 (1 + (h / t)^2 / 22)
@@ -16,8 +19,6 @@ in its middle, in all tetrahedra round it, as soon as it is the longest edge of 
 edges of these tetrahedra are split before it. Neighbours conform after each split, and elements
 become flatter by no more than a bounded factor. In a layer one element thick the edges along the
 layer are split and not those through its thickness, which are shorter.
-
-The thickness of a body under its surface, and the smoothness of the surface.
 """
 
 from __future__ import annotations

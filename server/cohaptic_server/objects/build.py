@@ -1,10 +1,10 @@
 """Builds a solid body from a file in one chain: read, check, fill, fix, factor, survey.
 
 Reading, checking and filling give tetrahedra (`prepare.py`). They are made finer where the object
-is thin (`mesh/thin_parts.py`). The options select the fixed part (`fix_rule.py`), and the
-tetrahedra are cut where it ends (`held_region.py`). Then the stiffness is factored, and the survey
-presses the solid all over its surface (`bodies/solid/parts.py`). The store keeps the tetrahedra as
-filling made them, and the results of the last two steps.
+is thin (`mesh/thin_parts.py`). The options select the fixed part, and the tetrahedra are cut where
+it ends (`fix_rule.py`). Then the stiffness is factored, and the survey presses the solid all over
+its surface (`bodies/solid/parts.py`). The store keeps the tetrahedra as filling made them, and the
+results of the last two steps.
 """
 
 from __future__ import annotations

@@ -1,15 +1,14 @@
-"""Estimates the memory and time of preparing an object before the work begins.
+"""Estimates the cost of an object before the work begins: its preparation, and its ticks.
 
 The memory of factoring follows from the plan of the elimination, byte by byte; its time follows
 from the same plan and from how fast this machine multiplies. Before filling, the number of
 tetrahedra is estimated from the volume and area of the surface; the estimate is within a factor of
 two if the surface is smooth.
 
-Users and tick rate for which an object is prepared, and the number of nodes that these allow.
-
-The time of a linear solid's tick is O(contacts) and not O(mesh): the period limits the number of
-users, and a coarser mesh does not help. A nonlinear solid is factored in every tick, which limits
-the size of its mesh.
+An object is prepared for a number of users and a tick rate, which limit its number of nodes. The
+time of a linear solid's tick is O(contacts) and not O(mesh): the period limits the number of users,
+and a coarser mesh does not help. A nonlinear solid is factored in every tick, which limits the size
+of its mesh.
 """
 
 from __future__ import annotations

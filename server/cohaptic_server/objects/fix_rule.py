@@ -1,4 +1,18 @@
-"""Selects the fixed vertices of an object by a rule: `--fix "z < 10%"`.
+"""The held region of an object: a closed surface or a rule selects it, and tetrahedra end there.
+
+A closed surface, `--fix-mesh bone.stl`, fixes the vertices inside it. A point is inside the surface
+if its winding number is not zero. This number is the sum of the triangles' signed solid angles,
+seen from the point, over 4 pi (Van Oosterom, Strackee 1983). The test also works for a surface that
+is inside out.
+
+Tetrahedra are cut exactly where the held region ends, instead of ending it at the nearest node. If
+only vertices inside the region were held, elements that lead out of it would be free over their
+whole length: a beam held at "x < 10%" was up to one edge longer than the rule says, and 5 to 8 %
+too soft (decision 34). Edges with one end inside the region are therefore split where they leave
+it, each in all tetrahedra round it, the longest edge first. Splitting one edge at a time keeps
+neighbours conforming, and afterwards no tetrahedron has corners both inside and outside.
+
+A rule, `--fix "z < 10%"`, has the grammar
 
     rule        := condition { "and" condition } { "or" ... }
     condition   := axis ("<" | "<=" | ">" | ">=") value
@@ -7,20 +21,6 @@
 
 A value in % is a share of the object's extent along the axis, from 0% at the lowest coordinate to
 100% at the highest; a length is a coordinate of the scaled object. "and" binds tighter than "or".
-
-Cuts tetrahedra exactly where the held region ends, instead of ending it at the nearest node.
-
-If only vertices inside the region were held, elements that lead out of it would be free over their
-whole length: a beam held at "x < 10%" was up to one edge longer than the rule says, and 5 to 8 %
-too soft (decision 34). Edges with one end inside the region are therefore split where they leave
-it, each in all tetrahedra round it, the longest edge first. Splitting one edge at a time keeps
-neighbours conforming, and afterwards no tetrahedron has corners both inside and outside.
-
-Selects the fixed vertices of an object by a closed surface: `--fix-mesh bone.stl`.
-
-A point is inside the surface if its winding number is not zero. This number is the sum of the
-triangles' signed solid angles, seen from the point, over 4 pi (Van Oosterom, Strackee 1983). The
-test also works for a surface that is inside out.
 """
 
 from __future__ import annotations

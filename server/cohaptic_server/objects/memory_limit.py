@@ -1,10 +1,10 @@
-"""Limits the memory that reading a file may take, where the system can set a limit.
+"""Safe reading of a file through a library: a limit on memory, and one error for all failures.
 
 A mesh file declares its counts, and readers allocate memory for them without a check: a .msh file
 of 644 bytes made a reader ask for 4 GiB. Checks of headers cannot cover all formats; the limit of
-the system covers them.
+the system covers them, where the system can set one.
 
-Makes the error about an unreadable file from any error that the library reading it raised.
+Any error that the library raised becomes the error about an unreadable file.
 """
 
 from __future__ import annotations

@@ -1,20 +1,18 @@
 """Fills a closed surface with tetrahedra, by fTetWild (Hu et al. 2020) through pytetwild.
 
-fTetWild also accepts surfaces with defects. It remeshes the surface: the boundary of the
-tetrahedra lies within `envelope` of the input surface.
-
-Runs fTetWild in a process of its own, which can be watched, stopped and limited in memory.
-
-In the caller's process fTetWild would hold Python's lock until it ends: the progress bar would
-stand still, Ctrl-C would have no effect, and a crash would end the caller. If fTetWild runs in a
-process of its own, the caller reads its output and can end it at once, and on Linux the system
-limits its memory. If the caller is killed, fTetWild ends at the next line that it prints (on
+fTetWild runs in a process of its own. In the caller's process it would hold Python's lock until it
+ends: the progress bar would stand still, Ctrl-C would have no effect, and a crash would end the
+caller. The caller of a separate process reads its output and can end it at once, and on Linux the
+system limits its memory. If the caller is killed, fTetWild ends at the next line that it prints (on
 Windows it runs to its end); its temporary folder then stays behind.
 
 Progress is read from the output: the phases, and the passes of the optimisation. The number of
 passes is unknown in advance, since fTetWild stops when its worst element is good enough: 4 on a
 torus of 3,000 triangles, 10 on a noisy scan of 60,000. Each pass is therefore counted as the same
 share of the remaining progress, and the total share never decreases.
+
+fTetWild also accepts surfaces with defects. It remeshes the surface: the boundary of the
+tetrahedra lies within `envelope` of the input surface.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Actions of an administrator in a room, over a watching connection. No I/O.
+"""Moderation of a room: an administrator's actions, and the users who were put out. No I/O.
 
-Bounded list of the users who were put out of a room, each with the end of the removal.
+An administrator acts over a watching connection. The list of users who were put out of the room is
+bounded, and has the end of each removal.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""The peers of a room, and the tasks for the shell that result from an event.
-
-The room's record of a user, and the list of muted users.
-
-A muted user stays muted after leaving and coming back. The list of muted users is bounded.
-"""
+"""The peers of a room, and the tasks for the shell that result from an event."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Lets people into a room, to touch or to watch. No I/O.
 
-Entrance of one room: checks the rate limit of joins, the token and its grants. No I/O.
+The entrance of a room checks the rate limit of joins, the token and its grants.
 """
 
 from __future__ import annotations

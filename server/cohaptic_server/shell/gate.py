@@ -1,8 +1,9 @@
-"""Admits connections to this server while the budgets of their addresses last.
+"""Protection of a server: its settings, and the gate, which admits connections within budgets.
 
-The gate also counts bytes, refusals and spent budgets since the start of the server.
+The settings are those of access control and encryption, and the proxies that the server trusts.
 
-Settings of a server's access control and encryption, and the proxies that the server trusts.
+The gate admits connections while the budgets of their addresses last. It also counts bytes,
+refusals and spent budgets since the start of the server.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Refuses a websocket that asks for another room: sends one sentence and a close code.
+"""Refuses a client with one sentence: by a close code of its websocket, or by an HTTP response.
 
-Ends a refused connection with one sentence as an HTTP response, without waiting.
+A websocket is refused if it asks for another room. The HTTP response ends a connection that was
+refused earlier, without waiting.
 """
 
 from __future__ import annotations

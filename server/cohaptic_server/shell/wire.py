@@ -1,16 +1,12 @@
 """A websocket that delivers samples past the parser, the queue and the task of the library.
 
 At 60 messages per second and user, these three take more time than all that the server does with a
-sample. Here the frame of a sample is delivered unchanged. Every other message goes through the
-library. While such a message waits for the handler, samples go through the library as well, so
-that messages stay in order.
+sample. Here the byte stream of a client is cut into whole frames, and the frame of a sample is
+delivered unchanged (`unmask` gives its payload). Every other frame is passed on to `websockets`,
+which reads and checks it. While such a message waits for the handler, samples go through the
+library as well, so that messages stay in order.
 
 If a client exceeds its budgets, the server reads no more from it, sends the reason and disconnects.
-
-Cuts the byte stream of a client into whole websocket frames.
-
-Samples are unmasked here; every other frame is passed on unchanged to `websockets`, which reads
-and checks it.
 """
 
 from __future__ import annotations

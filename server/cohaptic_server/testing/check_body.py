@@ -3,11 +3,12 @@
     check_body(MyBody())              # a linear body: displacements add up
     check_body(MyRubber(), linear=False)
 
+The contacts of the checks, and of tests, are presses at soft places; their depths are measured at
+once and in the steady state.
+
 Each law is a function that asserts the law; an error names the broken one. The laws are the
 invariants of science 3.6, as far as the `Body` Protocol shows them, and those properties of a body
 on which the control laws of science 3.1 and 3.3 rely.
-
-Contacts for checks and tests: finds soft places, measures depths, finds steady states.
 """
 
 from __future__ import annotations

@@ -1,22 +1,20 @@
 """The forces that the body gets in a tick, from those that users request (science 3.8).
 
+The forces that hands are about to have are predicted from their samples (science 3.13). Each tick
+chooses at its end the part of the coupling to be anticipated (`planning.py`). The next tick
+multiplies this part with the change of the forces: from those that the body carried when the
+patches were made that samples answer, to those in the samples.
+
+The sum and the rate of change of the forces are limited. A press that grows to 6 N within 0.1 s
+changes the force on a neighbour that shares all of the hand's compliance by 60 N/s, and is not
+limited. If several users together would change the force on another user faster, the largest
+changes are cut to a common cap and smaller changes stay as they are, so that only the user who
+shakes the body is slowed down. A contact that slides over the body also changes the forces on
+others, without a change of its own force; this is left to the clients, whose own limit is stricter
+(`cohaptic_client.loop.slew`).
+
 A requested force is limited, passes the room's lag, and is slowed down if it would move other hands
 too fast. When a probe jumps, its force stays at the old contact and fades there.
-
-Limits on the sum and on the rate of change of the forces that the body gets in a tick.
-
-A press that grows to 6 N within 0.1 s changes the force on a neighbour that shares all of the
-hand's compliance by 60 N/s, and is not limited. If several users together would change the force on
-another user faster, the largest changes are cut to a common cap and smaller changes stay as they
-are, so that only the user who shakes the body is slowed down. A contact that slides over the body
-also changes the forces on others, without a change of its own force; this is left to the clients,
-whose own limit is stricter (`cohaptic_client.loop.slew`).
-
-Predicts the forces that hands are about to have from their samples (science 3.13).
-
-Each tick chooses at its end the part of the coupling to be anticipated (`planning.py`). The next
-tick multiplies this part with the change of the forces: from those that the body carried when the
-patches were made that samples answer, to those in the samples.
 """
 
 from __future__ import annotations

@@ -1,23 +1,23 @@
-"""Reference solution for a session: body and hands in equilibrium, without a network.
+"""Reference solutions for a session: body and hands in equilibrium, frictionless or sticking.
 
 Each hand is a spring between its intention and its tip; the body is the one that the server
-simulates, touched through the same contacts. There is no law, gain or delay, only forces f_i >= 0
-such that every tip lies on the surface that it presses,
+simulates, touched through the same contacts. There is no network, law, gain or delay.
+
+Without friction there are only forces f_i >= 0 such that every tip lies on the surface that it
+presses,
 
     n_i . (x_o,i(f) - intention_i - f_i n_i / k_i) = 0    wherever f_i > 0,
 
 with the normal n_i, the surface point x_o,i and the stiffness k_i of each hand.
 
-Reference solution for hands that stick: body and hands in equilibrium, in three directions.
-
 A finger with enough friction keeps the material point that it first touched. Its tip is then where
-the forces of all users have displaced that point,
+the forces of all users have displaced that point, in three directions,
 
     intention_i + f_i / k_i = point_i + u_i(f),    u(f) = -C f on a linear body,
 
 with f the force on each hand, k the stiffness of the hand, and C the compliance of all contacts in
-3x3 blocks (science 3.10). This linear system is solved directly, without network, law or gain. For
-a nonlinear body, Newton's method solves it with the body's tangent.
+3x3 blocks (science 3.10). This linear system is solved directly. For a nonlinear body, Newton's
+method solves it with the body's tangent.
 """
 
 from __future__ import annotations

@@ -1,12 +1,9 @@
 """Shape of the free surface round each contact: a plane, a sphere or a mesh, as the user asked.
 
-Vertices that a mesh patch carries: all that the probe can reach while the patch is in use.
-
-They are vertices of the touch mesh (`touch_mesh.py`) round the contact and, for a hand that
-slides, along its path over the surface for as long as the patch will be in use. If a frame cannot
-hold all of them, the nearest vertices are taken.
-
-Builds patches: the free surface and the body's stiffness at each user's contact, and gains.
+A mesh patch carries all vertices that the probe can reach while the patch is in use. They are
+vertices of the touch mesh (`touch_mesh.py`) round the contact and, for a hand that slides, along
+its path over the surface for as long as the patch will be in use. If a frame cannot hold all of
+them, the nearest vertices are taken.
 """
 
 from __future__ import annotations

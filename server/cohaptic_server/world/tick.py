@@ -6,18 +6,15 @@ A tick has five steps:
 2. decide the forces that the body gets from those that users request (`applied_forces.py`);
 3. let the body respond to all of them at once;
 4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
-5. choose the lags of the next tick and the share of the swing that it shows (`lags/`), and build
-   one patch per user (`patch.py`).
+5. choose the lags of the next tick (`lags/`) and the share of the object's swing that it shows to
+   hands (science 3.14), and build one patch per user: the free surface and the body's stiffness at
+   the user's contact, and gains.
 
 Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
 
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
 a pulled cable makes no other user's force jump. When no user, response or fading force is left, the
-world is at rest, and a tick without touches changes only its number (`rest.py`).
-
-Share of an object's swing that a room shows to its hands (science 3.14).
-
-Builds patches: the free surface and the body's stiffness at each user's contact, and gains.
+world is at rest, and a tick without touches changes only its number (`users.settled`).
 """
 
 from __future__ import annotations

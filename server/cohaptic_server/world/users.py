@@ -4,10 +4,9 @@ In a tick of many users Python calls cost more than arithmetic, so each stage is
 users (docs/decisions/0037). Row i of every array belongs to the same user. The `UserState` of one
 user is made only when it is asked for.
 
-Rest: a world that all users have left becomes the initial world again, except its tick number.
-
-At rest a tick changes only the number, so ticks without any client need not be computed: a room
-that sleeps through these ticks ends in the same state as a room that computes them.
+A world that all users have left comes to rest: it becomes the initial world again, except its tick
+number. At rest a tick changes only the number, so ticks without any client need not be computed: a
+room that sleeps through these ticks ends in the same state as a room that computes them.
 """
 
 from __future__ import annotations

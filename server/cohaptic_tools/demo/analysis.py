@@ -27,7 +27,7 @@ class Recording:
 
     Args:
         name: Name of the user.
-        columns: Each column of `cohaptic.status.table.Row`, shape (n,); `t` is Unix time [s].
+        columns: Each column of `cohaptic.status.row.Row`, shape (n,); `t` is Unix time [s].
     """
 
     name: str

@@ -2,7 +2,7 @@
 
 In a drag both fingers stick, and the reference consists of the tangential forces in equilibrium.
 `right` touches down first, and then `left`, on the surface that `right` has deformed; from then on
-the equilibrium is linear (`world/sticking_equilibrium.py`). The position of the material under a
+the equilibrium is linear (`world/equilibrium.py`). The position of the material under a
 hand follows from the hand's own tip, its force f and the compliance C of its contact,
 
     material = tip + C f,

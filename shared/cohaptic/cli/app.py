@@ -1,11 +1,10 @@
 """The command line `cohaptic`, with the subcommands that the installed packages add.
 
+The help of a command has its options in chapters; options that most people need come first. The
+boxes of typer take twice as many lines and interpret `[s]` in a sentence as a style.
+
 Server and client register their commands as entry points; this module imports neither of them, so
 that the direction of imports holds and a client-only install needs no server code.
-
-Help of a command with its options in chapters; options that most people need come first.
-
-The boxes of typer take twice as many lines and interpret `[s]` in a sentence as a style.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Answers of `cohaptic stability` for one contact, and for several contacts without delays.
+"""Answers of `cohaptic stability`: one contact, several without delays, a room with `--delays`.
 
-The answer of `cohaptic stability --delays`: exact roots of a room, and the theorem's values.
+The answer for a room has its exact roots, and the theorem's values.
 """
 
 from __future__ import annotations

@@ -8,24 +8,21 @@ so that neither depth nor normal has a step where a probe slides over edges and 
     w_k = (1 - (r_k^2 - d^2) / h_k^2)^2,  r_k from the probe to p_k,  d the probe's rough depth.
 
 The mean of n_k and n makes the depth exact on spheres, and to second order elsewhere. The normal n
-belongs to the middle of the vertices; their bending carries it from there to the probe's foot.
+belongs to the middle of the vertices; their bending carries it from there to the probe's foot. The
+sums over vertices are in `mesh_fit.py`.
 
 For a probe that is deep compared with the surface's radius of curvature the sum gives too small a
 depth: on a torn ball it was 9 % too small at 14 mm. The server knows depth, normal and compliance
-better on the line below the contact, along the normal. On that line the patch's own values are
-used, and the vertices only give the changes beside that line (`line_error.py`). Plane or sphere of
-the same patch takes over where the neighbourhood ends, and near the line if the vertices' normal
-there differs from the patch's. Farther away plane and sphere no longer describe the surface, and
-the vertices give the rough depth: 0.1 m along a ring a sphere is 39 mm off.
+better on the line below the contact, along the normal: on that line the patch's own plane is right,
+because the server put the contact where its normal meets the probe. On that line the patch's own
+values are used, and the vertices only give the changes beside that line. The error of the fitted
+surface on the line (`LineError`) is computed at points of the line when they are needed, and
+interpolated between the points by cubics through four neighbours (Catmull and Rom 1974), so that
+its derivative by depth is continuous.
 
-The sums over vertices are in `mesh_fit.py`.
-
-Error of the surface fitted to a mesh patch's vertices, on the line below the patch's contact.
-
-The line goes through the contact along the patch's normal. On that line the patch's own plane is
-right, because the server put the contact where its normal meets the probe. The error is computed at
-points of the line when they are needed, and interpolated between the points by cubics through four
-neighbours (Catmull and Rom 1974), so that its derivative by depth is continuous.
+Plane or sphere of the same patch takes over where the neighbourhood ends, and near the line if the
+vertices' normal there differs from the patch's. Farther away plane and sphere no longer describe
+the surface, and the vertices give the rough depth: 0.1 m along a ring a sphere is 39 mm off.
 """
 
 from __future__ import annotations

@@ -1,22 +1,21 @@
-"""Cancel a coroutine at SIGINT (Ctrl-C), SIGTERM or a terminal's close, on every system.
+"""The response of a command to signals, on every system and however it was started.
 
-Handle SIGHUP in a server: its terminal closed, or an administrator wants files read again.
+SIGINT (Ctrl-C), SIGTERM or a terminal's close cancels a coroutine, which finishes its clean-up.
 
-Both cases send the same signal. If a standard stream is a terminal that has closed, SIGHUP ends the
-server as SIGTERM does, because nobody could see the server or end it by Ctrl-C any more.
+In a server SIGHUP has two meanings: its terminal closed, or an administrator wants files read
+again. Both cases send the same signal. If a standard stream is a terminal that has closed, SIGHUP
+ends the server as SIGTERM does, because nobody could see the server or end it by Ctrl-C any more.
 
-Make SIGINT and SIGTERM end every command, however the command was started.
+SIGINT and SIGTERM end every command, even one that was started with SIGINT ignored. A shell without
+job control (`bash script &`, many service managers) starts background commands with SIGINT ignored,
+so that Ctrl-C of the terminal, which goes to a whole process group, ends only the foreground
+command. Python leaves SIGINT ignored, and a SIGINT sent to that one process would be lost. This
+module takes every signal that reaches a command as meant for that command. To outlive its terminal,
+a command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a command is started
+in a session of its own (`setsid`).
 
-A shell without job control (`bash script &`, many service managers) starts background commands with
-SIGINT ignored, so that Ctrl-C of the terminal, which goes to a whole process group, ends only the
-foreground command. Python leaves SIGINT ignored, and a SIGINT sent to that one process would be
-lost. This module takes every signal that reaches a command as meant for that command. To outlive
-its terminal, a command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a
-command is started in a session of its own (`setsid`).
-
-Delay signals while a command applies force to a hand, so that the device is released first.
-
-A command that gives a force for a moment (a knock, a nudge) has no loop and no second process. A
+Signals are delayed while a command applies force to a hand, so that the device is released first. A
+command that gives a force for a moment (a knock, a nudge) has no loop and no second process. A
 signal that ended or stopped the command in that moment would leave the force on; a device whose
 firmware has no watchdog would keep the force for ever.
 """
@@ -61,7 +60,7 @@ async def until_interrupted(
         lifeline: Whether to cancel also when standard input closes, so that a child process never
             outlives its parent, however the parent dies.
         hangup: Whether to cancel also when SIGHUP comes. False for a server, which may have to read
-            its files again instead (`hangup.py`).
+            its files again instead (`on_hangup`).
     """
     task = asyncio.ensure_future(work)
     loop = asyncio.get_running_loop()

@@ -1,6 +1,6 @@
-"""Quantiles of a long run in bounded memory.
+"""Distributions of a long run in bounded memory: quantiles, and histograms with fixed edges.
 
-Histogram with fixed edges, as monitoring systems collect them.
+Monitoring systems collect such histograms.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""The live view in a terminal: one row per user, in millimetres and milliseconds.
+"""The state of hands as text: a live table for a terminal, lines for a log or a pipe, a summary.
 
-The record of one haptic period: a row of numbers with named columns.
-
-Lines of text on the state of hands, for a log or a pipe, and the summary of a visit.
+The table has one row per user, in millimetres and milliseconds. The summary is that of a visit.
 """
 
 from __future__ import annotations

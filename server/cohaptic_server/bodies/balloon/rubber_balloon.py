@@ -1,30 +1,28 @@
 """The water balloon under finite deformation: its rubber wrinkles, its water keeps the volume.
 
 This is the nonlinear counterpart of `balloon.py`: the same inflated balloon, but with energy,
-forces and volume at the present positions (`rubber_sheet.py`). Each tick iterates (`newton.py`)
-under the contacts' forces as dead loads, which keep their directions while the surface moves.
-`fields` and `compliance` are those of the tangent at the present state (science 3.6); while the
-surface moves, the tangent may lag by `newton.CHORD`.
+forces and volume at the present positions. Each tick iterates (`newton.py`) under the contacts'
+forces as dead loads, which keep their directions while the surface moves. `fields` and `compliance`
+are those of the tangent at the present state (science 3.6); while the surface moves, the tangent
+may lag by `newton.CHORD`. With a damping B_o the body is Kelvin-Voigt as in eq. (9), with B_o in
+proportion to K_o (`viscous.py`): the internal force follows the external one with a lag.
 
-With a damping B_o the body is Kelvin-Voigt as in eq. (9), with B_o in proportion to K_o
-(`viscous.py`): the internal force follows the external one with a lag.
+`RubberSheet` gives the energy, the forces and the tangent of a closed rubber sheet round water at
+any deformation.
 
-The Newton iteration moves a rubber sheet round a constant volume of water. In the space of vertex
+`ConstantVolumeFactor` solves  [K g; g' 0] [u; q] = [b; 0]  with a tangent K at constant volume
+(g = dV/dx). K may have one negative mode, which constant volume forbids. The factorisation
+therefore begins with all unknowns outside of a cap of vertices (the root of the tree of fronts): K
+must be positive definite with the cap held. Next comes the row of the volume, whose pivot is
+negative, and then the cap, which must be positive definite again. This succeeds only if K is
+positive definite on all motions that keep the volume: a tangent that can be factored is stable. The
+place of the cap decides up to which deformation K with the cap held stays positive definite: the
+last vertices in an order of narrow band serve better than the vertices on the top, or than a belt.
+
+The Newton iteration moves the sheet round a constant volume of water. In the space of vertex
 positions, a step is tangent to the manifold of constant volume and is then projected onto this
 manifold. The pressure is the least-squares balance of rubber and loads: unlike the sum of Newton's
 corrections, it does not drift when a tangent is close to singular.
-
-Solves  [K g; g' 0] [u; q] = [b; 0]:  a tangent K at constant volume (g = dV/dx).
-
-K may have one negative mode, which constant volume forbids. The factorisation therefore begins with
-all unknowns outside of a cap of vertices (the root of the tree of fronts): K must be positive
-definite with the cap held. Next comes the row of the volume, whose pivot is negative, and then the
-cap, which must be positive definite again. This succeeds only if K is positive definite on all
-motions that keep the volume: a tangent that can be factored is stable. The place of the cap decides
-up to which deformation K with the cap held stays positive definite: the last vertices in an order
-of narrow band serve better than the vertices on the top, or than a belt.
-
-A closed rubber sheet round water at any deformation: energy, forces and tangent.
 """
 
 from __future__ import annotations

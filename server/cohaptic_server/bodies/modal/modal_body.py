@@ -2,13 +2,11 @@
 
     x = C f + shapes e,    e = (D - 1) shapes' f
 
-The elastic body responds to the forces f as if it had no mass. Each mode adds its deviation e from
-the static amplitude shapes' f, with D the second-order low-pass of the mode. A change of force
-creates a deviation, because a mode does not follow a force at once; the deviation then decays as a
-damped oscillation. Kinetic and elastic energy together never grow by more than the work of the
-forces.
-
-The lowest natural modes of a body, as displacements of its surface.
+`shapes` are the lowest natural modes of the body, as displacements of its surface. The elastic body
+responds to the forces f as if it had no mass. Each mode adds its deviation e from the static
+amplitude shapes' f, with D the second-order low-pass of the mode. A change of force creates a
+deviation, because a mode does not follow a force at once; the deviation then decays as a damped
+oscillation. Kinetic and elastic energy together never grow by more than the work of the forces.
 """
 
 from __future__ import annotations

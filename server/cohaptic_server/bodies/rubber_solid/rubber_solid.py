@@ -1,9 +1,9 @@
 """A solid of rubber or tissue under large deformation: any object, fixed in some region.
 
 This is the nonlinear counterpart of `solid.py`, on the same mesh with the same small-strain moduli
-(`neo_hookean.py`). Each tick iterates (`newton.py`) under the contacts' forces as dead loads, which
-keep their directions while the surface moves. `fields` and `compliance` are those of the tangent
-at the present state (science 3.6); while the body moves, the tangent may lag by
+(`hyperelastic.py`). Each tick iterates (`newton.py`) under the contacts' forces as dead loads,
+which keep their directions while the surface moves. `fields` and `compliance` are those of the
+tangent at the present state (science 3.6); while the body moves, the tangent may lag by
 `TickLimits.chord`.
 
 With a damping B_o the body is Kelvin-Voigt as in eq. (9): `viscous.py`.

@@ -1,6 +1,6 @@
 """Hyperelastic tetrahedra at any deformation: energy, internal forces and tangent.
 
-With J the determinant of the deformation gradient F, the energy is that of `neo_hookean.py`,
+With J the determinant of the deformation gradient F, the energy is that of `hyperelastic.py`,
 
     W = mu / 2 (|F|^2 - 3) + U(J),    U = -(mu + lambda / 2) ln J + lambda / 4 (J^2 - 1).
 

@@ -2,13 +2,6 @@
 
 All slots lie in one array of single precision, the slab. A column stores its rows place after place
 (`places.py`), so that a contact reads the rows round it in runs.
-
-The order of vertices in a column, by places: groups of 32 vertices close on the surface.
-
-A contact needs the rows of the vertices round it from each column. In the order of a mesh's file
-these rows may lie anywhere, and each costs a cache line and a half for its 36 bytes. Recursive
-bisection, down to single vertices, therefore cuts the surface into places of 32 vertices: vertices
-that are close on the surface are close in memory, and are read in runs of successive rows.
 """
 
 from __future__ import annotations

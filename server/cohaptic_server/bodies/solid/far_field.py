@@ -12,11 +12,10 @@ centred at the vertices under it.
 The far field replaces columns that have not been solved yet, and serves vertices that lie too far
 from a contact for its columns to matter.
 
-Builds the far field of a solid from presses all over its surface.
-
-A press needs only forward substitution (`cholesky/forward.py`). The presses on the samples give the
-compliance between all samples, and a press on each vertex gives that vertex's self-compliance.
-Moving least squares give the weights for the interpolation from the samples.
+The far field is built from presses all over the surface. A press needs only forward substitution
+(`cholesky/factorise.py`). The presses on the samples give the compliance between all samples, and a
+press on each vertex gives that vertex's self-compliance. Moving least squares give the weights for
+the interpolation from the samples.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Geometry, material and boundary conditions of a solid: everything before the first solve.
 
-Elastic moduli of each element of a solid, which has one material or several.
+A solid has one material or several; each element has elastic moduli of its own.
 """
 
 from __future__ import annotations

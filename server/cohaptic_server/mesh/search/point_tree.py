@@ -1,8 +1,8 @@
 """Search among points of a surface: the nearest to a place, and all within a radius of the place.
 
-The search uses a balanced tree of bounding boxes, which `near.py` builds. Tests compare its answers
-with those of scipy's `cKDTree`. The search makes no Python object on the way, since a tick searches
-several times for each user.
+The search uses a balanced tree of bounding boxes, which `mesh/surface.py` builds. Tests compare its
+answers with those of scipy's `cKDTree`. The search makes no Python object on the way, since a tick
+searches several times for each user.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Finds vertices round the path of a sliding contact, for `world/neighbourhood.py`.
+"""Finds vertices round the path of a sliding contact, for `world/patch_geometry.py`.
 
 The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
 """

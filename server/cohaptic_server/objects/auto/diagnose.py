@@ -1,9 +1,8 @@
 """Finds everything that keeps a surface from being touched, and options that make it touchable.
 
-A file without a unit was probably drawn in the unit that gives its object a usual size. If the user
-does not say which part is held, the base or the feet, the flattest side, or one end is held.
-
-A problem that keeps an object from being touched, and the option that solves it.
+A remedy is one such problem with the option that solves it. A file without a unit was probably
+drawn in the unit that gives its object a usual size. If the user does not say which part is held,
+the base or the feet, the flattest side, or one end is held.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Finds the natural modes of a solid that a hand can excite, and keeps them in the store.
-
-Density and modal damping of an object, as the user gives them.
-"""
+"""Finds the natural modes of a solid that a hand can excite, and keeps them in the store."""
 
 from __future__ import annotations
 

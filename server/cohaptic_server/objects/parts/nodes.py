@@ -1,6 +1,7 @@
-"""Reads the closed nodes of a GLB or glTF scene as parts with materials of their own.
+"""Parts from closed surfaces: the nodes of a scene, and the tetrahedra that lie in each part.
 
-Finds the closed parts that each tetrahedron lies in, and checks the volume of each part.
+For each tetrahedron the closed parts that contain it are found, and the volume of each part is
+checked. The closed nodes of a GLB or glTF scene are read as parts with materials of their own.
 """
 
 from __future__ import annotations

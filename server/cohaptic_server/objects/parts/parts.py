@@ -1,6 +1,7 @@
-"""The parts of an object: their names, their surfaces, and the part of each tetrahedron.
+"""The parts of an object: names, surfaces, tetrahedra, and the volume that filling may lose.
 
-Limits of the volume and shape that filling may lose, and the error if it loses more.
+Each tetrahedron belongs to one part. Filling that loses more than the limits of volume and shape
+allow is an error.
 """
 
 from __future__ import annotations

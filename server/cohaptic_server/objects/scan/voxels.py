@@ -1,9 +1,10 @@
-"""Reads the voxels of a label map: as many bytes as its header declares, and no more.
+"""Basis of the readers of label maps: the libraries of the extra `scans`, and bounded reading.
 
-A compressed file of a megabyte can unpack to gigabytes. The declared size has passed `check_size`
-before; the rest of the file is not read.
+A library that is missing is named in an error.
 
-Imports the libraries of the extra `scans`, or says which one is missing.
+A reader takes as many bytes of voxels as the header declares, and no more: a compressed file of a
+megabyte can unpack to gigabytes. The declared size has passed `check_size` before; the rest of the
+file is not read.
 """
 
 from __future__ import annotations

@@ -1,10 +1,6 @@
-"""A folder of array files with a size limit, named by the hash of what each was computed from.
+"""A folder of array files with a size limit, each named by the hash of the content it came from.
 
-If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
-computed again, with a warning. If the folder cannot be written, the next start computes the file
-again; this is an error only after a call of `insist`.
-
-Stores named arrays in one flat file, which is mapped into memory without a copy.
+An array file holds named arrays, and is mapped into memory without a copy:
 
     magic, length and CRC of the header    24 bytes
     header, JSON                           type, shape, order, offset and checksums of each array
@@ -13,6 +9,10 @@ Stores named arrays in one flat file, which is mapped into memory without a copy
 A checksum is the sum of the 64-bit words of one piece of an array: it is computed as fast as the
 memory is read. Loading runs no code from the file. The form was compared with a folder of .npy
 files by measurement (docs/decisions/0023).
+
+If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
+computed again, with a warning. If the folder cannot be written, the next start computes the file
+again; this is an error only after a call of `insist`.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
-"""Checks of a surface: open or non-manifold edges, self-intersections, components, orientation.
+"""Checks a surface, and makes a closed shell of a given thickness from an open sheet.
 
+The checks are for open or non-manifold edges, self-intersections, components and orientation.
 Triangles that intersect each other are counted. Two triangles intersect if an edge of one passes
 through the interior of the other (the test of Moeller and Trumbore, for a segment). Candidate pairs
 come from one tree for each size class, so that one large triangle does not make candidates of all
 small ones. Coplanar triangles intersect if they overlap in an area (separating axis theorem), as in
 a duplicated wall or a fold that lies flat on itself. Other pairs that share an edge do not count.
 
-Makes a closed shell of a given thickness from an open sheet.
+The rims of an open surface show whether it is a sheet; a sheet can be thickened to a shell.
 """
 
 from __future__ import annotations

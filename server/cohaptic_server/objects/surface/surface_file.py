@@ -1,7 +1,4 @@
-"""Reads a triangle surface through trimesh, and merges vertices at the same coordinates.
-
-Merges vertices of a triangle surface at the same coordinates.
-"""
+"""Reads a triangle surface through trimesh, and merges vertices at the same coordinates."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """The company (people) in a room, followed views and pointing: a state machine without I/O.
 
+A `Visitor` is the state of one page that asked for news about the people in its room.
+
 Rules that hold whatever the pages send:
 - A view is followed only while its owner has a hand in the room and allows followers.
 - Nobody follows a page that itself follows another one, so there are no chains and no circles.
@@ -10,8 +12,6 @@ Rules that hold whatever the pages send:
 
 Followers and followed users are found from either side without a search, since a room may have a
 thousand pages.
-
-State of one page that asked for news about the people in its room.
 """
 
 from __future__ import annotations

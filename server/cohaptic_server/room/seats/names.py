@@ -1,4 +1,4 @@
-"""Ownership of names: a client proves by its own secret, or by its session, that a name is its own.
+"""Ownership of names: a client proves by its secret or its session that a name is its own.
 
 A client with the secret or the session of a name in use takes the name over at once. If the owner
 has neither, a client at the same address may take the name over after a time of silence. When a
@@ -9,8 +9,6 @@ No two users may have names that look alike. A name has a skeleton, as in Unicod
 Greek and Armenian letters that common fonts draw like Latin letters, digits and signs that look
 like letters, and dashes and apostrophes. Blanks do not count. Letters of one case that look like
 letters of the other case stay different, and so do accented letters.
-
-Changes the name of a client, which keeps its seat or its place in the queue. No I/O.
 """
 # ruff: noqa: RUF001 (letters that can be taken for others are the matter here)
 

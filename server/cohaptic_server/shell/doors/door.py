@@ -1,16 +1,13 @@
 """A listening socket that passes a connection on only after the client has sent a request.
 
-asyncio makes a transport, a protocol and a task for every connection, which takes 0.3 ms. Here a
-connection without a request is only a socket in an epoll set, and one without budget is refused.
-The reason is sent as an HTTP response, since every client speaks HTTP first.
-
-Connections that have not sent a request yet, kept as plain sockets in one epoll set.
-
 asyncio makes a transport, a protocol, a task and timers for each connection, which take 0.3 ms and
-14 kB. A connection that is still silent needs none of them. Epoll reports the connections that have
-sent bytes, and takes no time for the others. The porch peeks at the bytes and leaves them to the
-handler that serves the connection. Since the bytes stay in the socket, epoll is edge-triggered: it
-reports only new bytes.
+14 kB. A connection that is still silent needs none of them: here it waits on the porch, as a plain
+socket in one epoll set. A connection without budget is refused. The reason is sent as an HTTP
+response, since every client speaks HTTP first.
+
+Epoll reports the connections that have sent bytes, and takes no time for the others. The porch
+peeks at the bytes and leaves them to the handler that serves the connection. Since the bytes stay
+in the socket, epoll is edge-triggered: it reports only new bytes.
 
 A connection is passed on to asyncio after it has sent the head of a request, or a TLS hello.
 Connections that send anything else are passed on too: the code that reads the bytes judges them.

@@ -1,23 +1,20 @@
-"""The part of a room's coupling that the next tick anticipates (science 3.13), and the room's lag.
+"""Plan of the next tick: the part of the coupling to anticipate (science 3.13), and the lag.
 
-The lag follows from that part and from the loop that the hands close in one tick (science 3.8,
-3.13).
+The room's lag follows from that part and from the loop that the hands close in one tick (science
+3.8, 3.13).
 
-The lag of a room whose anticipated forces include the answers of turned contacts (3.13 d).
-
-If others turn a contact, the anticipation includes the hand's answer (`planning.known_coupling`) as
-if the contact turned with the body at once. In fact the contact turns with the surface of the
-previous tick. The part of the answer that comes too late is V (1 - b(s)) V^T, with V, b and T_b of
-3.13 d and |1 - b(i w)| <= w T_b. With q = |V| |V^T (1 + X)^-1| the loop of 3.13 is therefore stable
-if at every frequency w, with p = theta w,
+If others turn a contact, the anticipation includes the hand's answer (`known_coupling`) as if the
+contact turned with the body at once. In fact the contact turns with the surface of the previous
+tick, and the lag has to allow for that (3.13 d). The part of the answer that comes too late is
+V (1 - b(s)) V^T, with V, b and T_b of 3.13 d and |1 - b(i w)| <= w T_b. With
+q = |V| |V^T (1 + X)^-1| the loop of 3.13 is therefore stable if at every frequency w, with
+p = theta w,
 
     F(p)^(1/2) + h(p)^(1/2) q T_b w < (1 + (w tau)^2)^(1/2),
 
 with F and h of 3.14, the squares of a hand's largest gain in its row of the loop and of its largest
 gain from the motion that it is shown. For hands held still (F = c^2, h = 1, c = `Gains.held`) this
 is tau > q T_b / (1 - c^2)^(1/2).
-
-Loop of forces between the hands of a room, from the contacts of a tick (science 3.2, 3.8).
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Time constant that slows the turning of contacts by other users (science 3.12).
-
-Time constant T_g with which others may turn a contact (science 3.12).
+"""Time constant T_g that slows the turning of contacts by other users (science 3.12).
 
 A hand at depth d under a surface of curvature k answers the others' forces with two springs: K
 along the normal, after the delay of its loop, and -K g along the surface, g = d k / (1 - d k),

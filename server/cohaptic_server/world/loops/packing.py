@@ -1,4 +1,4 @@
-"""Inner loops of `world/neighbourhood.py`, which pack vertices as whole numbers of units."""
+"""Inner loops of `world/patch_geometry.py`, which pack vertices as whole numbers of units."""
 
 from __future__ import annotations
 

@@ -5,10 +5,9 @@ conditions (8), (10), (15), (16) with their delayed forms (science 3.1); the lif
 (1)-(6) for any local model and any object, with delay in haptic samples; and the conditions for
 several contacts under any delay (3.2, 3.3). All functions here are pure.
 
-The stable set of (K_h, I N T) of the integral model, in closed form and by the lifted system.
-
-Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that would be
-unstable alone: for such a K_h there is also a least I N T.
+The stable set of (K_h, I N T) of the integral model is given in closed form and by the lifted
+system. Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that
+would be unstable alone: for such a K_h there is also a least I N T.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
-"""Base classes of control messages: frozen, bounded, and without empty optional fields.
+"""Control messages: their base classes, the capabilities of a device, and the names of clients.
 
-Capabilities of a device, as sent in a hello.
+The base classes make messages frozen and bounded, without empty optional fields. A hello carries
+the capabilities of the client's device. A client can change its name while it touches or waits for
+a seat.
 
-Messages that change the name of a client while it touches or waits for a seat.
-
-Tidy the names that people choose, and refuse names with invisible characters.
-
-Compatibility forms (NFKC: full width, ligatures, other blanks) become plain letters. Blanks at the
-ends, repeated blanks and variation selectors, which choose a form of the letter before, are
-dropped.
+Names that people choose are tidied, and names with invisible characters are refused. Compatibility
+forms (NFKC: full width, ligatures, other blanks) become plain letters. Blanks at the ends, repeated
+blanks and variation selectors, which choose a form of the letter before, are dropped.
 """
 
 from __future__ import annotations
