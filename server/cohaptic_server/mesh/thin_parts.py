@@ -3,7 +3,7 @@
 A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
 body or longer. Squeezing needs few elements. The deflection of a bent plate is cubic between two
 supports; as quadratic elements cannot follow it wholly, the plate is too stiff by two terms
-(docs/decisions/0065):
+(docs/design/solid.md):
 
     63 % (h / R)^2 (1 + (h / t)^2 / 22)
 

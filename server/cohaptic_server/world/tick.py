@@ -9,7 +9,7 @@ A tick has five steps:
 5. choose the lags of the next tick and the share of the swing that it shows (`lags/`), and build
    one patch per user (`patch.py`).
 
-Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
+Each step is one call for all users, over the arrays of `users.py` (docs/design/wire.md).
 
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
 a pulled cable makes no other user's force jump. When no user, response or fading force is left, the

@@ -1,7 +1,7 @@
 """The users of a room as arrays, which a tick passes from stage to stage, and the world's state.
 
 In a tick of many users Python calls cost more than arithmetic, so each stage is one call for all
-users (docs/decisions/0037). Row i of every array belongs to the same user. The `UserState` of one
+users (docs/design/wire.md). Row i of every array belongs to the same user. The `UserState` of one
 user is made only when it is asked for.
 
 Rest: a world that all users have left becomes the initial world again, except its tick number.

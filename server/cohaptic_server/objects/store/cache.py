@@ -12,7 +12,7 @@ Stores named arrays in one flat file, which is mapped into memory without a copy
 
 A checksum is the sum of the 64-bit words of one piece of an array: it is computed as fast as the
 memory is read. Loading runs no code from the file. The form was compared with a folder of .npy
-files by measurement (docs/decisions/0023).
+files by measurement (docs/design/objects.md).
 """
 
 from __future__ import annotations
