@@ -6,8 +6,8 @@ is built when the bundle is newer than its sources, so what comes from our sdist
 with COHAPTIC_SKIP_PAGE=1.
 
 What pip installs from sources is pure Python, and so is a wheel: nobody waits for a compiler
-(docs/decisions/0075). COHAPTIC_COMPILE=require, for wheels to be published, compiles everything
-anew (`compiling/`, docs/decisions/0024), beside npm's work, and fails if it cannot. In a checkout
+(docs/design/toolchain.md). COHAPTIC_COMPILE=require, for wheels to be published, compiles
+everything anew (`compiling/`), beside npm's work, and fails if it cannot. In a checkout
 the demo and `make compiled` compile.
 
 `python hatch_build.py` builds the page where it is stale; with arguments, such as `run test`, it

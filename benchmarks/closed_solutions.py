@@ -93,7 +93,7 @@ def tip(solid: Solid) -> float:
 
 FINGER = 0.02  # m, radius of the pressure on a slab and of the rigid punch
 # Width and height in contact radii. On a layer the surface beside a press falls off with its
-# thickness: free sides as far away change a block by 0.1 % (docs/decisions/0034).
+# thickness: free sides as far away change a block by 0.1 % (docs/design/solid.md).
 SLAB, SHEET = (8.0, 2.0), (4.5, 0.625)
 LAYER = 0.8  # of the height is not held
 

@@ -20,7 +20,7 @@ KINDS = SURFACES + VOLUMES + SCANS
 
 YOUNG = 2e4  # Pa; soft tissue has 1e3 to 1e5, rubber 1e6
 NU = 0.45  # Poisson's ratio
-ORDER = 2  # of the elements; see docs/decisions/0013
+ORDER = 2  # of the elements; see docs/design/solid.md
 # Share of critical damping, half of the loss factor at a resonance: an oscillation halves in one
 # period. For gels and soft tissue this value is an order of magnitude, not a measurement.
 DAMPING_RATIO = 0.1

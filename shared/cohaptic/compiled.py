@@ -1,4 +1,4 @@
-"""Use compiled modules in place of the plain Python modules (docs/decisions/0024).
+"""Use compiled modules in place of the plain Python modules (docs/design/toolchain.md).
 
 A build compiles some modules of the packages from their Python source and leaves the extensions in
 the folder `_compiled` with a manifest. `use` puts the compiled modules of one group in place of the

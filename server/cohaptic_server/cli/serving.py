@@ -165,7 +165,7 @@ async def _run(
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         # The matrix products of a tick are small. Several BLAS threads would wait for the slowest,
-        # which beside real-time haptic loops on the same cores can be long (docs/decisions/0006).
+        # which beside real-time haptic loops on the same cores can be long (docs/design/loop.md).
         prefer_this_process(SERVER_PRIORITY)
         with threadpool_limits(limits=1):
             await server.run(before_tick)

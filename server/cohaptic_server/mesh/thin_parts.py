@@ -1,5 +1,6 @@
 """Thin parts of a body: measures thickness under the surface, and makes elements finer there.
 
+<<<<<<< HEAD
 The smoothness of the surface is found as well.
 
 Tetrahedra become finer where a body is thin and bends more than it is squeezed. A plate is filled
@@ -7,6 +8,12 @@ with one layer of elements, whose edges along it are as long as those of a bulky
 Squeezing needs few elements. The deflection of a bent plate is cubic between two supports; as
 quadratic elements cannot follow it wholly, the plate is too stiff by two terms
 (docs/decisions/0065):
+=======
+A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
+body or longer. Squeezing needs few elements. The deflection of a bent plate is cubic between two
+supports; as quadratic elements cannot follow it wholly, the plate is too stiff by two terms
+(docs/design/solid.md):
+>>>>>>> ad7007bd3c05deb218c4bd92e5d27384518221d2
 
     63 % (h / R)^2 (1 + (h / t)^2 / 22)
 

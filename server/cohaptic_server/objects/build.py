@@ -71,7 +71,7 @@ def build(
     held = held_finely(source, prepared)
     moduli = moduli_of(source, prepared, held)
     # Beside other work on the same cores two BLAS threads wait for each other: 32 solves of an
-    # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/decisions/0006).
+    # organ of 9,000 quadratic tetrahedra took 8.5 s instead of 0.2 s (docs/design/loop.md).
     with threadpool_limits(limits=1):
         costs: list[Cost] = []
 

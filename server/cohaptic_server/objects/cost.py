@@ -30,7 +30,7 @@ _PROGRAM = 2.4e8
 _PRESSING = 1.0e8  # bytes beside the factor while the surface is pressed: forces of 256 presses
 # Tetrahedra per volume / edge^3 and per area / edge^2, fitted to an organ at edges of 0.03 to 0.1
 # of its diagonal (23,708 to 1,971 of them); and seconds for each triangle and tetrahedron, within a
-# factor of 2 on a torus, a rod, and a scan of 60,000 triangles (docs/decisions/0033).
+# factor of 2 on a torus, a rod, and a scan of 60,000 triangles (docs/design/objects.md).
 _BY_VOLUME, _BY_AREA = 1.0, 21.6
 _PER_TRIANGLE, _PER_TET = 5e-4, 5e-4
 # Exponent p of the memory, which goes with edge^-p; a factor on the edge for deviations from it.

@@ -14,7 +14,6 @@ their normals, so that a hand that slides feels no facets; a client with the res
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -109,19 +108,6 @@ class Contacts(NamedTuple):
     vertices: Ints
     weights: Floats
 
-    @classmethod
-    def of(cls, contacts: Sequence[Contact]) -> Contacts:
-        """Return the arrays of some contacts."""
-        starts = np.zeros(len(contacts) + 1, dtype=np.int64)
-        np.cumsum([len(contact.vertices) for contact in contacts], out=starts[1:])
-        return cls(
-            np.array([contact.frame for contact in contacts]).reshape(-1, 3, 3),
-            np.array([contact.slope for contact in contacts], dtype=np.float64),
-            starts,
-            np.concatenate([_NO_VERTICES, *(contact.vertices for contact in contacts)]),
-            np.concatenate([np.zeros(0), *(contact.weights for contact in contacts)]),
-        )
-
     def at(self, i: int) -> Contact:
         """Return contact `i`."""
         own = slice(self.starts[i], self.starts[i + 1])
@@ -145,6 +131,11 @@ class Contacts(NamedTuple):
     def normals(self) -> Floats:
         """Outward unit normals of the free surfaces, shape (n, 3)."""
         return self.frames[:, 2]
+
+
+NO_CONTACTS = Contacts(
+    np.zeros((0, 3, 3)), np.zeros(0), np.zeros(1, dtype=np.int64), _NO_VERTICES, np.zeros(0)
+)
 
 
 def locate(

@@ -10,7 +10,7 @@ A tick has five steps:
    hands (science 3.14), and build one patch per user: the free surface and the body's stiffness at
    the user's contact, and gains.
 
-Each step is one call for all users, over the arrays of `users.py` (docs/decisions/0037).
+Each step is one call for all users, over the arrays of `users.py` (docs/design/wire.md).
 
 The force of a user who has left, or whose samples have stopped, fades over `RELEASE_TIME`, so that
 a pulled cable makes no other user's force jump. When no user, response or fading force is left, the

@@ -1,7 +1,7 @@
 """The users of a room as arrays, which a tick passes from stage to stage, and the world's state.
 
 In a tick of many users Python calls cost more than arithmetic, so each stage is one call for all
-users (docs/decisions/0037). Row i of every array belongs to the same user. The `UserState` of one
+users (docs/design/wire.md). Row i of every array belongs to the same user. The `UserState` of one
 user is made only when it is asked for.
 
 A world that all users have left comes to rest: it becomes the initial world again, except its tick
@@ -12,7 +12,7 @@ room that sleeps through these ticks ends in the same state as a room that compu
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -24,7 +24,7 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.room_lag import RoomLag
 from cohaptic_server.bodies.body import Response
 from cohaptic_server.numeric import Floats, Ints, Mask, vec3
-from cohaptic_server.world.contact import Contacts
+from cohaptic_server.world.contact import NO_CONTACTS, Contacts
 from cohaptic_server.world.displacement_field import (
     NOWHERE_KNOWN,
     CachedField,
@@ -127,29 +127,6 @@ class Tracked:
     velocity: Floats
     surfaces: KnownFields
 
-    @classmethod
-    def of(cls, users: Sequence[UserState], before: Iterable[int] = ()) -> Tracked:
-        """Return the arrays of users that are given as `UserState` values.
-
-        Args:
-            before: Numbers of the users in the tick before, in the order of its rows.
-        """
-        touches, rows = [user.touch for user in users], {k: i for i, k in enumerate(before)}
-        return cls(
-            touches,
-            np.array([rows.get(touch.user, -1) for touch in touches], dtype=np.int64),
-            vectors([touch.probe for touch in touches]),
-            settings_of(touches),
-            Contacts.of([user.contact for user in users]),
-            np.array([user.presence for user in users], dtype=np.float64),
-            np.array([user.requested for user in users], dtype=np.float64),
-            _tangential([user.requested_tangential for user in users]),
-            [i for i, touch in enumerate(touches) if touch.friction],
-            [user.delay for user in users],
-            vectors([user.velocity for user in users]),
-            NOWHERE_KNOWN,
-        )
-
 
 def settings_of(touches: Sequence[Touch]) -> Floats:
     """`Tracked.settings` of some samples, shape (4, n)."""
@@ -177,15 +154,6 @@ class Applied(NamedTuple):
     deep: Mask = NOBODYS
     fast: Mask = NOBODYS
 
-    @classmethod
-    def of(cls, users: Sequence[UserState]) -> Applied:
-        """Return the arrays of users that are given as `UserState` values."""
-        return cls(
-            np.array([user.presence for user in users], dtype=np.float64),
-            np.array([user.force for user in users], dtype=np.float64),
-            _tangential([user.tangential for user in users]),
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Users(Mapping[int, UserState]):
@@ -203,11 +171,6 @@ class Users(Mapping[int, UserState]):
     observed: Observed | None = None
     compliance: Sequence[Compliance3 | None] = ()
     k_o_coupled: Sequence[float] = ()
-
-    @classmethod
-    def of(cls, users: Sequence[UserState]) -> Users:
-        """Return the mapping of some `UserState` values; it has no observed surfaces."""
-        return cls(Tracked.of(users), Applied.of(users))
 
     @cached_property
     def rows(self) -> dict[int, int]:
@@ -250,11 +213,23 @@ class Users(Mapping[int, UserState]):
         )
 
 
-def _tangential(forces: Sequence[Floats | None]) -> Floats:
-    return vectors([(0.0, 0.0, 0.0) if force is None else force.tolist() for force in forces])
-
-
-NOBODY = Users.of(())
+NOBODY = Users(
+    Tracked(
+        (),
+        np.zeros(0, dtype=np.int64),
+        vectors(()),
+        settings_of(()),
+        NO_CONTACTS,
+        np.zeros(0),
+        np.zeros(0),
+        vectors(()),
+        (),
+        (),
+        vectors(()),
+        NOWHERE_KNOWN,
+    ),
+    Applied(np.zeros(0), np.zeros(0), vectors(())),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Performs a demonstration: runs its processes, shows them live, and compares the forces.
 
 In a checkout, a process of the lowest priority (`compiling/beside.py`) meanwhile compiles modules,
-which make the next demonstration faster (docs/decisions/0075). That process ends with the
+which make the next demonstration faster (docs/design/toolchain.md). That process ends with the
 demonstration, and the demonstration goes on even if the process fails.
 """
 

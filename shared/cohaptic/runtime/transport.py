@@ -1,7 +1,7 @@
 """Network settings of a connection.
 
 The settings are the same for every connection, at both ends, and explained in
-`docs/decisions/0004-network-settings.md`.
+`docs/design/wire.md`.
 """
 
 from __future__ import annotations

@@ -21,9 +21,9 @@ from cohaptic_server.world.applied_forces import (
     update_releases,
 )
 from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState
-from cohaptic_server.world.users import Tracked, Users, WorldState
+from cohaptic_server.world.users import Users, WorldState
 from tests.examples_of_laws import examples
-from tests.server.touches import contact_at, side, touch, user_of
+from tests.server.touches import contact_at, side, touch, tracked_of, user_of, users_of
 
 DT = 1.0 / 60.0  # s
 STEP = 0.1  # of a fade, in a tick
@@ -37,21 +37,21 @@ def world(users: list[UserState], *, lag: float = 0.0, coupled: float = 0.0) -> 
     """After a tick in which these users were there, each coupled to each by a share."""
     n = len(users)
     C = SOFT * ((1.0 - coupled) * np.eye(n) + coupled * np.ones((n, n)))
-    return WorldState(1, Users.of(users), None, (), RoomLag(lag, coupled, 1.0), C)
+    return WorldState(1, users_of(users), None, (), RoomLag(lag, coupled, 1.0), C)
 
 
 def apply(
     body: Balloon, state: WorldState, users: list[UserState], released: Collection[int]
 ) -> list[UserState]:
     """The users with the forces that the body gets in one tick."""
-    tracked = Tracked.of(users, state.users)
+    tracked = tracked_of(users, state.users)
     applied = apply_forces(body, state, tracked, released, DT, max_move=0.06)
     return list(Users(tracked, applied).values())
 
 
 def left_behind(state: WorldState, users: list[UserState]) -> tuple[Release, ...]:
     """Forces that fade where probes have left them."""
-    return update_releases(state, Tracked.of(users, state.users), STEP, max_move=JUMP)
+    return update_releases(state, tracked_of(users, state.users), STEP, max_move=JUMP)
 
 
 def along(user: UserState, size: float) -> Floats:

@@ -17,12 +17,12 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.contact import Contact, Contacts, locate
+from cohaptic_server.world.contact import Contact, locate
 from cohaptic_server.world.patch_geometry import NO_WINDOWS, Windows, choose_windows
 from cohaptic_server.world.state import Touch
 from tests.examples_of_laws import examples
 from tests.server.fields import free_of
-from tests.server.touches import RADIUS, side, touch
+from tests.server.touches import RADIUS, contacts_of, side, touch
 from tests.server.world.worlds import play
 
 angles = st.floats(-math.pi, math.pi)
@@ -130,7 +130,7 @@ def test_a_window_is_kept_while_a_finger_hardly_moves(
         velocity: Vec3 = ZERO,
     ) -> Windows:
         # Somebody else comes before in the same call, and stays where it is.
-        contacts, velocities = Contacts.of([here, contact]), np.array([ZERO, velocity])
+        contacts, velocities = contacts_of([here, contact]), np.array([ZERO, velocity])
         rows = np.array([-1, -1] if before is None else [0, 1])
         horizons = np.array([first, horizon])
         return choose_windows(

@@ -16,8 +16,8 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world import contact_tracking, patch_geometry
 from cohaptic_server.world.tick import advance
-from cohaptic_server.world.users import Applied, Tracked, Users, WorldState
-from tests.server.touches import side, touch
+from cohaptic_server.world.users import Users, WorldState
+from tests.server.touches import applied_of, side, touch, tracked_of
 from tests.server.world.rooms import DT, TICKS, USERS, hands, mixed_room, numbers
 
 NONE = (math.nan, math.nan, math.nan)
@@ -53,7 +53,7 @@ def test_a_user_as_a_value_and_back_is_the_same(small_balloon: Balloon) -> None:
     *_, (state, _) = mixed_room(small_balloon, 10)
     users = state.users
     values = list(users.values())
-    again = Users(Tracked.of(values, users), Applied.of(values))
+    again = Users(tracked_of(values, users), applied_of(values))
     assert list(again) == list(users) == [value.touch.user for value in values]
     for number, value in users.items():
         assert users[number] is value

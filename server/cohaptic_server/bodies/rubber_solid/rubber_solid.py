@@ -42,12 +42,12 @@ _MOVE = 0.2  # share of the body's size; limits the motion if below `newton.MAX_
 _BATCH = 32  # contacts in one solve
 # Numbers of nodes, on one core and on more, at which a tick of two sliding hands takes the measured
 # time (99th percentile, compiled loops) [s], and the exponent of the time in the number of nodes
-# (docs/decisions/0029).
+# (docs/design/rubber.md).
 _NODES_ON_ONE_CORE, _NODES_ON_TWO, _MEASURED_TICK, _GROWTH = 1300, 1500, 0.016, 1.35
 
 
 def tick_seconds(nodes: int) -> float:
-    """Estimated time of a tick for a number of nodes, from docs/decisions/0029 [s]."""
+    """Estimated time of a tick for a number of nodes, from docs/design/rubber.md [s]."""
     measured = _NODES_ON_TWO if cores() > 1 else _NODES_ON_ONE_CORE
     return float(_MEASURED_TICK * (nodes / measured) ** _GROWTH)
 

@@ -16,7 +16,7 @@ from cohaptic_server.numeric import Floats, Ints, Narrow
 _PLACE = 32
 # Columns that are read ahead of their sum, as many as fit into the nearest cache. Rows of different
 # columns are far apart in memory. Waiting for each row would leave memory idle most of the time: a
-# sum of 100 rows of 70 columns takes 178 us, but 47 us with reading ahead (docs/decisions/0025).
+# sum of 100 rows of 70 columns takes 178 us, but 47 us with reading ahead (docs/design/solid.md).
 _AHEAD = 8
 _FAR = 1e9  # m; farther from the origin than any vertex
 

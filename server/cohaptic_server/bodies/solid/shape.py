@@ -93,7 +93,7 @@ class SolidSettings:
         nu: Poisson's ratio, 0 to 0.499.
         contact_radius: Radius of the pressure under a contact [m]; 0 takes the radius of
             `fitting_radius`.
-        order: 1 for linear tetrahedra, 2 for quadratic ones (docs/decisions/0013).
+        order: 1 for linear tetrahedra, 2 for quadratic ones (docs/design/solid.md).
         cache: Memory for Green's functions [bytes].
     """
 

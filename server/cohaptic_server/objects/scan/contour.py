@@ -5,7 +5,7 @@ axis, and contoured by marching cubes at the level that encloses the volume of t
 thick slices the distance interpolates the outline (Raya, Udupa 1990), while smoothing the region
 itself, as 0 and 1, leaves steps: on a ball of 30 mm in voxels of 0.8 x 0.8 x 5 mm the faces are
 tilted from the ball's by 4.7 degrees (root mean square) if the distance is smoothed, and by 22 if
-the region is (docs/decisions/0042).
+the region is (docs/design/objects.md).
 """
 
 from __future__ import annotations

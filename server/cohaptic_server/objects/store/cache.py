@@ -8,7 +8,7 @@ An array file holds named arrays, and is mapped into memory without a copy:
 
 A checksum is the sum of the 64-bit words of one piece of an array: it is computed as fast as the
 memory is read. Loading runs no code from the file. The form was compared with a folder of .npy
-files by measurement (docs/decisions/0023).
+files by measurement (docs/design/objects.md).
 
 If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
 computed again, with a warning. If the folder cannot be written, the next start computes the file

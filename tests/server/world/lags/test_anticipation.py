@@ -12,6 +12,7 @@ from cohaptic_server.world.loads import contact_axes
 from cohaptic_server.world.state import NOTHING, Anticipation, Carried, UserState
 from cohaptic_server.world.users import Applied, Tracked
 from tests.server.touches import contact_at, side, touch, user_of
+from tests.server.touches import tracked_of as arrays_of
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -25,7 +26,7 @@ def tracked_of(
         of = touch(i + 1, at=side(0.9 * i), tick=tick, friction=i in rough)
         along = np.zeros(3) if i in rough else None
         users.append(user_of(of, contact_at(body, of), requested=force, requested_tangential=along))
-    return Tracked.of(users)
+    return arrays_of(users)
 
 
 def plan_for(tracked: Tracked, part: Floats) -> Anticipation:

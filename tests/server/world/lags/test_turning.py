@@ -15,7 +15,7 @@ from cohaptic_server.world.lags.turning import (
     steep_contacts,
     turned_loop,
 )
-from tests.server.touches import touch, user_of
+from tests.server.touches import contacts_of, touch, user_of
 
 DT = 1.0 / 60.0  # s
 DEEP = 0.7  # slope of a probe at 0.3 of the radius of curvature
@@ -28,7 +28,7 @@ def contacts_at(body: Balloon, slopes: list[float]) -> Contacts:
         probe = 0.09 * np.array([np.cos(k), np.sin(k), 0.2])
         contact = locate(body.mesh, probe, ZeroField(), radius=body.contact_radius)
         found.append(Contact(contact.frame, contact.vertices, contact.weights, slope))
-    return Contacts.of(found)
+    return contacts_of(found)
 
 
 def limb_compliance(sideways: float) -> Floats:
@@ -91,7 +91,7 @@ def test_a_contact_on_three_vertices_of_one_line_is_no_trouble(small_balloon: Ba
     lone = at.at(0)
     k = lone.vertices[:1]
     one = Contact(lone.frame, k, np.ones(1), DEEP)
-    where = Contacts.of([one, at.at(1)])
+    where = contacts_of([one, at.at(1)])
     users = [user_of(touch(i, max_stiffness=1e4), delay=0.1) for i in (1, 2)]
     spans = [slice(0, 3), slice(3, 6)]
     turned = turned_loop(users, limb_compliance(8.0), spans, where, mesh, np.ones(2))
