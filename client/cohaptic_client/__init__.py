@@ -47,7 +47,7 @@ __all__ = [
 _HOMES = {
     "Client": "cohaptic_client.client",
     "Device": "cohaptic_client.devices.device",
-    "DeviceChoice": "cohaptic_client.devices.catalogue",
+    "DeviceChoice": "cohaptic_client.devices.kind",
     "DeviceConfig": "cohaptic_client.devices.kind",
     "DeviceKind": "cohaptic_client.devices.kind",
     "Found": "cohaptic_client.devices.kind",

@@ -1,19 +1,13 @@
-"""Options of the command line: groups that several commands share, and durations such as 10m.
-
-A group is defined once, as a class with one field for each option.
-"""
+"""Lets several commands share a group of command-line options, which is defined once."""
 
 from __future__ import annotations
 
 import copy
 import functools
 import inspect
-import re
 from collections.abc import Callable
 from dataclasses import MISSING, fields
 from typing import Annotated, Any, get_args, get_type_hints
-
-from cohaptic.errors import SettingError
 
 Command = Callable[..., None]
 
@@ -73,26 +67,3 @@ def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
     # Keyword-only, so that a parameter without a default may follow one with a default.
     kind = inspect.Parameter.KEYWORD_ONLY
     return inspect.Parameter(name, kind, default=default, annotation=annotation)
-
-
-_UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-_LONGEST = 400 * 86400.0  # s; a key is rotated sooner
-
-
-def seconds_of(option: str, said: str, least: float = 1.0) -> float:
-    """Convert the duration in the text of an option to seconds [s].
-
-    Args:
-        option: Name of the option, for the error.
-        said: Text of the option, such as 10m.
-        least: Shortest duration that is allowed [s].
-
-    Raises:
-        SettingError: The text is no duration, or the duration is too short or too long.
-    """
-    match = re.fullmatch(r"([0-9]{1,6}(?:\.[0-9]{1,3})?)([smhd])", said)
-    seconds = float(match[1]) * _UNITS[match[2]] if match else -1.0
-    if not least <= seconds <= _LONGEST:
-        limit = f"from {least:g}s to 400d: 30s, 10m, 12h, 7d"
-        raise SettingError(option, repr(said[:60]), limit)
-    return seconds

@@ -13,8 +13,8 @@ import typer
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import MAIN, room_in, room_url
-from cohaptic_server.cli.access_options import InsecureKeyFile
-from cohaptic_server.cli.option_groups import seconds_of, takes
+from cohaptic_server.cli.access_options import InsecureKeyFile, seconds_of
+from cohaptic_server.cli.option_groups import takes
 
 
 @dataclass(frozen=True, slots=True)

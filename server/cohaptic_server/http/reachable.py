@@ -175,8 +175,3 @@ def _is_shared(address: str, versions: Collection[int]) -> bool:
     return known.version in versions and not (
         known.is_loopback or known.is_unspecified or known.is_link_local
     )
-
-
-# White on black, since the printed blocks are the light modules of the code. With the colours of a
-# light terminal the code would be inverted, and not every phone reads an inverted code.
-_COLOURS, _PLAIN = "\033[97;40m", "\033[0m"

@@ -1,9 +1,7 @@
-"""A sphere of nearly equal triangles, and the rigid motions of points.
+"""Makes a sphere of nearly equal triangles.
 
 Tests check that the sphere equals that of trimesh, which is not used here: importing trimesh would
 take a quarter of the start-up time of a server.
-
-Rigid motions store no elastic energy.
 """
 
 from __future__ import annotations
@@ -53,27 +51,3 @@ def _subdivided(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     ab, bc, ca = len(x) + edge_of.reshape(-1, 3).T
     finer = np.column_stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]).reshape(-1, 3)
     return np.concatenate([x, x[edges[first]].mean(axis=1)]), finer
-
-
-def rigid_motions(x: Floats) -> Floats:
-    """Displacements of points by three translations and by three rotations about the origin.
-
-    Args:
-        x: Positions of the points, shape (n, 3) [m].
-
-    Returns:
-        One motion per column, shape (3 n, 6): translations by 1 m, rotations by 1 rad to first
-        order.
-    """
-    motions = np.zeros((len(x), 3, 6))
-    motions[:, :, :3] = np.eye(3)
-    for axis in range(3):
-        motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], x)
-    return motions.reshape(-1, 6)
-
-
-def rigid_rank(x: Floats) -> int:
-    """Number of the six rigid motions that fixing the points `x`, shape (n, 3) [m], excludes."""
-    centred = x - x.mean(axis=0)
-    size = float(np.abs(centred).max()) or 1.0
-    return int(np.linalg.matrix_rank(rigid_motions(centred / size), tol=1e-6))

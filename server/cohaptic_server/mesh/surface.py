@@ -16,6 +16,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.search.contact_search import ContactSearch
 from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.mesh.search.nearest_search import NearestSearch
+from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints, cross
 
@@ -23,8 +24,6 @@ from cohaptic_server.numeric import Floats, Ints, cross
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-
-from cohaptic_server.mesh.search.point_tree import PointTree
 
 # Each face has SPLIT^2 quadrature points, so that the weights of a sliding contact change smoothly.
 # On a mesh of more than FINE faces a contact covers so many that their centroids suffice.

@@ -7,7 +7,7 @@ Tetrahedra become finer where a body is thin and bends more than it is squeezed.
 with one layer of elements, whose edges along it are as long as those of a bulky body or longer.
 Squeezing needs few elements. The deflection of a bent plate is cubic between two supports; as
 quadratic elements cannot follow it wholly, the plate is too stiff by two terms
-(docs/decisions/0065):
+(docs/design/solid.md):
 =======
 A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
 body or longer. Squeezing needs few elements. The deflection of a bent plate is cubic between two

@@ -12,6 +12,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import SeveralPiecesError, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
+from cohaptic_server.objects.fill_process import FillLimitError
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.parts.nodes import (
     check_volumes,
@@ -32,17 +33,11 @@ from cohaptic_server.objects.surface.accept import (
     check_volume,
     farthest,
 )
-from cohaptic_server.objects.surface.checks import (
-    SurfaceReport,
-    examine,
-    facing_outwards,
-    in_one_sense,
-    thicken,
-)
+from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
+from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.tetrahedralise import (
     FINEST,
-    FillLimitError,
     NothingFitsError,
     envelope,
     tetrahedralise,

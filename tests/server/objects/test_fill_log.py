@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.objects.tetrahedralise import FillLog
+from cohaptic_server.objects.fill_process import FillLog
 
 PASS = ["edge splitting done!", "edge collapsing done!", "edge swapping done!"]
 LINES = [

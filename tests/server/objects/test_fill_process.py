@@ -14,7 +14,7 @@ import pytest
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import volumes
-from cohaptic_server.objects.tetrahedralise import FillLimitError, fill
+from cohaptic_server.objects.fill_process import FillLimitError, fill
 
 pytestmark = pytest.mark.live
 

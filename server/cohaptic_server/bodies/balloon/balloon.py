@@ -31,7 +31,8 @@ from cohaptic_server.bodies.green import Superposition
 from cohaptic_server.bodies.superposition import COMPILED, seen_by, superpose
 from cohaptic_server.bodies.viscous import check_damping
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient, volume_hessian
-from cohaptic_server.mesh.icosphere import icosphere, rigid_motions
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints, Mask
 

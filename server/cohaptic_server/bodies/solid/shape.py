@@ -11,7 +11,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from cohaptic.errors import BodyError, HeldError, SettingError
-from cohaptic_server.mesh.icosphere import rigid_rank
+from cohaptic_server.mesh.rigid_motions import rigid_rank
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import (
     EDGES,

@@ -20,7 +20,8 @@ from cohaptic_server.objects.parts.parts import PartSurface, joined
 from cohaptic_server.objects.parts.surfaces import examine_all
 from cohaptic_server.objects.scan.read import is_scan
 from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
-from cohaptic_server.objects.surface.checks import SHEET, facing_outwards, openness
+from cohaptic_server.objects.surface.checks import facing_outwards
+from cohaptic_server.objects.surface.shell import SHEET, openness
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings, inflate
 from cohaptic_server.mesh.enclosed_volume import volume, volume_gradient
-from cohaptic_server.mesh.icosphere import rigid_motions
+from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 from tests.examples_of_laws import examples
 from tests.server.bodies.presses import press

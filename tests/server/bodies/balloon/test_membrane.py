@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.membrane import Membrane
-from cohaptic_server.mesh.icosphere import icosphere, rigid_motions
+from cohaptic_server.mesh.icosphere import icosphere
+from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.numeric import Floats
 from tests.examples_of_laws import examples
 

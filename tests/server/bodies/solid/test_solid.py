@@ -15,7 +15,7 @@ from cohaptic_server.bodies.solid.parts import stiffness, stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.mesh.icosphere import rigid_motions
+from cohaptic_server.mesh.rigid_motions import rigid_motions
 from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.blocks import block

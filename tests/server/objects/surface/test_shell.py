@@ -9,14 +9,8 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.surface.checks import (
-    SHEET,
-    examine,
-    find_rims,
-    in_one_sense,
-    openness,
-    thicken,
-)
+from cohaptic_server.objects.surface.checks import examine
+from cohaptic_server.objects.surface.shell import SHEET, find_rims, in_one_sense, openness, thicken
 
 
 def grid(n: int = 5, width: float = 1.0) -> tuple[Floats, Ints]:
