@@ -88,7 +88,8 @@ def test_a_hand_that_presses_moves_the_tip_inward(
         )
 
     until(there)
-    assert 0.03 < max(speeds) < 1.5
+    # The lower limit is in `test_handle.py`: a process that waits may miss the whole way.
+    assert max(speeds) < 1.5
 
 
 def test_a_handle_wired_the_other_way_round_is_told_by_its_file(bench: Bench) -> None:
