@@ -2,6 +2,18 @@
 
 This module stays light, because the process that runs the loop imports it: a public name is
 imported from its module when it is first used.
+
+Terms:
+    tick: One step of the server's simulation; ticks are one simulation period apart [s].
+    patch: Message of the server, one per tick, with the user's local surface and gains.
+    welcome: Message by which the server admits this client to a room; it describes the body.
+    tip, probe: End point of the device that touches the body, in the world frame [m].
+    law: Local model that computes the normal force on the hand from the patch and the tip [N].
+    loop: Haptic loop, which reads the device and writes a force in every haptic period.
+    row: Record of one haptic period (`cohaptic.status.row.Row`).
+    report: State of the loop as JSON, which the loop writes four times a second.
+    fault: Event after which the safety layer takes the force off the hand, and its description.
+    news: Sentence for the user about an event, such as a fault or a user who joins.
 """
 
 from typing import TYPE_CHECKING

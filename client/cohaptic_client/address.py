@@ -1,4 +1,4 @@
-"""Reads the address of a server or the link of an invitation, and sets up TLS for it."""
+"""Reads a server's address or the link of an invitation, and sets up TLS for the connection."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _SCHEMES = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Address of a server.
+    """URL of a server, with the token of an invitation if the link contained one.
 
     Args:
-        url: URL with ws: or wss:; the unchanged text if the text was no address.
+        url: URL with ws: or wss:; the user's text, unchanged, if that text was no address.
         token: Token from the link; empty for none.
     """
 
@@ -26,10 +26,11 @@ class Address:
 
 
 def read_address(said: str) -> Address:
-    """Read the address in a person's text; a text that is no address stays unchanged as URL.
+    """Read the address that a user typed; a text that is no address stays unchanged as the URL.
 
     Args:
-        said: `ws://HOST:PORT`, or a link such as `https://lab.example/#token=...`.
+        said: Text of the user: `ws://HOST:PORT`, or a link such as
+            `https://lab.example/#token=...`.
     """
     try:
         parts = urlsplit(said)
@@ -44,7 +45,7 @@ def read_address(said: str) -> Address:
 
 
 def with_slash(url: str) -> str:
-    """The same address with a slash at the end of its path, for opening a websocket.
+    """Return `url` with a slash at the end of its path, for opening a websocket.
 
     A proxy that serves paths below /haptics/ redirects a request for /haptics to its https: page,
     where a websocket cannot follow. A server accepts both forms.
@@ -75,10 +76,10 @@ def _is_here(host: str) -> bool:
 
 
 def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
-    """TLS context with the trusted certificates for a server; None for an address without TLS.
+    """Return the TLS context for a connection to `url`; None for an address without TLS.
 
     Args:
-        ca_file: File of certificates; empty for those of the system.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
 
     Raises:
         SettingError: The file cannot be read, or has no certificates.
@@ -94,7 +95,7 @@ def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
 
 
 def why_not_trusted(error: ssl.SSLError, host: str) -> str:
-    """Sentence on the problem of a server's certificate or TLS, with advice."""
+    """Describe a failed TLS connection to `host` in one sentence, with advice to the user."""
     if isinstance(error, ssl.SSLCertVerificationError):
         why = error.verify_message or "it cannot be verified"
         if error.verify_code == 10:

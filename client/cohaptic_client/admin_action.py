@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Action(Enum):
-    """Action of an administrator, as the command line names it."""
+    """Action of an administrator in a room; the value is its word on the command line."""
 
     LIST = "list"
     MUTE = "mute"

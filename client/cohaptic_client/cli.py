@@ -1,4 +1,4 @@
-"""`cohaptic touch`: reads the options and touches the object of a server."""
+"""`cohaptic touch`: reads the command's options and runs a client with them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cohaptic.protocol.messages import FixedGains, GeometryName
 
 
-# s; a server of the balloon listens 1 s after its start, and 3 s after it on a busy machine.
+# s; a server of the balloon listens 1 s after its start, or 3 s on a busy machine.
 _WAIT = 5.0
 
 # Panels of the help, after the options that most people need.
@@ -32,7 +32,7 @@ _DEVICE, _NETWORK, _LAW = "Device", "Connection", "Local model, for experiments"
 
 
 class Shape(Enum):
-    """Local surface, as the command line names it."""
+    """Geometry of the local surface; the value is its word on the command line."""
 
     PLANE = "plane"
     SPHERE = "sphere"
@@ -312,7 +312,7 @@ def _fixed_gains(k_h: float | None, integral_gain: float) -> FixedGains | None:
 
 
 def _thresholds(millimetres: float | None) -> Thresholds:
-    """Thresholds of eq. (18) with the default values, or of eq. (17) with one value [mm]."""
+    """Return the thresholds of eq. (17) for a value [mm], or those of eq. (18) for None."""
     if millimetres is None:
         return Thresholds()
     if not 0.0 <= millimetres <= 50.0:

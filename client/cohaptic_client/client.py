@@ -1,6 +1,7 @@
-"""A client: it joins the haptic loop and the connection, and reports the state of both.
+"""A client: it connects the haptic loop with the server, and reports the state of both.
 
-The state, which people and programs read, is a function of these parts.
+The state that users and programs read is computed by functions of the loop's newest row and report,
+and of the connection's timing.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def touch_status(
     silent_after: float | None,
     stopping: bool,
 ) -> TouchStatus:
-    """State of a client whose loop has begun.
+    """Return the state of a client whose loop has begun.
 
     Args:
         row: Newest row of the client's loop.
@@ -59,7 +60,7 @@ def touch_status(
         to_wall: Unix time less this client's clock [s].
         silent_after: Time without a patch after which the server counts as silent [s]; None if
             unknown.
-        stopping: Whether the loop was told to end.
+        stopping: Whether the client has told its loop to end.
     """
     offset = 0.0
     if timing.best is not None:
@@ -97,11 +98,12 @@ def touch_status(
 
 
 def status_before_touch(name: str, place: tuple[int, int] | None) -> TouchStatus:
-    """State of a client whose loop has not begun.
+    """Return the state of a client whose loop has not begun.
 
     Args:
         name: Name of the client.
-        place: Place in the queue for a full room, and the queue's length; None outside a queue.
+        place: Position in the queue for a full room, from 1, and the length of the queue; None for
+            a client that is in no queue.
     """
     if place is None:
         return TouchStatus(name=name, state="connecting")
@@ -116,10 +118,12 @@ def state_in_words(
     held: bool = False,
     device_silent: bool = False,
 ) -> str:
-    """State of a client in a word or two; `row` to `stopping` are as in `touch_status`.
+    """Return the state of a client in a word or two, such as "touching" or "server silent".
+
+    The arguments `row`, `silent_after` and `stopping` are those of `touch_status`.
 
     Args:
-        held: Whether a fault keeps the force off until the user acknowledges it.
+        held: Whether a fault keeps the force off until the user acknowledges the fault.
         device_silent: Whether the device should send reports but sends none.
     """
     if stopping:
@@ -130,7 +134,7 @@ def state_in_words(
         return "device silent"
     if row.tick == 0:
         return "connecting"
-    # On a link with jitter the loop waits longer (`arrival.is_silent`), and keeps the full force.
+    # On a link with jitter the loop waits longer (`arrival.is_silent`), with the full force.
     silent = silent_after is not None and row.patch_age > silent_after
     if silent and row.scale < 1.0:
         return "server silent"
@@ -149,13 +153,13 @@ class Client:
     """The client of one user at one server.
 
     Args:
-        tell: Called with each piece of news for the user.
-        keep: Called with the new rows of the loop, as blocks for `cohaptic.status.row.rows_in`;
-            None when nobody needs every period.
+        tell: Function that shows a piece of news to the user.
+        keep: Function that records the new rows of the loop, as blocks for
+            `cohaptic.status.row.rows_in`; None if the rows of all periods are not needed.
 
     Attributes:
-        hears: Function that returns whether the user can acknowledge a fault; replace it if there
-            may be no user.
+        hears: Function that returns whether the user can acknowledge a fault; it returns True
+            unless the caller replaces it.
     """
 
     def __init__(
@@ -171,19 +175,20 @@ class Client:
         self._tell: Callable[[str], None] = lambda news: tell(one_line(news, _LONGEST_NEWS))
         self._haptics = Haptics(settings, self.clock, keep)
         self._conversation: Conversation | None = None  # the newest one, which may be over
-        # Secret with which only this client comes back to its name.
+        # Secret with which this client alone can take its name again.
         self._key = secrets.token_hex(16)
-        self._session = ""  # token from the server, which outlives the invitation
+        # Session token from the server, which stays valid after the invitation has expired.
+        self._session = ""
         self._next_beat = 0.0
         self._faults = FaultNews()
         self._silences = FaultNews()
-        # A simulated hand does not mind late forces: no news of the scheduling.
+        # Late forces do not matter to a simulated hand: no news of the scheduling.
         self._scheduling_told = settings.device.name == "simulated"
-        self._leaving = False  # whether this client ends, so that a loss is no news
+        self._leaving = False  # whether this client ends, so that a lost connection is not reported
         self.hears: Callable[[], bool] = lambda: True
 
     async def run(self) -> None:
-        """Touch until cancelled, the duration is over, or the server is lost for good.
+        """Touch until this call is cancelled, the duration is over, or the server is lost for good.
 
         Raises:
             ServerLost: No server answered within the settings' patience.
@@ -209,7 +214,7 @@ class Client:
             self._haptics.close()
 
     def status(self) -> TouchStatus:
-        """State of this client now."""
+        """Return the present state of this client."""
         haptics, conversation = self._haptics, self._conversation
         if haptics.row is None:
             place = conversation.place if conversation and conversation.active else None
@@ -226,7 +231,7 @@ class Client:
         )
 
     def _beat(self) -> None:
-        """Send a heartbeat to the loop if one is due, and tell the user the loop's news."""
+        """Send a heartbeat to the loop if one is due, and tell the user new faults and warnings."""
         now = self.clock.now()
         if now < self._next_beat:
             return
@@ -243,27 +248,27 @@ class Client:
                 self._tell(refused)
 
     def acknowledge(self) -> None:
-        """Acknowledge the fault: force may return once the hand is out of the object."""
+        """Acknowledge the fault: force may return once the hand has left the object."""
         if self._haptics.holds_fault:
             self._haptics.acknowledge()
             self._tell("acknowledged; lift off the object to go on")
 
     async def _keep_beating(self) -> None:
-        """Send heartbeats at a slow rate, for times without a conversation."""
+        """Send heartbeats to the loop every `SLOW_HEARTBEAT` [s], even without a connection."""
         while True:
             self._beat()
             await asyncio.sleep(SLOW_HEARTBEAT)
 
     async def _connect(self) -> None:
-        """Connect, and connect again after each loss, within the patience of the settings."""
+        """Connect, and connect again after each loss, within the patience of the settings [s]."""
         patience = self.settings.patience
         until = self.clock.now() + patience
         if self.settings.patience_lost is not None:
             patience = self.settings.patience_lost
         error: CohapticError
-        # The error that ended the last session says more than a later one, that no server answers.
+        # The error that ended the last session says more than a later "no server answers".
         lost: CohapticError | None = None
-        told = ""  # last error told, so that it is not repeated at every attempt
+        told = ""  # last error that the user was told, so that no attempt repeats it
         while True:
             try:
                 reason = await self._converse()
@@ -285,7 +290,7 @@ class Client:
                 continue
             except Refused as refused:
                 if refused.code == CloseCode.UNAUTHENTICATED.value and self._session:
-                    # The token is of another server, or too old: use the invitation again.
+                    # The session token is another server's, or too old: use the invitation again.
                     self._session = ""
                     continue
                 # The server may not know yet that the connection is broken, so the name still looks
@@ -307,7 +312,7 @@ class Client:
             await asyncio.sleep(RETRY)
 
     async def _converse(self) -> str:
-        """Run one connection to its end; returns why it ended."""
+        """Open one connection and run it to its end; return the reason why it ended."""
         settings = self.settings
         link = Link(settings.url, self.clock, settings.up, settings.down, settings.ca_file)
         await link.open()
@@ -324,7 +329,7 @@ class Client:
             await link.close()
 
     async def _let_go(self) -> None:
-        """Fade the force and end the loop, then say goodbye to the server."""
+        """Fade the force to zero and end the loop, then say goodbye to the server."""
         if not self._haptics.running:
             return
         await self._haptics.stop()

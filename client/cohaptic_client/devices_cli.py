@@ -1,6 +1,7 @@
 """`cohaptic devices`: lists devices and their options, knocks with a device, calibrates it.
 
-Knocks show which device is which, and whether each pushes in the right direction.
+A knock is a gentle push on the hand. It shows which device is which, and whether the device pushes
+in the right direction.
 """
 
 from __future__ import annotations
@@ -29,12 +30,12 @@ LENGTH = 0.12  # s of a knock; half a sine, so that the force rises by at most a
 _REST = 0.2  # s between two knocks
 _PERIOD = 0.001  # s
 _UP: Vec3 = (0.0, 0.0, 1.0)
-# m; least way that counts: a hand of 400 N/m yields by 1 mm, and a resting hand wanders by less
+# m; least motion that counts: a hand of 400 N/m yields by 1 mm, a resting hand wanders by less
 CLEAR = 0.0003
 
 
 def pulse_force(t: float, direction: Vec3 = _UP, strength: float = STRENGTH) -> Vec3:
-    """Force at `t` in a series of gentle pushes, each of them half a sine [N].
+    """Return the force [N] at time `t` in a series of gentle pushes, each of them half a sine.
 
     Args:
         t: Time since the start [s].
@@ -48,15 +49,16 @@ def pulse_force(t: float, direction: Vec3 = _UP, strength: float = STRENGTH) -> 
 
 
 def pulse(device: Device, clock: Clock, direction: Vec3 = _UP) -> list[float]:
-    """Knock on the hand, then close the device.
+    """Knock on the hand, then close the device; return how far each knock moved the tip.
 
     Args:
-        device: Open device, which is closed in any case.
+        device: Open device; it is closed even after an error.
         direction: Direction of the pushes; a unit vector.
 
     Returns:
-        Way of the tip along the direction in each knock, as a mean weighted by the force [m]. A
-        device that pushes in the right direction has positive ways, however it is held.
+        Displacement of the tip along `direction` in each knock, as a mean weighted by the force
+        [m]. A device that pushes in the right direction has positive displacements, however it is
+        held.
 
     Raises:
         DeviceError: The device gives no force, or is gone.
@@ -88,7 +90,10 @@ def pulse(device: Device, clock: Clock, direction: Vec3 = _UP) -> list[float]:
 
 
 def verdict(name: str, ways: list[float]) -> str:
-    """Sentence on whether a device pushes in the right direction, from the tip's ways [m].
+    """Say in one sentence whether a device pushes in the right direction.
+
+    Args:
+        ways: Displacement of the tip along the push in each knock, as `pulse` returns it [m].
 
     Raises:
         DeviceError: The tip moved against every knock: an object would pull it in.

@@ -1,4 +1,4 @@
-"""`cohaptic doctor`: finds problems of this machine and its devices, and says what to do."""
+"""`cohaptic doctor`: finds problems of this machine and its devices, and says how to fix them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cohaptic_client.devices.hid_devices import unknown_hid
 from cohaptic_client.devices.serial_ports import unknown_ports
 from cohaptic_client.news import is_real_time
 
-MOST_LATE: Final = 0.001  # share of periods that may be late by more than a period: 0.1 %
+MOST_LATE: Final = 0.001  # share of periods that may start late by more than a period: 0.1 %
 MEMORY: Final = 64 << 20  # bytes; a loop's process uses about half of that
 _CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
 _NODES: Final = ("hidraw*", "ttyACM*", "ttyUSB*")
@@ -40,12 +40,12 @@ _GRACE: Final = 30.0  # s for the measuring process to start and end
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One line of the report.
+    """One line of the report: a part of the machine, its state, and advice if there is a problem.
 
     Args:
         subject: Part of the machine that was examined.
         found: State of that part.
-        advice: Action to take; empty for none.
+        advice: What the user should do; empty for nothing.
         absent: Whether the part is missing but perhaps not wanted, such as a driver's device.
         wrong: Whether there is a problem, even one without advice.
     """
@@ -58,7 +58,7 @@ class Finding:
 
     @property
     def mark(self) -> str:
-        """First word of the line."""
+        """First word of the line: "absent", "warning" or "ok"."""
         if self.absent:
             return "absent"
         return "warning" if self.advice or self.wrong else "ok"
@@ -69,10 +69,13 @@ class Finding:
 
 
 def of_measurement(measured: dict[str, Any]) -> list[Finding]:
-    """Judge measured scheduling, memory lock, compiled modules and lateness; a finding on each.
+    """Judge the measured scheduling, memory lock, compiled modules and lateness of a loop.
 
     Args:
-        measured: Result that `loop.running.measure` printed.
+        measured: Dictionary that `loop.running.measure` printed.
+
+    Returns:
+        One finding for each of the four.
     """
     real_time = is_real_time(measured["scheduling"])
     locked = measured["memory"] == "memory locked" or sys.platform != "linux"
@@ -111,7 +114,7 @@ def of_measurement(measured: dict[str, Any]) -> list[Finding]:
 
 
 def of_clock(source: str, resolution: float) -> Finding:
-    """Judge this machine's clock.
+    """Judge the clock that this machine's kernel uses.
 
     Args:
         source: Clock source of the kernel; empty if unknown.
@@ -123,14 +126,22 @@ def of_clock(source: str, resolution: float) -> Finding:
 
 
 def of_lock_limit(limit: float) -> Finding:
-    """Judge `limit` [bytes], the most memory that this process may lock; inf for no limit."""
+    """Judge how much memory this process may lock.
+
+    Args:
+        limit: Limit of the locked memory [bytes]; inf for no limit.
+    """
     words = "no limit" if limit == float("inf") else f"{limit / 2**20:.0f} MiB"
     few = limit < MEMORY and sys.platform == "linux"
     return Finding("memory lock limit", words, f"{MEMORY >> 20} MiB are needed" * few)
 
 
 def of_nodes(nodes: list[tuple[str, bool]]) -> Finding:
-    """Judge device nodes, each given with whether this user may read and write it."""
+    """Judge whether this user may use the device nodes.
+
+    Args:
+        nodes: Path of each node, with whether this user may read and write it.
+    """
     if not nodes:
         return Finding("USB devices", "no hidraw or serial node; none is plugged in, or no driver")
     closed = [name for name, may in nodes if not may]
@@ -144,13 +155,13 @@ def of_nodes(nodes: list[tuple[str, bool]]) -> Finding:
 
 
 def nodes(folder: Path) -> list[tuple[str, bool]]:
-    """HID and serial device nodes in a folder, each with whether this user may read and write."""
+    """List the HID and serial device nodes in a folder, each with whether this user may use it."""
     paths = sorted(path for kind in _NODES for path in folder.glob(kind))
     return [(str(path), os.access(path, os.R_OK | os.W_OK)) for path in paths]
 
 
 def of_machine(seconds: float) -> list[Finding]:
-    """Examine this machine, measuring lateness for `seconds` [s]; returns all findings."""
+    """Examine this machine, with `seconds` [s] of measured lateness; return all findings."""
     found = [
         Finding("versions", f"cohaptic {__version__}, Python {platform.python_version()}, "
                 f"{platform.platform()}, {os.cpu_count()} processors")
@@ -175,7 +186,7 @@ def _measured(seconds: float) -> dict[str, Any]:
 
 
 def of_devices() -> Iterator[Finding]:
-    """Yield the findings on devices, their drivers and the packages that drivers use."""
+    """Yield the findings on devices, their drivers and the Python packages that drivers use."""
     for package, purpose in _LIBRARIES:
         try:
             yield Finding(package, f"{version(package)}, for {purpose}")

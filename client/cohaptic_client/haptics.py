@@ -1,6 +1,7 @@
-"""The haptic side of a client: the loop's process, from the server's first welcome message on.
+"""The haptic side of a client: it starts, feeds and ends the process of the haptic loop.
 
-The process outlives a lost connection: the force fades when patches stop, and returns with them.
+The process starts after the server's first welcome message. It outlives a lost connection: the
+force fades when no patches come any more, and rises again when patches return.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from cohaptic_client.settings import ClientSettings
 
 
 class Haptics:
-    """The haptic loop's process, and the memory that this process shares with it.
+    """The haptic loop's process, and the memory that the network process shares with it.
 
     Args:
         clock: Clock of this process; the loop reads the same time.
-        keep: Called with the rows of all periods since the last call, as a block for
-            `cohaptic.status.row.rows_in`; None when nobody needs every period.
-        fault: Earlier fault that the user has not acknowledged; empty for none.
+        keep: Function that records the rows since the last call, as a block for
+            `cohaptic.status.row.rows_in`; None if the rows of all periods are not needed.
+        fault: Fault of an earlier loop that the user has not acknowledged; empty for none.
 
     Raises:
         DeviceError: There is no room for the shared memory.
@@ -68,12 +69,12 @@ class Haptics:
 
     @property
     def running(self) -> bool:
-        """Whether the loop was started."""
+        """Whether `start` has started the loop."""
         return self._process is not None
 
     @property
     def stopping(self) -> bool:
-        """Whether the loop was told to end."""
+        """Whether this process has told the loop to end."""
         return self._process is not None and self._process.stopping
 
     @property
@@ -83,11 +84,11 @@ class Haptics:
 
     @property
     def holds_fault(self) -> bool:
-        """Whether a fault keeps the force off until the user acknowledges it."""
+        """Whether a fault keeps the force off until the user acknowledges the fault."""
         return self.status.get("mode") == Mode.FAULT.value
 
     async def anew(self) -> Haptics:
-        """Fade the force and end the loop; returns a new haptic side, not yet bound to an object.
+        """Fade the force and end the loop; return a new `Haptics` object, which has no body yet.
 
         A fault that the user has not acknowledged keeps the force off in the new loop, too.
         """
@@ -97,11 +98,11 @@ class Haptics:
         return Haptics(self._settings, self._clock, self._keep, fault)
 
     def keep_mesh(self, mesh: RestMesh) -> None:
-        """Write the resting mesh to the file that the loop reads at its start.
+        """Write the mesh of the resting body to the file that the loop reads at its start.
 
         Raises:
-            AnotherObject: The loop has the mesh of another object.
-            DeviceError: There is no room for the mesh.
+            AnotherObject: An earlier call has written a different mesh.
+            DeviceError: There is no room for the file.
         """
         if self._mesh not in (None, mesh):
             raise AnotherObject
@@ -111,7 +112,7 @@ class Haptics:
             self._mesh = mesh
 
     def start(self, welcome: Welcome) -> None:
-        """Start the loop for the body of a welcome message, unless the loop runs already.
+        """Start the loop for the welcome message's body; do nothing if the loop runs for that body.
 
         Raises:
             AnotherObject: The loop runs for another body or another simulation period.
@@ -138,7 +139,7 @@ class Haptics:
             raise AnotherObject
 
     def give_patch(self, frame: bytes) -> None:
-        """Hand the newest patch to the loop.
+        """Pass the frame of the newest patch to the loop.
 
         Raises:
             RemoteProtocolError: The loop has not been started.
@@ -149,11 +150,11 @@ class Haptics:
         self._process.give_patch(frame)
 
     def newest_sample(self) -> TipSample | None:
-        """Newest tip and force of the loop; None before its first period."""
+        """Return the tip and force of the newest period; None before the first period."""
         return self._process.newest_sample() if self._process is not None else None
 
     def beat(self) -> str:
-        """Tell the loop that this process lives, and collect the loop's new rows.
+        """Send a heartbeat to the loop, and read the loop's report and new rows.
 
         Returns:
             Fault of the loop; empty for none.
@@ -173,7 +174,7 @@ class Haptics:
             self._process.acknowledge()
 
     async def stop(self) -> None:
-        """Fade the force and end the loop; returns when it has ended."""
+        """Fade the force and end the loop; return when the loop has ended."""
         if self._process is not None:
             self._process.request_stop()
             await asyncio.to_thread(self._process.wait)
@@ -181,7 +182,7 @@ class Haptics:
             self._collect(self._process)
 
     def close(self) -> None:
-        """Remove the shared memory and the file of the mesh."""
+        """Remove the file of the shared memory and the mesh's file."""
         self._memory.close(remove=True)
         self._mesh_file.unlink(missing_ok=True)
 
@@ -195,7 +196,7 @@ class Haptics:
 
 @contextlib.contextmanager
 def _room(device: str) -> Generator[None, None, None]:
-    """Turn the error of a full disk or memory into a DeviceError of one sentence."""
+    """Turn the OSError of a full disk or memory into a DeviceError with advice."""
     try:
         yield
     except OSError as error:
@@ -214,14 +215,14 @@ def loop_config(
     mesh: RestMesh | None,
     every_row: bool,
 ) -> LoopConfig:
-    """Configuration of a client's loop, from its settings and the server's welcome message.
+    """Make the configuration of a client's loop from its settings and the server's welcome message.
 
     Args:
         memory: Path of the shared memory.
         clock_origin: Origin of this process's clock [s].
-        rest_mesh: Path of the file with the resting mesh; None without mesh patches.
-        mesh: The resting mesh, on which a simulated hand is placed; None without mesh patches.
-        every_row: Whether the row of each period is kept.
+        rest_mesh: Path of the file with the resting mesh; None if patches have no mesh.
+        mesh: The resting mesh, on which a simulated hand is placed; None if patches have no mesh.
+        every_row: Whether the loop writes a row for every period.
     """
     device = device_info(settings.device)
     body, simulation_period = welcome.body, welcome.simulation_period

@@ -1,4 +1,4 @@
-"""Performs an administrator's action in a room, over one connection that watches the room."""
+"""Performs an administrator's action in a room, over a connection that also watches the room."""
 
 from __future__ import annotations
 
@@ -35,7 +35,15 @@ M = TypeVar("M", Watching, Moderated, PutOut)
 async def act(
     url: str, token: str, ca_file: str, action: Action, who: str, force: float | None
 ) -> list[str]:
-    """Connect and perform an action; returns lines to show.
+    """Connect to a room and perform an administrator's action; return lines to show.
+
+    Args:
+        url: Address of the room.
+        token: Token of the administrator; empty for none.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
+        who: Name or number of the user concerned; empty if the action concerns no single user.
+        force: Largest force of all users together, for the action `force-budget` [N]; None for no
+            limit.
 
     Raises:
         ServerLost: No cohaptic server answers.
@@ -91,7 +99,7 @@ async def _talk(
 
 
 async def _unban(ws: ClientConnection, who: str) -> str:
-    """Let a kicked or banned user come back; returns a line to show."""
+    """Let a user who was kicked or banned come back; return a line to show."""
     names = (await _answer(ws, PutOut)).names
     if who not in names:
         limit = f"one who was put out: {', '.join(names) or 'nobody was'}"
@@ -114,7 +122,7 @@ def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:
 
 
 async def _answer(ws: ClientConnection, kind: type[M]) -> M:
-    """Wait for the next message of a kind; raises Refused if the server sends an error."""
+    """Return the next message of type `kind`; raise Refused if the server sends an error first."""
     while True:
         data = await ws.recv()
         if isinstance(data, bytes):

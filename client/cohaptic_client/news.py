@@ -1,4 +1,4 @@
-"""Sentences for the user on faults, law, device and scheduling of the haptic loop."""
+"""Sentences for the user on faults, the law, the device and the scheduling of the haptic loop."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from typing import Any, Final
 from cohaptic.control.law import Law
 from cohaptic_client.loop.safety import NOT_HELD
 
-# s between two faults that the user is told: a hand that is too fast in every other period would
-# fill the terminal. The status line shows every fault.
+# s between two sentences about faults: a hand that is too fast in every other period would fill
+# the terminal. The status line shows every fault.
 FAULT_NEWS: Final = 2.0
 
 
 def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
-    """Sentence on why the force is off and how the user brings it back.
+    """Return a sentence on why the force is off and how the user brings it back.
 
     Args:
         fault: Fault in the words of the safety layer.
-        held: Whether the fault stays until the user acknowledges it.
-        heard: Whether the user can acknowledge it, by a terminal or a program that writes lines.
+        held: Whether the force stays off until the user acknowledges the fault.
+        heard: Whether the user can acknowledge the fault, by a terminal or a program that writes
+            lines.
     """
     if held and not heard:
         how = "nobody can press Enter here, so end this and start again"
@@ -34,7 +35,7 @@ def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
 
 
 def law_in_words(law: Law, device: str) -> str:
-    """Warning about the chosen law; empty for a law that keeps the limits of `docs/safety.md`.
+    """Return a warning about the law; empty if the law keeps the limits of `docs/safety.md`.
 
     Args:
         law: Law that the client asks for.
@@ -50,7 +51,7 @@ def law_in_words(law: Law, device: str) -> str:
 
 
 def silence_in_words(status: Mapping[str, Any]) -> str:
-    """Sentence on a device that should send reports but sends none; empty while it sends.
+    """Return a sentence if the device should send reports but sends none; else an empty string.
 
     Args:
         status: Newest report of the loop.
@@ -61,18 +62,18 @@ def silence_in_words(status: Mapping[str, Any]) -> str:
 
 
 class FaultNews:
-    """Selects the faults that the user is told: new ones, at most one per `FAULT_NEWS` [s]."""
+    """Decides which faults the user is told: each new one, but at most one per `FAULT_NEWS` [s]."""
 
     def __init__(self) -> None:
         self._told = ""
         self._next = -math.inf
 
     def is_new(self, fault: str, now: float) -> bool:
-        """Whether the user is to be told of a fault now.
+        """Return whether the caller should tell the user of this fault now.
 
         Args:
-            fault: Fault of the loop now; empty for none.
-            now: Time [s].
+            fault: Present fault of the loop; empty for none.
+            now: Present time [s].
         """
         if not fault:
             self._told = ""
@@ -83,7 +84,7 @@ class FaultNews:
 
 
 def is_real_time(scheduling: str) -> bool:
-    """Whether the granted scheduling keeps a loop punctual beside other work.
+    """Return whether the process has a priority that keeps its loop punctual beside other work.
 
     Args:
         scheduling: Scheduling in the words of `cohaptic.runtime.scheduling.prefer_this_process`.
@@ -92,10 +93,11 @@ def is_real_time(scheduling: str) -> bool:
 
 
 def scheduling_in_words(scheduling: str) -> str:
-    """Warning about a loop's scheduling; empty if the scheduling is good or unknown.
+    """Return a warning if the system has refused real-time scheduling; else an empty string.
 
     Args:
-        scheduling: Scheduling in words, as for `is_real_time`; empty before the loop's report.
+        scheduling: Scheduling in words, as for `is_real_time`; empty before the loop's first
+            report.
     """
     if not scheduling or is_real_time(scheduling):
         return ""

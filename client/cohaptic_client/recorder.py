@@ -1,4 +1,4 @@
-"""Keeps the rows of the loop, to be written to a file at the end."""
+"""Collects the rows of the loop in memory, and writes them to a file at the end."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ MAX_SECONDS = 300.0  # older rows are dropped, so that a long recording needs bo
 
 
 class Recorder:
-    """Keeps the rows of the loop's last `MAX_SECONDS`.
+    """Collects the rows of the loop's last `MAX_SECONDS`; older rows are dropped.
 
     Args:
-        loop_hz: Rows per second.
+        loop_hz: Rows per second [Hz].
     """
 
     def __init__(self, loop_hz: float) -> None:
@@ -25,7 +25,7 @@ class Recorder:
         self._size = 0
 
     def keep(self, rows: bytes) -> None:
-        """Add a block of rows."""
+        """Add a block of rows, as bytes of `cohaptic.status.row.ROW`."""
         self._blocks.append(rows)
         self._size += len(rows)
         while self._size - len(self._blocks[0]) >= self._most:
@@ -34,7 +34,12 @@ class Recorder:
     def save(self, path: Path, *, name: str, to_wall: float) -> None:
         """Write a `.npz`: `columns` (names), `rows` (n, columns), `name`, `to_wall` [s].
 
-        `t + to_wall` is Unix time, so that recordings made on one machine can be laid side by side.
+        The time `t` of a row plus `to_wall` is Unix time, so that recordings made on one machine
+        can be laid side by side.
+
+        Args:
+            name: Name of the user.
+            to_wall: Unix time less the client's clock [s].
 
         Raises:
             SettingError: The file cannot be written, as on a full disk; no part of it remains.

@@ -1,4 +1,4 @@
-"""Settings of a client, with their checks, and the limits that follow from them."""
+"""The settings of a client, their checks, and the limits that the device adds to them."""
 
 from __future__ import annotations
 
@@ -27,31 +27,34 @@ class ClientSettings:
     Args:
         url: URL of the server, ws: or wss:.
         name: Name of the user, which the other users see.
-        law: Local model.
+        law: Local model that computes the force.
         geometry: Geometry of the local surface.
-        fixed_gains: Gains in place of the server's choice, if the server allows it.
+        fixed_gains: Gains that the law uses in place of the server's choice, if the server allows
+            that; None for the server's choice.
         thresholds: Thresholds of the law's integral, eqs. (17), (18).
-        smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
-            each patch as the paper does.
-        friction: Friction coefficient mu of the contact; 0 for none.
+        smoothing: Fraction of a simulation period over which the loop moves from one patch to the
+            next, 0 to 1; at 0 the surface jumps to each new patch, as in the paper.
+        friction: Coefficient of friction mu of the contact; 0 for none.
         passivity: Whether the passivity layer is on.
         device: Device with its options, as `catalogue.read_device` reads them.
-        loop_hz: Rate of the haptic loop, 1 / T [Hz].
+        loop_hz: Rate of the haptic loop [Hz]; its reciprocal is the haptic period T.
         max_force: Largest force on the hand [N].
-        up: Injected latency from client to server.
-        down: Injected latency from server to client.
+        up: Latency that the client injects into messages to the server.
+        down: Latency that the client injects into messages from the server.
         script: Script of a simulated hand.
         patience: Time for which the client tries to reach a server at first [s].
-        patience_lost: Time for which the client tries to reach a server that it has lost; None for
-            `patience` [s].
-        duration: Time after which the client lets go and leaves; None to wait for Ctrl-C [s].
+        patience_lost: Time for which the client tries to reach a server that it has lost [s]; None
+            for the value of `patience`.
+        duration: Time after which the client fades the force and leaves [s]; None to wait for
+            Ctrl-C.
         token: Token of an invitation; empty for none.
-        ca_file: File of trusted certificates for the server; empty for those of the system.
-        wait_seat: Whether to wait for a place if the room is full.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
+        wait_seat: Whether the client waits in the queue if the room is full.
         insecure: Whether a token may go to another machine without TLS.
-        dead_man: Whether there is force only while the device's switch is held, if it has one.
-        hold_faults: Whether a fault stays until the user acknowledges it; None means yes for real
-            devices with motors, and no for others.
+        dead_man: Whether there is force only while the user holds the device's switch, if the
+            device has one.
+        hold_faults: Whether the force stays off after a fault until the user acknowledges it; None
+            means yes for real devices with motors, and no for others.
     """
 
     url: str
@@ -105,15 +108,15 @@ class ClientSettings:
 
     @property
     def force_limit(self) -> float:
-        """Limit of the force on the hand, or on the body if the device only senses [N]."""
+        """Largest force on the hand [N], or on the body if the device has no motors."""
         return min(self.max_force, device_info(self.device).max_force or self.max_force)
 
     @property
     def holds_faults(self) -> bool:
-        """Whether a fault stays until the user acknowledges it.
+        """Whether the force stays off after a fault until the user acknowledges the fault.
 
         Simulated hands and devices without motors hurt nobody, and a demo has no user to press a
-        key: for these, lifting off the object is enough by default.
+        key: by default, their force returns once the hand has left the object.
         """
         if self.hold_faults is not None:
             return self.hold_faults

@@ -1,9 +1,10 @@
 """Runs `cohaptic touch`: runs a client to its end, and shows the client's state meanwhile.
 
-The user acknowledges a fault with the Enter key of the terminal. A movement of the hand does
-not count, because a hand that a fault has startled draws back, and would acknowledge the fault by
-that. Enter is the key, because every terminal delivers whole lines without a change of its modes,
-which a killed process could not undo. A program that runs a client writes a line to its input.
+The user acknowledges a fault with the Enter key of the terminal. A movement of the hand does not
+count as acknowledgement: a hand that a fault has startled draws back, and would acknowledge the
+fault by that. Enter is the key, because every terminal delivers whole lines without a change of its
+modes, which a killed process could not undo. A program that runs a client writes a line to the
+client's standard input.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
 AGAIN = 0.5  # s between checks whether this process is in the foreground again
-_MOST = 4096  # bytes of one read; only the end of a line matters, not the text
+_MOST = 4096  # bytes of one read; only a line's end matters, not its text
 
 
 class EnterKey:
-    """Calls the function `call` in the running event loop for lines of standard input."""
+    """Calls the function `call` in the running event loop when standard input delivers a line."""
 
     def __init__(self, call: Callable[[], object]) -> None:
         self._call, self._loop = call, get_running_loop()
@@ -48,11 +49,11 @@ class EnterKey:
         threading.Thread(target=self._listen, name="enter key", daemon=True).start()
 
     def listening(self) -> bool:
-        """Whether lines can still come; False if standard input is missing or has ended."""
+        """Return whether lines can still come: standard input exists and has not ended."""
         return self._listening
 
     def stop(self) -> None:
-        """Stop listening; a thread that waits for a key ends with the process."""
+        """Stop listening; a thread that waits for a key goes on until the process ends."""
         self._stopped.set()
 
     def _told(self) -> None:
@@ -72,7 +73,7 @@ class EnterKey:
         self._listening = False
 
     def _read(self) -> bytes | None:
-        """Bytes of the input; None at its end."""
+        """Return bytes of standard input; None at its end, empty after a failed read."""
         try:
             return os.read(self._source, _MOST) or None
         except OSError:
@@ -89,11 +90,11 @@ _UNREAD = 32 * 1024
 
 
 async def touching(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
-    """Touch until cancelled, the duration is over, or the server is lost for good.
+    """Run a client until it is cancelled, its duration is over, or the server is lost for good.
 
     Args:
         record: File for the recording of every haptic period; None for no recording.
-        json_lines: Whether the state is printed as lines of JSON.
+        json_lines: Whether the state is printed as lines of JSON for a program.
 
     Raises:
         CohapticError: One of the errors of `Client.run`.
@@ -135,7 +136,7 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
 async def _show(
     client: Client, console: Console, lines: Aside | TextIO | None, summary: Summary
 ) -> None:
-    """Show the client's state, to a person or to a program, until cancelled."""
+    """Show the client's state in a terminal, or write it as JSON to `lines`, until cancelled."""
     if lines is not None:
         while True:
             lines.write(client.status().model_dump_json() + "\n")

@@ -1,4 +1,4 @@
-"""Reads the file that describes one device at hand: a short TOML file, written by a person."""
+"""Reads the file of a unit: a short TOML file by which a person describes one device."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cohaptic.written import at_home, text_of
 
 
 def read_unit_file(path: str, longest: int) -> dict[str, Any]:
-    """Contents of a unit's file, by key.
+    """Return the values in a unit's file, by key.
 
     Args:
         path: Path of the file; `~` is the home folder.

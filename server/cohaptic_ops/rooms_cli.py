@@ -50,10 +50,12 @@ _ENDED_AT_ONCE = 130  # exit status of a command that Ctrl-C has ended
 
 
 def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline: bool) -> None:
-    """Serve the rooms of a configuration file until interrupted.
+    """Serve the rooms of a configuration file until the process is interrupted.
 
     Args:
-        context: Context of the command, with the options that were given.
+        context: Context of the command, with the options that the user has written.
+        path: Path of the configuration file.
+        style: Style of the log.
         lifeline: Whether the server also ends when standard input closes.
 
     Raises:
@@ -70,7 +72,7 @@ def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline
 
 @contextlib.contextmanager
 def _state_folder(access: AccessTable) -> Generator[AccessTable]:
-    """Yield the access table with a folder for state that outlives the process of a room."""
+    """Yield the access table with a state folder; a temporary one if the table has none."""
     if access.state is not None:
         yield access
         return
@@ -90,7 +92,7 @@ def _refuse_other_options(context: typer.Context) -> None:
 
 
 def build_room(table: RoomTable, settings: ServerSettings) -> Body:
-    """Make the body of a room; called in the process of the room.
+    """Return the body of a room; called in the process of the room.
 
     Args:
         table: Table of the room in the configuration.
@@ -129,11 +131,11 @@ def object_options(table: ObjectTable) -> ObjectOptions:
 
 
 def protect(table: AccessTable, host: str) -> Protection:
-    """Make the access control of a room, as the configuration describes it.
+    """Return the access control of a room, as the configuration describes it.
 
     Args:
         table: Access table of the configuration.
-        host: Host that the server listens on.
+        host: Host name or address that the server listens on.
 
     Raises:
         SettingError: The owner has not decided whether strangers may come in, or a key file cannot
@@ -237,9 +239,9 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
 
 
 def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
-    """Handle signals: the first Ctrl-C or SIGTERM lets the rooms end, the second kills them.
+    """Handle signals: the first Ctrl-C or SIGTERM makes the rooms end, the second kills them.
 
-    SIGHUP lets the rooms read their keys again, as on a server with one room; after the terminal
+    SIGHUP makes the rooms read their keys again, as on a server with one room; after the terminal
     has closed, SIGHUP acts as SIGTERM. Without a handler SIGHUP would end this process at once,
     without a message to the clients.
     """

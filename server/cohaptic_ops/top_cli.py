@@ -63,7 +63,7 @@ def top(
 
 
 def status_address(url: str) -> str:
-    """URL of a server's status, from the address of its admin port.
+    """Return the URL of a server's status, from the address of its admin port.
 
     Args:
         url: `http://HOST:PORT`, `HOST:PORT`, or only a port of this machine.
@@ -85,7 +85,10 @@ def status_address(url: str) -> str:
 
 
 def read_status(address: str) -> Status:
-    """Read the status of a server once.
+    """Request the status of a server once from its admin port, and return it.
+
+    Args:
+        address: URL from `status_address`.
 
     Raises:
         ServerLost: Nothing answers, or the answer is not from a server's admin port.

@@ -1,6 +1,17 @@
 """The authoritative server: at each tick, computes one body under the forces of all users.
 
 A public name is imported from its module when it is first used.
+
+Terms:
+    room: One body with all users who touch it and all watchers who look on.
+    user: Participant who touches the body with a hand or a device.
+    watcher: Participant who receives the state of a room and does not touch.
+    tick: One step of the simulation; it lasts `ServerSettings.simulation_period` [s].
+    load: Force of one user on the body [N], with its shares on the vertices under the contact.
+    patch: Surface near one user's probe without this user's own dent, as the client receives it.
+    column: Displacement of all vertices by 1 N on one vertex (a discrete Green's function) [m/N].
+    route: Service that a package adds to the server of one room, such as a port of its own.
+    kernel: Module with loops over arrays, compiled if a compiler is available.
 """
 
 from typing import TYPE_CHECKING
@@ -8,7 +19,7 @@ from typing import TYPE_CHECKING
 from cohaptic.compiled import use
 from cohaptic.lazy import lazy_names
 
-use("kernels")  # before the first of them is imported
+use("kernels")  # has to precede the import of the first kernel
 
 if TYPE_CHECKING:
     from cohaptic_server.bodies.balloon.balloon import Balloon as Balloon

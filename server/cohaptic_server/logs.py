@@ -39,10 +39,11 @@ PLAIN = LogStyle()
 
 
 class JsonLines(logging.Formatter):
-    """Formats a record as one line of JSON in ASCII, so that any text from strangers is escaped.
+    """Log formatter: one line of JSON in ASCII per record, so that text from clients is escaped.
 
     Args:
-        room: Room of the process; None for the process of a whole server.
+        room: Name of the room that this process serves, written with every record that names no
+            room itself; None for the process of a whole server.
     """
 
     def __init__(self, room: str | None = None) -> None:
@@ -75,7 +76,7 @@ class Beside(logging.StreamHandler[Any]):
         self.setFormatter(formatter)
 
     def close(self) -> None:
-        """Wait a moment until the last lines are written, and close."""
+        """Wait up to a second until the last lines are written, and close the handler."""
         if isinstance(self.stream, Aside):
             self.stream.drain()
         super().close()
@@ -93,14 +94,14 @@ class Beside(logging.StreamHandler[Any]):
 
 
 def set_up_log(style: LogStyle, room: str | None = None) -> None:
-    """Write the log of this process to standard error.
+    """Set up logging: this process writes its log to standard error.
 
     Args:
-        room: Room of the process; None for the process of a whole server.
+        room: Name of the room that this process serves; None for the process of a whole server.
     """
     whose = "" if room is None else f" [{room}]"
     formatter = logging.Formatter(f"%(asctime)s{whose} %(message)s", "%H:%M:%S")
     handler = Beside(JsonLines(room) if style.format is LogFormat.JSON else formatter)
     logging.basicConfig(level=style.level, handlers=[handler], force=True)
-    # The library's lines are switched off, since our own report connections.
+    # The websockets library logs nothing, since the server's own lines report connections.
     logging.getLogger("websockets").setLevel(logging.CRITICAL)

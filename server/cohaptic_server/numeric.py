@@ -16,17 +16,20 @@ _YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Cross product of rows, shape (m, 3); five times as fast as numpy's for a few rows."""
+    """Return the cross product of each row of `a` with the same row of `b`, shape (m, 3).
+
+    For a few rows this is five times as fast as numpy's function.
+    """
     return np.asarray(a[:, _YZX] * b[:, _ZXY] - a[:, _ZXY] * b[:, _YZX])
 
 
 def vec3(a: Floats) -> Vec3:
-    """Array of shape (3,) as a tuple of Python floats."""
+    """Convert an array of shape (3,) to a tuple of Python floats."""
     return (float(a[0]), float(a[1]), float(a[2]))
 
 
 def union(*parts: Ints) -> Ints:
-    """Sorted distinct numbers of several arrays; three times as fast as `np.union1d`."""
+    """Return the distinct numbers in several arrays, sorted; 3 times as fast as `np.union1d`."""
     numbers = np.concatenate(parts)
     numbers.sort()
     different = np.ones(len(numbers), dtype=np.bool_)

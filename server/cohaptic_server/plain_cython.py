@@ -1,4 +1,4 @@
-"""Replaces the parts of Cython that kernels use when they run as plain Python.
+"""Replacement for the parts of Cython that kernels need when they run as plain Python.
 
 Compiled kernels do not import this module: Cython itself treats `cython.nogil` as a statement that
 releases the global interpreter lock.

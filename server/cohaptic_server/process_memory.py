@@ -13,9 +13,9 @@ _STATUS = Path("/proc/self/status")
 
 
 def peak_memory() -> int:
-    """Largest memory so far of this process, or of a child process that has ended [bytes].
+    """Return the peak memory of this process or of an ended child process [bytes].
 
-    On Windows the child processes are left out.
+    The larger of both peaks counts; on Windows child processes do not count.
     """
     if sys.platform == "win32":
         return own_peak()
@@ -25,7 +25,7 @@ def peak_memory() -> int:
 
 
 def own_peak() -> int:
-    """Largest memory of this process so far [bytes]: resident memory, on Windows committed."""
+    """Return the peak memory of this process [bytes]: resident, or committed on Windows."""
     if sys.platform == "win32":
         return _windows_peak()
     import resource
@@ -45,7 +45,8 @@ def keep_what_there_is(*, anew: bool = False) -> None:
     others.
 
     Args:
-        anew: Whether to collect garbage among the objects that were exempted before, too.
+        anew: Whether to end earlier exemptions first, so that garbage among the objects exempted
+            before is collected, too.
     """
     if anew:
         gc.unfreeze()
@@ -56,8 +57,8 @@ def keep_what_there_is(*, anew: bool = False) -> None:
 def give_back() -> None:
     """Return freed memory to the system if the C library (glibc) keeps it.
 
-    Glibc keeps freed memory below a block that is still in use: up to 0.7 GB after examining a file
-    and assembling a stiffness matrix. A factorisation would then take that memory a second time.
+    Glibc keeps freed memory below a block that is still in use: up to 0.7 GB after an object file
+    was examined and its stiffness matrix assembled. A factorisation would need that memory again.
     """
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
@@ -66,12 +67,12 @@ def give_back() -> None:
 
 
 def _unit() -> int:
-    """Bytes per unit of `ru_maxrss`: 1024, but 1 on macOS."""
+    """Return the size of the unit of `ru_maxrss` [bytes]: 1 on macOS, otherwise 1024."""
     return 1 if sys.platform == "darwin" else 1024
 
 
 def _windows_peak() -> int:
-    """Peak of committed memory, whether used or not (PeakPagefileUsage of Windows) [bytes]."""
+    """Return the peak of committed memory (PeakPagefileUsage of Windows) [bytes]."""
     if sys.platform == "win32":
 
         class Counters(ctypes.Structure):

@@ -1,17 +1,17 @@
-"""Type of a progress callback, and a forecast of the time that a phase still takes."""
+"""Progress of a long computation: type of the callback, and a forecast of the remaining time."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 
-Progress = Callable[[str, float], None]  # name of the phase, and the share of it that is done
+Progress = Callable[[str, float], None]  # takes the phase's name and completed fraction
 
-_SOON = 2.0  # s from the start of a phase until its rate is known well enough for a forecast
+_SOON = 2.0  # s; a phase has to run this long before its rate allows a forecast
 
 
 class TimeLeft:
-    """Forecasts the time that a phase still takes from its mean rate so far.
+    """Forecasts the remaining time of a phase from its mean rate so far.
 
     Args:
         begin: Time at which the phase began [s].
@@ -21,11 +21,11 @@ class TimeLeft:
         self._begin = begin
 
     def seconds(self, share: float, now: float) -> float:
-        """Time left [s]; infinite until the rate is known.
+        """Return the remaining time [s]; infinite while it is too early for a forecast.
 
         Args:
-            share: Share of the phase that is done, from 0 to 1.
-            now: Time [s].
+            share: Completed fraction of the phase, from 0 to 1.
+            now: Present time on the clock of `begin` [s].
         """
         spent = now - self._begin
         if share <= 0.0 or spent < _SOON:
@@ -33,7 +33,7 @@ class TimeLeft:
         return spent * max(0.0, 1.0 - share) / share
 
     def words(self, share: float, now: float) -> str:
-        """Time left in words, `1:20 left`; empty until the rate is known."""
+        """Return the remaining time as a text in min:s, `1:20 left`; empty if it is infinite."""
         seconds = self.seconds(share, now)
         if not math.isfinite(seconds):
             return ""

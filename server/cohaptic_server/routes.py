@@ -1,7 +1,7 @@
-"""Loads and opens routes: further services of a server of one room (entry points cohaptic.routes).
+"""Loads and opens routes: services that packages add to the server of one room.
 
-A route may open a port of its own, or add an `Endpoint` to the server. It lasts as long as the
-server.
+A package registers a route as an entry point of the group `cohaptic.routes`. A route may open a
+port of its own, or add an `Endpoint` to the server. A route stays open as long as the server runs.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ ENDING = 5.0  # s for all routes to end by themselves, so that no route keeps a 
 
 @dataclass(frozen=True, eq=False)
 class Serving:
-    """A server that listens, before its address is announced, as its routes receive it.
+    """Argument of every route: a server that listens but has not announced its address yet.
 
     Args:
         server: Server of one room.
-        served: Manages the process that solves for the columns of the server's body.
-        damping: B_o over K_o of eq. (9), relaxation time over simulation period, of every object.
+        served: Manager of the process that solves for the columns of the server's body.
+        damping: Ratio B_o / K_o of damping to stiffness in eq. (9), the same for every object:
+            relaxation time over simulation period.
         nonlinear: Whether each object is a nonlinear solid.
     """
 
@@ -46,20 +47,21 @@ Open = Callable[[Serving, str], AbstractAsyncContextManager[str]]
 
 
 def no_text(text: str) -> None:
-    """Raise SettingError unless the text is empty."""
+    """Check the option of a route without settings: raise SettingError unless it is empty."""
     if text:
         raise SettingError("text of a route", repr(text[:60]), "left out: it takes none")
 
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """A service that a server offers beside the connections of hands and watchers.
+    """A service that a server offers beside its connections to users and watchers.
 
     Args:
-        open: Called with the server and the text of the route's option; returns a context that
-            stays open as long as the server, and yields a line for the log, or an empty text.
-        check: Called with the same text before the object is built; raises SettingError if the
-            route cannot use the text. The default accepts only an empty text.
+        open: Function of the server and the text of the route's option. It returns a context
+            manager that stays open while the server runs, and that yields a line for the log, or an
+            empty text.
+        check: Function of the same text, called before the object is built; it raises SettingError
+            if the route cannot use the text. The default accepts only an empty text.
     """
 
     open: Open
@@ -67,12 +69,15 @@ class Route:
 
 
 def others() -> list[str]:
-    """Names of the routes that other installed packages add."""
+    """Return the names of the routes that installed packages other than this one add."""
     return [name for name in added(GROUP) if adder(GROUP, name) != OURS]
 
 
 def read_wanted(given: Sequence[str]) -> dict[str, str]:
-    """Return the texts of `--route NAME=TEXT` options, by the names of the routes.
+    """Parse options of the form `--route NAME=TEXT`; return each text by the name of its route.
+
+    Args:
+        given: Values of the options, each `NAME=TEXT`, or `NAME` for an empty text.
 
     Raises:
         SettingError: No other package adds a route of this name, or a name is given twice.
@@ -92,7 +97,10 @@ def read_wanted(given: Sequence[str]) -> dict[str, str]:
 
 
 def loaded(wanted: Mapping[str, str]) -> dict[str, Route]:
-    """Import the routes of these names, and let each check its text.
+    """Import routes by their names, and let each check the text of its option.
+
+    Args:
+        wanted: Text of each route's option, by the name of the route.
 
     Raises:
         ExtensionError: A route cannot be imported, or its check fails with an unexpected error.
@@ -111,7 +119,7 @@ def loaded(wanted: Mapping[str, str]) -> dict[str, Route]:
 async def opened(
     routes: Mapping[str, Route], wanted: Mapping[str, str], serving: Serving
 ) -> AsyncGenerator[list[str]]:
-    """Keep all routes open during the context; yields the lines of the routes for the log.
+    """Open all routes, and end them when the context ends; yields their lines for the log.
 
     Each route is opened and ended in a task of its own, so that an error in one route ends neither
     the server nor another route.
@@ -178,7 +186,7 @@ async def _have_ended(tasks: Mapping[str, asyncio.Task[None]]) -> None:
 
 
 def _blamed(name: str, error: Exception) -> Exception:
-    """Return the error of a route, as one that names its package if it is not ours."""
+    """Return the error of a route; an unexpected one becomes an error that names its package."""
     if isinstance(error, CohapticError) or adder(GROUP, name) == OURS:
         return error
     why = f"{type(error).__name__}: {error}"

@@ -20,7 +20,7 @@ class ServerSettings:
     Args:
         host: Address to listen on.
         port: TCP port; 0 lets the system choose.
-        simulation_hz: Ticks per second, 1 / (N T).
+        simulation_hz: Ticks per second: the inverse of the simulation period N T [Hz].
         body: Name of a body in the catalogue, or path of a mesh file.
         max_users: Largest number of users at a time.
         allow_fixed_gains: Whether clients may choose their gains, including unstable ones.
@@ -28,14 +28,15 @@ class ServerSettings:
         max_watchers: Largest number of watchers at a time.
         allow_origins: Further origins whose pages may open a websocket, such as
             `https://lab.example`.
-        allow_upload: Whether a page of this machine may bring an object of its own.
+        allow_upload: Whether a page that is opened on this machine may upload an object.
         allow_hosts: Further names under which browsers may reach this server, such as
             `lab.example`; loopback names and listening addresses need not be listed.
         limits: Budgets (rate limits) of a connection and of an address.
         laws: Control laws that users may choose.
         room: Name of the room in its URL; None for settings that several rooms share.
-        max_waiting: Places in the queue for a full room; 0 for no queue.
-        allow_frames: Origins whose pages may show the page in a frame; form of `allow_origins`.
+        max_waiting: Largest number of clients in the queue for a full room; 0 for no queue.
+        allow_frames: Origins whose pages may show the server's page in a frame, in the form of
+            `allow_origins`.
         watchers_point: Whether watchers may point at the surface, too.
         base_path: Path below which a proxy offers the server, such as `/haptics`; empty for root.
 
@@ -93,5 +94,5 @@ class ServerSettings:
 
     @property
     def simulation_period(self) -> float:
-        """Period N T of the simulation [s]."""
+        """Time N T between two ticks of the simulation [s]."""
         return 1.0 / self.simulation_hz

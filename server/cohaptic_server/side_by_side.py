@@ -1,9 +1,8 @@
 """Runs two independent parts of a computation on two processor cores.
 
 Both parts have to spend their time without the global interpreter lock: in compiled kernels or in
-BLAS. `both` waits for both parts. Neither part may read what the other writes; the results are then
-bitwise the same as in a sequential run. If the second thread is busy with other work, the first
-thread computes both parts.
+BLAS. Neither part may read what the other writes; the results are then bitwise the same as in a
+sequential run. If the second thread is busy with other work, the first thread computes both parts.
 """
 
 from __future__ import annotations
@@ -26,7 +25,10 @@ def cores() -> int:
 
 
 def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
-    """Call both functions and return both results; raises an error only after both have ended."""
+    """Call two functions on two cores, and return both results.
+
+    An error of one function is raised only after the other function has ended.
+    """
     helper = _helper()
     if helper is None:
         return first(), second()
@@ -42,7 +44,7 @@ def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:
 
 @cache
 def _helper() -> ThreadPoolExecutor | None:
-    """The second thread of this process, started at its first use; None on a single core."""
+    """Return the second thread of this process, started at the first call; None on one core."""
     return ThreadPoolExecutor(1, "beside") if cores() > 1 else None
 
 

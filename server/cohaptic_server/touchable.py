@@ -1,4 +1,4 @@
-"""Names and kinds of touchable bodies, and default properties of an object from a file.
+"""Names of all bodies, kinds of object files, and default material and limits of such objects.
 
 The command line shows these values in its help, so this module imports no module that uses them.
 """
@@ -21,27 +21,28 @@ KINDS = SURFACES + VOLUMES + SCANS
 YOUNG = 2e4  # Pa; soft tissue has 1e3 to 1e5, rubber 1e6
 NU = 0.45  # Poisson's ratio
 ORDER = 2  # of the elements; see docs/design/solid.md
-# Share of critical damping, half of the loss factor at a resonance: an oscillation halves in one
-# period. For gels and soft tissue this value is an order of magnitude, not a measurement.
+# Damping over critical damping, which is half of the loss factor at a resonance: an oscillation
+# halves in one period. For gels and soft tissue this value is an order of magnitude, not a
+# measurement.
 DAMPING_RATIO = 0.1
 MAX_MEMORY = 6e9  # bytes that preparing an object may take
 MAX_TIME = 1800.0  # s that filling an object with tetrahedra may take
 
 
 def names() -> list[str]:
-    """Names of all bodies that are not files: the built-in ones, then those of other packages."""
+    """Return the names of all bodies that need no file: built-in ones, then other packages'."""
     return list(dict.fromkeys((BALLOON, SPRING, *added(GROUP))))
 
 
 def kind_of(name: str) -> str:
-    """Kind of a file by its name, in lower case and with the dot; empty without a dot.
+    """Return the kind of a file: the suffix of its name, with the dot and in lower case.
 
     Args:
         name: Name of the file, with or without folders.
 
     Returns:
-        The longest of `KINDS` that the name ends with; if there is none, its part from the last dot
-        on.
+        The longest of `KINDS` with which the name ends; if there is none, the part from the last
+        dot on, or an empty text without a dot.
     """
     low = name.lower()
     last = f".{low.rpartition('.')[2]}" if "." in low else ""
@@ -49,5 +50,5 @@ def kind_of(name: str) -> str:
 
 
 def is_file(name: str) -> bool:
-    """Whether a body's name is a path: it has a suffix or a folder."""
+    """Whether the name of a body is the path of a file: it has a suffix or a folder."""
     return bool(Path(name).suffix) or "/" in name or "\\" in name

@@ -1,8 +1,19 @@
 """Code shared by server and client: messages, control laws, clocks, errors.
 
 This package imports neither the server nor the client. Its top level stays light, because the
-process that runs the 1 kHz loop imports the package: a public name is imported from its module when
-it is first used.
+process that runs the 1 kHz loop imports the package: `lazy_names` imports a public name from its
+module when the name is first used.
+
+Terms:
+    room: One soft object on a server, with all users who touch it.
+    hand: A user's contact with the object through a haptic device, real or simulated.
+    probe: Tip of the device, as a position in the room [m].
+    period: One cycle of a client's haptic loop, about 1 ms.
+    tick: One step of the server's simulation, 5 to 100 ms.
+    sample: Message of a client to the server with the state of one hand; it names the tick of the
+        patch in use.
+    patch: Message of the server to a client: the surface in front of one hand.
+    visit: Time from a client's joining to its leaving.
 """
 
 from typing import TYPE_CHECKING

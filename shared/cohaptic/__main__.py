@@ -1,4 +1,4 @@
-"""`python -m cohaptic` is the command line `cohaptic`."""
+"""Run the command line `cohaptic` for `python -m cohaptic`."""
 
 from cohaptic.cli.app import main
 

@@ -6,32 +6,33 @@ import random
 import time
 from typing import Final, Protocol
 
-_read: Final = time.perf_counter  # bound once: the look-up takes longer than the reading
+_read: Final = time.perf_counter  # bound once: looking it up takes longer than reading the clock
 _sleep: Final = time.sleep
 
 
 class Clock(Protocol):
-    """A monotonic clock to read and to wait on; its seconds count from an origin of its own."""
+    """A monotonic clock that code can read and wait on; its origin is arbitrary."""
 
     def now(self) -> float:
-        """Seconds since this clock's origin."""
+        """Return the time since this clock's origin [s]."""
         ...
 
     def sleep_until(self, when: float) -> None:
-        """Block until `when` on this clock; return at once if it has passed."""
+        """Block until this clock reads `when` [s]; return at once if that time has passed."""
         ...
 
 
 def resolution() -> float:
-    """Resolution that the machine reports for its monotonic clock [s]."""
+    """Return the resolution that the machine reports for its monotonic clock [s]."""
     return time.get_clock_info("perf_counter").resolution
 
 
 class SystemClock:
     """The machine's monotonic clock with a random origin.
 
-    The origin differs in every process: a time stamp from another process's clock is off by hours,
-    which shows at once. A process may pass its origin to a child process so that both clocks agree.
+    The origin differs in every process, so that a time stamp of another process's clock is off by
+    hours and the mistake is noticed at once. A process may pass its origin to a child process so
+    that both clocks agree.
 
     Args:
         origin: Origin of another `SystemClock` of this machine [s]; random when None.
@@ -41,18 +42,18 @@ class SystemClock:
         self.origin = random.uniform(1e4, 2e5) if origin is None else origin
 
     def now(self) -> float:
-        """Seconds since this clock's origin."""
+        """Return the time since this clock's origin [s]."""
         return _read() + self.origin
 
     def sleep_until(self, when: float) -> None:
-        """Block until `when` on this clock; return at once if it has passed."""
+        """Block until this clock reads `when` [s]; return at once if that time has passed."""
         wait = when - self.now()
         if wait > 0:
             _sleep(wait)
 
     def to_wall(self) -> float:
-        """Offset to the machine's wall clock [s]: `now() + to_wall()` is Unix time.
+        """Return the offset to the machine's wall clock [s]: `now() + to_wall()` is Unix time.
 
-        Use the offset only to align recordings of several processes on one machine.
+        Use this offset only to align recordings of several processes on one machine.
         """
         return time.time() - self.now()

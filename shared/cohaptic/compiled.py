@@ -2,8 +2,9 @@
 
 A build compiles some modules of the packages from their Python source and leaves the extensions in
 the folder `_compiled` with a manifest. `use` puts the compiled modules of one group in place of the
-plain ones. A module stays plain if its source has changed since the build; every module stays
-plain if nothing was compiled. Plain modules are slower and give the same results.
+plain ones, which Python runs from their source. A module stays plain if its source has changed
+since the build; every module stays plain if nothing was compiled. Plain modules are slower and give
+the same results.
 
 Groups:
     kernels: The server's loops over arrays; each module is compiled by itself (Cython).
@@ -40,13 +41,12 @@ NONE_BUILT = "no compiled modules; in a checkout, `make compiled` makes them"
 
 
 class Place(NamedTuple):
-    """The files from which a module of a group is loaded.
+    """The files from which Python loads one module of a group.
 
     Args:
-        extension: The compiled file.
-        source: Python source of the module, used if the system cannot load the extension. None if
-            the module must not be plain because the compiled modules of its library call each
-            other directly.
+        extension: Compiled file of the module.
+        source: Python source, used if the system cannot load the extension. None if the module
+            must not be plain, because the compiled modules of its library call each other directly.
     """
 
     extension: Path
@@ -54,11 +54,11 @@ class Place(NamedTuple):
 
 
 class Group(NamedTuple):
-    """The compiled modules of a group that are in use, and why the others are not.
+    """Outcome of `use` for one group: its modules in compiled form, and why the others are plain.
 
     Args:
-        modules: Names of the compiled modules in use.
-        reasons: Why the other modules are plain, one phrase each.
+        modules: Names of the modules that are used in compiled form.
+        reasons: Phrases that say why the other modules are plain.
     """
 
     modules: tuple[str, ...]
@@ -66,14 +66,16 @@ class Group(NamedTuple):
 
 
 def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
-    """Put the compiled modules of a group in place of the plain ones, from their next import on.
+    """Make Python import the compiled modules of a group instead of the plain ones.
+
+    A module that has been imported before stays plain.
 
     Args:
         group: "kernels" or "loop".
         folder: Folder in which the build left the compiled modules.
 
     Returns:
-        Names of the modules that will be loaded compiled; empty if every module stays plain.
+        Names of the modules that Python will load in compiled form; empty if all stay plain.
     """
     if group not in _FINDER.groups:
         if _FINDER not in sys.meta_path:
@@ -83,7 +85,7 @@ def use(group: str, folder: Path = FOLDER) -> tuple[str, ...]:
 
 
 def describe(group: str) -> str:
-    """Say in one line for users whether a group is compiled and, if not, why."""
+    """Return one line for users that says whether a group is compiled and, if not, why."""
     if group not in _FINDER.groups:
         return "plain Python: not asked for"
     modules, reasons = _FINDER.groups[group]
@@ -93,7 +95,7 @@ def describe(group: str) -> str:
 
 
 def is_complete(group: str) -> bool:
-    """Whether every module of the group is in use in its compiled form."""
+    """Return whether every module of the group is used in its compiled form."""
     found = _FINDER.groups.get(group)
     return found is not None and not found.reasons
 
@@ -108,7 +110,6 @@ class _Finder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Specification of a compiled module; None for every other module."""
         place = self.places.get(name)
         if place is None:
             return None
@@ -116,7 +117,7 @@ class _Finder:
         return spec_from_file_location(name, place.extension, loader=loader)
 
     def gave_up(self, name: str, error: Exception) -> None:
-        """Record that an extension could not be loaded, so that its module is plain."""
+        """Record that a module's extension could not be loaded, so that the module is plain."""
         self.places.pop(name, None)
         for group, (modules, reasons) in self.groups.items():
             if name in modules:
@@ -125,7 +126,7 @@ class _Finder:
 
 
 class _Loader(ExtensionFileLoader):
-    """Loads the extension or, if the system cannot load it, the source."""
+    """Loader of one module: from its extension or, if the system cannot load that, its source."""
 
     def __init__(self, name: str, place: Place) -> None:
         super().__init__(name, str(place.extension))
@@ -160,9 +161,9 @@ _FINDER = _Finder()
 
 
 def _choose(group: str, folder: Path) -> Group:
-    """Find out which compiled modules of a group can be used, and register them with the finder.
+    """Choose the compiled modules of a group that can be used, and register them with the finder.
 
-    A unit is a set of modules compiled together: one kernel, or all modules of the group `loop`.
+    A unit of the manifest is a set of modules compiled together: one kernel, or the whole `loop`.
     """
     if os.environ.get(PLAIN, "0") not in ("", "0"):
         return Group((), (f"{PLAIN} is set",))
@@ -186,7 +187,7 @@ def _choose(group: str, folder: Path) -> Group:
 
 
 def _problem(unit: dict[str, Any], folder: Path) -> str:
-    """Reason why a unit cannot be used; empty if it can."""
+    """Return why a unit of the manifest cannot be used; empty if it can be used."""
     if unit.get("failed"):
         return (
             f"{next(iter(unit['modules']))} could not be compiled; in a checkout, `make compiled`"
@@ -208,7 +209,7 @@ def _problem(unit: dict[str, Any], folder: Path) -> str:
 
 
 def _enter(unit: dict[str, Any], folder: Path) -> str:
-    """Register a unit's modules with the finder; returns why it cannot be loaded, else empty."""
+    """Register a unit's modules with the finder; return why the unit cannot be loaded, or ""."""
     library = unit.get("library")
     places: dict[str, Place] = {}
     for name, (file, source) in unit["modules"].items():
@@ -228,7 +229,11 @@ def _enter(unit: dict[str, Any], folder: Path) -> str:
 
 
 def source_path(source: str) -> Path | None:
-    """Path of a source file given relative to its package's parent, such as `cohaptic/vec.py`."""
+    """Return the path of a source file; None if its package is not installed.
+
+    Args:
+        source: Path relative to the parent folder of the package, such as `cohaptic/vec.py`.
+    """
     package, _, inside = source.partition("/")
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:

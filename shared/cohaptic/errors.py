@@ -10,8 +10,8 @@
             ServerUnreachable      the server cannot be reached, and no further attempt will help
         AnotherObject              the server no longer has the object that the client touched
         BodyError                  an elastic body cannot be built or solved
-            HeldError              too little or too much of a body is held fixed
-        LinkOverflow               a simulated link holds more messages than it may
+            HeldError              too few or too many vertices of a body are fixed
+        LinkOverflow               a simulated link would hold more messages than its limit
 
 Each exception stores its values in fields and makes its sentence from these, so that a log can
 count exceptions by their fields and a person can read the sentence.
@@ -46,7 +46,12 @@ class CohapticError(Exception):
 
 
 class SettingError(CohapticError):
-    """A value given by the user is outside its limits."""
+    """A value given by the user is outside its limits.
+
+    Args:
+        name: Name of the value, as the user knows it.
+        limit: Phrase that completes the sentence "it must be ...".
+    """
 
     def __init__(self, name: str, value: object, limit: str) -> None:
         super().__init__(name, value, limit)
@@ -82,11 +87,11 @@ class ProtocolError(CohapticError):
 
 
 class LocalProtocolError(ProtocolError):
-    """A message of this side would break the protocol: a bug on this side."""
+    """A message that this side was about to send breaks the protocol: a bug on this side."""
 
 
 class RemoteProtocolError(ProtocolError):
-    """A message of the peer broke the protocol; only the peer's session ends."""
+    """A message that the peer sent breaks the protocol; only the peer's session ends."""
 
 
 class DeviceError(CohapticError):
@@ -120,7 +125,7 @@ class ServerLost(CohapticError):
 
 
 class ServerUnreachable(ServerLost):
-    """No attempt will reach the server: its address is invalid, or its certificate untrusted."""
+    """No further attempt will reach the server: its address or its certificate is not valid."""
 
 
 class AnotherObject(CohapticError):
@@ -135,11 +140,11 @@ class BodyError(CohapticError):
 
 
 class HeldError(BodyError):
-    """So little of a body is held fixed that it could move as a whole, or all of it is held."""
+    """So few vertices of a body are fixed that it could move as a whole, or all are fixed."""
 
 
 class LinkOverflow(CohapticError):
-    """A simulated link holds more messages than it may."""
+    """A simulated link would hold more messages in flight than its limit."""
 
     def __init__(self, capacity: int) -> None:
         super().__init__(capacity)
@@ -155,12 +160,15 @@ _TOKEN = re.compile(r"eyJ[A-Za-z0-9_=-]{8,}(\.[A-Za-z0-9_=-]*)*")
 
 
 def one_line(text: str, limit: int = 120) -> str:
-    """Cut a peer's text to one printable line for terminals and logs, without any token."""
+    """Return a peer's text as one printable line for terminals and logs, without access tokens.
+
+    Args:
+        limit: Length beyond which the text is cut and "..." appended [characters].
+    """
     text = _TOKEN.sub("(a token)", text[: 2 * limit + _LONGEST_TOKEN])
     line = "".join(c if c.isprintable() else "?" for c in text[: limit + 1])
     return line if len(line) <= limit else line[:limit] + "..."
 
 
 def _short(value: object) -> str:
-    """A value from a peer, shortened to one line."""
     return one_line(repr(value), 60)

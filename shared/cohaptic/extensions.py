@@ -6,8 +6,8 @@ Groups:
     cohaptic.bodies: Bodies, each a class or a function that is called without arguments.
     cohaptic.routes: Services of a server in addition to touching and watching, each a `Route`.
 
-Other packages cannot take over a name of cohaptic's own. If two other packages add the same name,
-both are refused.
+No other package can replace an entry point of cohaptic's own. If two other packages add the same
+name to a group, `load` refuses both.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ OURS = "cohaptic"
 
 
 class ExtensionError(CohapticError):
-    """A package adds something that cannot be used.
+    """An entry point of an installed package cannot be used.
 
     Args:
         group: Group of the entry point.
         name: Name of the entry point.
+        package: Package that adds the entry point.
         problem: Phrase that says why the entry point cannot be used.
     """
 
@@ -46,7 +47,7 @@ class ExtensionError(CohapticError):
 
 @cache
 def entries(group: str) -> dict[str, tuple[EntryPoint, ...]]:
-    """Entry points of a group by name, sorted; under each name cohaptic's own entry comes first."""
+    """Return a group's entry points by name, sorted; cohaptic's own comes first under each name."""
     from importlib.metadata import entry_points  # slow to import, and a loop may not need it
 
     found: dict[str, list[EntryPoint]] = {}
@@ -56,17 +57,17 @@ def entries(group: str) -> dict[str, tuple[EntryPoint, ...]]:
 
 
 def added(group: str) -> list[str]:
-    """Names of the entry points that packages add to a group, sorted."""
+    """Return the sorted names of a group's entry points, cohaptic's own included."""
     return list(entries(group))
 
 
 def adder(group: str, name: str) -> str:
-    """Name of the package that adds the entry point `name` to a group."""
+    """Return the name of the package that adds the entry point `name` to a group."""
     return package_of(entries(group)[name][0])
 
 
 def package_of(entry: EntryPoint) -> str:
-    """Name of the package that adds an entry point."""
+    """Return the name of the package that adds an entry point."""
     return entry.dist.name if entry.dist else entry.module
 
 
@@ -74,12 +75,12 @@ def load(group: str, name: str, kind: type[T], *more: type[U]) -> T | U:
     """Load the object to which an entry point refers.
 
     Args:
-        name: Name of an added entry point, or of one of cohaptic's own.
+        name: Name of the entry point in the group.
         kind, more: Classes of which the object may be an instance.
 
     Raises:
-        ExtensionError: The object is missing, cannot be imported, is of another class, or has a
-            name that two packages add.
+        ExtensionError: The entry point is missing, its object cannot be imported or is of another
+            class, or two other packages add the same name.
     """
     if name not in entries(group):
         raise ExtensionError(group, name, OURS, "it is not there; install cohaptic anew")

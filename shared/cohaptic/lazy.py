@@ -1,4 +1,4 @@
-"""Public names of a package that are imported when they are first used (PEP 562).
+"""Import the public names of a package only when they are first used (PEP 562).
 
 The haptic loop's process imports the packages and must not load numpy or the network code.
 """
@@ -18,6 +18,9 @@ def lazy_names(
     Args:
         namespace: `globals()` of the package, with its `__all__`.
         homes: Module that defines each public name, by that name.
+
+    Returns:
+        The two functions `__getattr__` and `__dir__`.
     """
     package = namespace["__name__"]
 

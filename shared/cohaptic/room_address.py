@@ -28,17 +28,17 @@ NAMES = (
 
 
 def is_room_name(name: str) -> bool:
-    """Whether a room may have this name."""
+    """Return whether a room may have this name."""
     return _NAME.fullmatch(name) is not None
 
 
 def room_path(name: str) -> str:
-    """Path of a room, without a slash at its end."""
+    """Return the URL path of a room, without a slash at its end."""
     return f"/r/{name}"
 
 
 def base_path(said: str) -> str:
-    """The given base path of a server, without a slash at its end; empty for the root.
+    """Check a server's base path and return it without a slash at its end; empty for the root.
 
     Raises:
         SettingError: The path is not a valid base path.
@@ -50,11 +50,11 @@ def base_path(said: str) -> str:
 
 
 def below(target: str, base: str) -> str:
-    """Path and query of a request, without the server's base path.
+    """Return the path and query of a request without the server's base path.
 
     A target outside the base path is returned unchanged: a proxy may remove the base path itself,
     and a client that connects without a proxy does not use it. If the target is the base path
-    without a slash at its end, only the query is left.
+    without a slash at its end, the function returns only the query.
 
     Args:
         target: Path and query.
@@ -65,14 +65,14 @@ def below(target: str, base: str) -> str:
 
 
 def split_path(target: str) -> tuple[str | None, str]:
-    """Room that the path of a request names, and the path within that room.
+    """Split the path of a request into the room that it names and the path within that room.
 
     Args:
         target: Path, with or without a query.
 
     Returns:
-        Name of the room as given, and the rest of the path, which is empty for `/r/NAME` and
-        otherwise begins with a slash. For a path outside `/r/`, None and the whole path.
+        Name of the room as the path spells it, and the rest of the path, which is empty for
+        `/r/NAME` and otherwise begins with a slash. For a path outside `/r/`, None and that path.
     """
     path = target.partition("?")[0].partition("#")[0]
     match = _PATH.fullmatch(path)
@@ -80,7 +80,7 @@ def split_path(target: str) -> tuple[str | None, str]:
 
 
 def room_in(url: str) -> str | None:
-    """Name of the room in an address, as given there; None if the address names no room.
+    """Return the name of the room in an address; None if the address names no room.
 
     Args:
         url: URL of a server or of a page, also below a proxy's path.
@@ -90,11 +90,11 @@ def room_in(url: str) -> str | None:
 
 
 def room_url(url: str, room: str) -> str:
-    """Address of a room of a server.
+    """Return the address of a room on a server.
 
     Args:
-        url: URL of the server, or already of this room.
-        room: Name of the room; empty leaves the address as it is.
+        url: URL of the server, or of the room itself.
+        room: Name of the room; if empty, the address is returned as it is.
 
     Raises:
         SettingError: The name is invalid, or the address is that of another room.

@@ -15,10 +15,10 @@ _MARKS = (
 
 
 def text_of(data: bytes) -> str:
-    """Decode text from UTF-8, or by its byte order mark; CR LF becomes a line feed.
+    """Decode text as UTF-8, or as its byte order mark says, and replace CR LF by a line feed.
 
     Raises:
-        UnicodeDecodeError: The data are not text in that encoding.
+        UnicodeDecodeError: The data are not valid in that encoding.
     """
     for mark, encoding in _MARKS:
         if data.startswith(mark):
@@ -27,10 +27,10 @@ def text_of(data: bytes) -> str:
 
 
 def at_home(path: Path) -> Path:
-    """The path with `~` replaced by the home folder.
+    """Return the path with a leading `~` replaced by the home folder.
 
     Raises:
-        SettingError: The home folder is not known.
+        SettingError: The system does not know the home folder.
     """
     try:
         return path.expanduser()

@@ -1,6 +1,6 @@
-"""Devices by name. Only the driver of the chosen device is imported.
+"""Finds drivers by name, and imports only the driver of the chosen device.
 
-Two drivers are here; packages add all others, `cohaptic_drivers` among them.
+Two drivers are in this folder; packages such as `cohaptic_drivers` add all others by entry points.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from cohaptic.extensions import OURS, ExtensionError, added, adder, load
 from cohaptic_client.devices.device import Device, DeviceInfo
 from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind, Found, split_choice
 
-GROUP = "cohaptic.devices"  # group of entry points, each of which is a `DeviceKind`
-# Module with the `KIND` of each device of this package.
+GROUP = "cohaptic.devices"  # group of the entry points, each of which names a `DeviceKind`
+# Module that defines the `KIND` of each device in this folder.
 _HERE = {
     "simulated": "cohaptic_client.devices.simulated",
     "spacemouse": "cohaptic_client.devices.spacemouse",
@@ -23,16 +23,16 @@ _HERE = {
 
 
 def names() -> list[str]:
-    """Names of all devices, the simulated one first."""
+    """Return the names of all devices, the simulated one first."""
     return ["simulated", *sorted({*_HERE, *added(GROUP)} - {"simulated"})]
 
 
 def device_kind(name: str) -> DeviceKind:
-    """Return the driver called `name`.
+    """Return the driver with this name.
 
     Raises:
         SettingError: There is no such driver; the error lists the names that exist.
-        ExtensionError: The package that adds it is broken.
+        ExtensionError: The package that adds the driver is broken.
     """
     if name in _HERE:
         return cast(DeviceKind, import_module(_HERE[name]).KIND)
@@ -42,7 +42,7 @@ def device_kind(name: str) -> DeviceKind:
 
 
 def read_device(text: str) -> DeviceChoice:
-    """Read a choice such as `NAME:KEY=VALUE`; raises SettingError with the valid values."""
+    """Read a text such as `NAME:KEY=VALUE`; raise SettingError if the text is not valid."""
     name, options = split_choice(text)
     return device_kind(name).choice(options)
 
@@ -50,12 +50,12 @@ def read_device(text: str) -> DeviceChoice:
 # Cached, because a status asks for it ten times a second, and an option may name a file.
 @lru_cache(16)
 def device_info(choice: DeviceChoice) -> DeviceInfo:
-    """Abilities of a device without opening it; raises SettingError as `read_device` does."""
+    """Return the abilities of a device without opening it; raise SettingError as `read_device`."""
     return device_kind(choice.name).info(choice)
 
 
 def open_device(config: DeviceConfig) -> Device:
-    """Open the device of a configuration; raises DeviceError when it cannot be opened."""
+    """Open the device of a configuration; raise DeviceError if it cannot be opened."""
     name = config.choice.name
     try:
         return device_kind(name).open(config)
@@ -68,7 +68,7 @@ def open_device(config: DeviceConfig) -> Device:
 
 
 def search() -> tuple[list[Found], list[DeviceError]]:
-    """Search this machine; returns its devices, and errors of drivers that could not search."""
+    """Search this machine; return the devices, and the errors of drivers that failed to search."""
     found: list[Found] = []
     missing: list[DeviceError] = []
     for name in names():

@@ -1,4 +1,4 @@
-"""Interface of all devices. A new device is one file that fulfils this Protocol."""
+"""The interface of all devices. A new device is one file that fulfils this Protocol."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ class DeviceInfo:
 
     Args:
         name: Name shown to users.
-        max_force: Largest force that it can give for a short time; 0 if it only senses [N].
+        max_force: Largest force that it can give for a short time; 0 if it has no motors [N].
         max_stiffness: Largest stiffness that it renders stably, as its maker states or as measured
             [N/m].
         damping: Physical damping b of its tip, for Colgate's bound b > K T / 2 + |B| in
             `loop.passivity` [N s/m].
-        stall: Largest pause of the loop; after a longer one the hand is let go, because the tip of
-            a real device may be deep inside an object by then [s].
+        stall: Longest pause of the loop; after a longer one the force is released, because the tip
+            of a real device may be deep inside an object by then [s].
         max_damping: Largest damping that it renders stably; 0 if not measured [N s/m].
         inertia: Apparent mass of its tip; 0 if not measured [kg].
         friction: Coulomb friction of its mechanics that the hand feels [N].
-        resolution: Least step of position that its sensors tell apart [m].
-        latency: The device's share of the time from a motion of the tip to the answering force [s].
-        rate: Highest rate at which it reports and takes forces [Hz].
-        sensed_axes: Degrees of freedom of translation that it senses, 1 to 3.
-        force_axes: Degrees of freedom of translation along which it gives force, 0 to 3.
-        switch: Whether it has a switch that the hand can hold together with the device.
-        lets_go: Time without a new force after which its driver or board takes the last force away
-            by itself; inf if the last force stays on the hand [s].
+        resolution: Smallest change of position that its sensors can tell [m].
+        latency: The device's part of the time from a motion of the tip to the answering force [s].
+        rate: Highest rate at which it sends reports and takes forces [Hz].
+        sensed_axes: Number of directions of translation that it senses, 1 to 3.
+        force_axes: Number of directions of translation along which it gives force, 0 to 3.
+        switch: Whether it has a button that the hand can hold together with the device.
+        lets_go: Time without a new force after which its driver or board drops the last force by
+            itself; inf if the last force stays on the hand [s].
     """
 
     name: str
@@ -54,13 +54,14 @@ class DeviceInfo:
 
 @dataclass(init=False)
 class DeviceSample:
-    """The tip of a device in the world frame.
+    """State of a device's tip at one time, in the world frame.
 
     Args:
         position: Position of the tip [m].
         velocity: Velocity of the tip [m/s].
-        level: Intention of a simulated hand, 0 to 1; 0 for a real one.
-        buttons: One bit for each button that is held; bit 0 is the switch of `DeviceInfo.switch`.
+        level: Level of a simulated hand's intention, from 0 (off the surface) to 1 (pressed); 0 for
+            a real hand.
+        buttons: One bit for each pressed button; bit 0 is the switch of `DeviceInfo.switch`.
         fresh: False while the hardware is silent: position and velocity are then old, and written
             forces do not reach the hand.
     """
@@ -99,11 +100,11 @@ class Device(Protocol):
         ...
 
     def read(self, now: float) -> DeviceSample:
-        """Return the newest state of the tip; older reports are skipped."""
+        """Return the newest state of the tip at time `now` [s]; older reports are skipped."""
         ...
 
     def write(self, force: Vec3) -> None:
-        """Give `force` [N] to the hand until the next call."""
+        """Give `force` [N] to the hand until the next call of this method."""
         ...
 
     def close(self) -> None:

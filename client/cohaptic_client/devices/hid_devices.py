@@ -1,4 +1,4 @@
-"""Access to HID devices: hidapi, imported only when it is needed, and advice on its errors."""
+"""Access to HID devices through hidapi, which is imported only on use, and advice on errors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OF_A_DESK = ((0x01, 0x02), (0x01, 0x06), (0x01, 0x07), (0x0C, 0x01))
 
 
 class Entry(TypedDict):
-    """A HID interface of this machine."""
+    """A HID interface of this machine, as hidapi lists it."""
 
     path: bytes
     vendor_id: int
@@ -31,26 +31,26 @@ class Entry(TypedDict):
 
 
 class HidDevice(Protocol):
-    """An open HID device."""
+    """A HID device, as hidapi offers it."""
 
     def open_path(self, path: bytes, /) -> object:
-        """Open the device at a path; raises OSError."""
+        """Open the device at a path; raise OSError if that fails."""
         ...
 
     def set_nonblocking(self, on: int, /) -> object:
-        """Set whether `read` without a time-out returns at once."""
+        """Set whether `read` without a time-out returns at once, even without a report."""
         ...
 
     def read(self, max_length: int, timeout_ms: int = 0, /) -> list[int]:
-        """Return the next report, or an empty list; raises OSError when the device is gone."""
+        """Return the next report, or an empty list; raise OSError when the device is gone."""
         ...
 
     def write(self, report: bytes, /) -> int:
-        """Send a report that begins with its id; returns -1 on failure."""
+        """Send a report that begins with its id; return -1 on failure."""
         ...
 
     def get_report_descriptor(self) -> list[int]:
-        """HID report descriptor: the layout of the device's reports."""
+        """Return the HID report descriptor: the layout of the device's reports."""
         ...
 
     def close(self) -> object:
@@ -59,23 +59,23 @@ class HidDevice(Protocol):
 
 
 class Hidapi(Protocol):
-    """Functions of the hidapi module that are used here."""
+    """Those functions of the hidapi module that the drivers use."""
 
     def enumerate(self, vendor_id: int = 0, product_id: int = 0, /) -> list[Entry]:
-        """HID interfaces of a vendor and a product; 0 for any."""
+        """List the HID interfaces of a vendor and a product; 0 stands for any."""
         ...
 
     def device(self) -> HidDevice:
-        """A device object that is not yet open."""
+        """Make a device object that is not yet open."""
         ...
 
 
 def hidapi(name: str) -> Hidapi:
-    """Import the module of hidapi.
+    """Import hidapi and return its module.
 
     On Linux the wheel of hidapi has two modules: `hidraw` shares the device with the kernel's
     drivers and sees Bluetooth; `hid` does neither. Other systems have `hid` only. A different
-    package from PyPI is also called `hid`, and wins that name when both are installed.
+    package from PyPI is also called `hid`, and hides this module when both are installed.
 
     Args:
         name: Name of the device, for the error.
@@ -96,7 +96,16 @@ def hidapi(name: str) -> Hidapi:
 
 
 def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
-    """Open an interface and close it again; returns it as found, with a problem if that failed."""
+    """Open a HID interface and close it again, to find out whether it can be used.
+
+    Args:
+        name: Name of the device, for errors.
+        choice: Text after `--device` that chooses the device.
+        where: Description for the user of where the device was found.
+
+    Returns:
+        The device as found, with a problem if it could not be opened.
+    """
     try:
         device, _ = open_first(name, "it", [entry])
     except DeviceError as error:
@@ -106,10 +115,10 @@ def try_hid(name: str, choice: str, where: str, entry: Entry) -> Found:
 
 
 def unknown_hid(known: Iterable[str]) -> list[str]:
-    """HID devices that may be haptic or control motion, and that no driver has found.
+    """List HID devices that may be haptic or control motion, and that no driver has found.
 
     Args:
-        known: Places of the devices that drivers have found; each text ends with the path.
+        known: `Found.where` of the devices that drivers have found; each text ends with the path.
 
     Raises:
         DeviceError: hidapi is missing.
@@ -138,12 +147,12 @@ def _product(entry: Entry) -> tuple[int, int]:
 
 
 def udev_rule(vendor: int) -> str:
-    """The udev rule that lets a person at the machine use a vendor's HID devices, on Linux."""
+    """Return the Linux udev rule that lets a person at the machine use a vendor's HID devices."""
     return f'KERNEL=="hidraw*", ATTRS{{idVendor}}=="{vendor:04x}", TAG+="uaccess"'
 
 
 def open_first(name: str, what: str, entries: Iterable[Entry]) -> tuple[HidDevice, Entry]:
-    """Open the first device that can be opened, in non-blocking mode; also return its interface.
+    """Open the first device that can be opened, in non-blocking mode; return it and its interface.
 
     Args:
         name: Name of the device, for errors.

@@ -1,8 +1,8 @@
 """Descriptions of a device: the choice by a user, the configuration for the loop, the driver.
 
-The choice is given as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`. The configuration
-adds the place of the device in the world, for the loop that opens the device. The driver describes
-its options and abilities to the catalogue, and how its devices are found and opened.
+The user types a choice as text: `NAME`, `NAME:VALUE` or `NAME:KEY=VALUE,KEY=VALUE`. The
+configuration adds the body's position in the world, for the loop that opens the device. The driver
+describes its options and abilities to the catalogue, and how its devices are found and opened.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ LONGEST = 1000  # characters; a path and a few numbers are far shorter
 
 @dataclass(frozen=True, slots=True)
 class DeviceChoice:
-    """A device by name, with the options that were given.
+    """Name of a device, with the options that the user typed.
 
     Args:
         name: Name in the catalogue.
-        options: Key and value of each option, as text, in the order given; no key occurs twice.
+        options: Key and value of each option, as text, in the typed order; no key occurs twice.
     """
 
     name: str
     options: tuple[tuple[str, str], ...] = ()
 
     def text(self, key: str, default: str = "") -> str:
-        """Value of an option; `default` if the option was not given."""
+        """Return the value of an option; `default` if the user did not type it."""
         return dict(self.options).get(key, default)
 
     def one_of(self, key: str, values: Iterable[str], default: str) -> str:
-        """Value of an option that has to be one of `values`; raises SettingError."""
+        """Return the value of an option; raise SettingError if it is not one of `values`."""
         value = self.text(key, default)
         if value not in (known := list(values)):
             raise SettingError(f"{self.name}:{key}", repr(value), f"one of: {', '.join(known)}")
         return value
 
     def number(self, key: str, default: float, low: float, high: float, unit: str = "") -> float:
-        """Value of an option that is a number from `low` to `high`; raises SettingError."""
+        """Return the value of a numeric option; raise SettingError outside `low` to `high`."""
         value = self.text(key, str(default))
         limit = f"a number from {low:g} to {high:g} {unit}".rstrip()
         try:
@@ -61,7 +61,7 @@ class DeviceChoice:
 
     @classmethod
     def from_dict(cls, raw: dict[str, Any]) -> DeviceChoice:
-        """The choice that `dataclasses.asdict` and JSON have turned into these plain values."""
+        """Rebuild a choice from the plain values that `dataclasses.asdict` and JSON made of it."""
         return cls(raw["name"], tuple((key, value) for key, value in raw["options"]))
 
 
@@ -69,7 +69,9 @@ SIMULATED = DeviceChoice("simulated")  # the default
 
 
 def split_choice(text: str) -> tuple[str, list[tuple[str, str]]]:
-    """Split a text into name and options; a first value without a key gets an empty key.
+    """Split the text of a choice into the name and the options, as pairs of key and value.
+
+    A first value without a key gets an empty key.
 
     Raises:
         SettingError: The text is too long, an option has no value, or a later option has no key.
@@ -90,14 +92,14 @@ def split_choice(text: str) -> tuple[str, list[tuple[str, str]]]:
 
 @dataclass(frozen=True, slots=True)
 class DeviceConfig:
-    """A device, the place of the body to touch, and the hand of a simulated device.
+    """What a driver needs to open a device: choice, position of the body, simulated hand.
 
     Args:
         choice: Choice of the device, by name and options.
-        center: Centre of the body, by which a device's workspace is placed [m].
+        center: Centre of the body, around which the device's workspace is placed [m].
         radius: Radius of the sphere round `center` that holds the body [m].
-        hand: Mechanics of a simulated device.
-        intention: Intention of a simulated device; None for a real one.
+        hand: Mechanics of a simulated hand.
+        intention: Intention of a simulated hand; None for a real one.
     """
 
     choice: DeviceChoice
@@ -108,7 +110,7 @@ class DeviceConfig:
 
     @classmethod
     def from_dict(cls, raw: dict[str, Any]) -> DeviceConfig:
-        """The configuration that `dataclasses.asdict` has turned into these plain values."""
+        """Rebuild a configuration from the plain values that `dataclasses.asdict` made of it."""
         intention = raw["intention"]
         if intention is not None:
             rhythm = intention["rhythm"]
@@ -128,11 +130,11 @@ class DeviceConfig:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A device of this machine.
+    """A device that a search has found on this machine.
 
     Args:
         choice: Text after `--device` that chooses it.
-        where: Place where it was found, such as its product and path.
+        where: Description of where it was found, such as its product and path.
         problem: Reason why it cannot be used; empty for none.
         advice: Advice to the user on that problem; empty for none.
     """
@@ -144,12 +146,12 @@ class Found:
 
 
 def nothing_found() -> list[Found]:
-    """Return no devices; the `find` of drivers that have nothing to look for."""
+    """Return an empty list, for drivers that cannot search for devices."""
     return []
 
 
 def upward(choice: DeviceChoice) -> Vec3:
-    """Upward unit vector, the direction of a knock for devices that push in every direction."""
+    """Return the upward unit vector, along which a device with three force axes knocks."""
     return (0.0, 0.0, 1.0)
 
 
@@ -160,15 +162,16 @@ class DeviceKind:
     Args:
         name: Name after `--device`.
         summary: Description in a few words.
-        options: Key and meaning of each option; a bare value sets the first option.
-        info: Returns the abilities of a device with these options, without opening it; raises
-            SettingError for a value that is outside its limits.
-        open: Opens a device; raises DeviceError when it cannot be opened.
-        find: Looks for devices and tries each, without a force; raises DeviceError when something
-            that the search needs is missing.
-        knock: Returns the direction in which a device with these options pushes; a unit vector.
-        calibrate: Measures the unit at hand with the user's help, and returns the lines of its
-            file; None for a driver without calibration.
+        options: Key and meaning of each option; a value without a key sets the first option.
+        info: Function that returns the abilities of a device with these options, without opening
+            it; it raises SettingError for a value that is outside its limits.
+        open: Function that opens a device; it raises DeviceError if the device cannot be opened.
+        find: Function that searches for devices and tries to open each, without a force; it raises
+            DeviceError if something that the search needs is missing.
+        knock: Function that returns the direction in which a device with these options pushes; a
+            unit vector.
+        calibrate: Function that measures the user's device with the user's help, and returns the
+            lines of its file; None for a driver without calibration.
     """
 
     name: str
@@ -181,7 +184,7 @@ class DeviceKind:
     calibrate: Callable[[DeviceChoice, Clock, Callable[[str], None]], list[str]] | None = None
 
     def choice(self, options: list[tuple[str, str]]) -> DeviceChoice:
-        """Make a choice of this driver's device, with the options that `split_choice` found.
+        """Make a choice of this driver's device from the options that `split_choice` found.
 
         Raises:
             SettingError: A key is unknown or given twice, or a value is outside its limits.

@@ -1,4 +1,4 @@
-"""Serial ports for drivers of boards: opened exclusively, and read and written without waiting."""
+"""Serial ports for drivers of boards: opened exclusively, read and written without waiting."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ UNPLUGGED = "plug it in again, then start again"
 
 
 class Port(Protocol):
-    """An open serial port of pyserial that never waits."""
+    """An open serial port whose methods never wait."""
 
     def read(self, size: int) -> bytes:
-        """The bytes that have come, `size` at most."""
+        """Return the bytes that have arrived, `size` at most."""
         ...
 
     def write(self, data: bytes) -> object:
-        """Send as many of the bytes as there is room for."""
+        """Send as many of the bytes as the port has room for."""
         ...
 
     def close(self) -> None:
@@ -31,14 +31,14 @@ class Port(Protocol):
 
 
 class NeverWaiting:
-    """A serial port whose `write` never waits; pyserial's tries for ever if the port is full.
+    """A serial port whose `write` never waits; pyserial's own tries for ever if the port is full.
 
     The port needs a file descriptor, which ports on Windows lack.
 
     Args:
         port: Open port of pyserial with time-out 0; this object closes it.
-        cut: Bytes sent before the next message when a message was sent only in part, so that the
-            board separates the two; empty if the board finds the next message by itself.
+        cut: Bytes that are sent before the next message when a message was sent only in part, so
+            that the board separates the two; empty if the board finds the next message by itself.
     """
 
     def __init__(self, port: Any, cut: bytes = b"\n") -> None:
@@ -46,12 +46,12 @@ class NeverWaiting:
         self._cut = False  # whether the last message was sent in part
 
     def read(self, size: int) -> bytes:
-        """The bytes that have come, `size` at most."""
+        """Return the bytes that have arrived, `size` at most."""
         data: bytes = self._port.read(size)
         return data
 
     def write(self, data: bytes) -> int:
-        """Send as many bytes as there is room for; the rest of an earlier message is not sent."""
+        """Send as many bytes as the port has room for; the rest of the message is dropped."""
         if self._cut:
             data = self._mark + data
         try:
@@ -67,7 +67,7 @@ class NeverWaiting:
 
 
 def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes = b"\n") -> Port:
-    """Open the port at a path exclusively and with time-out 0.
+    """Open the serial port at a path, exclusively and with time-out 0.
 
     Args:
         name: Name of the device, for errors.
@@ -77,7 +77,7 @@ def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes
         cut: Bytes that separate a cut message from the next, as in `NeverWaiting`.
 
     Raises:
-        DeviceError: There is no port, or it may not be opened, or another program has it.
+        DeviceError: There is no port, this user may not open it, or another program uses it.
     """
     try:
         port = _serial(name).Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
@@ -92,7 +92,7 @@ def open_port(name: str, path: str, vendor: str, *, baud: int = 9600, cut: bytes
 
 
 def attempt(name: str, action: Any) -> Any:
-    """Return the result of an action on a port; raises DeviceError when the port is gone."""
+    """Call an action on a port and return its result; raise DeviceError if the port is gone."""
     try:
         return action()
     except (OSError, TypeError) as error:  # pyserial raises OSError; a closed port raises TypeError
@@ -100,13 +100,13 @@ def attempt(name: str, action: Any) -> Any:
 
 
 def list_ports(name: str) -> list[Any]:
-    """List the serial ports as pyserial describes them; raises DeviceError without pyserial."""
+    """List the serial ports as pyserial describes them; raise DeviceError without pyserial."""
     _serial(name)
     return list(import_module("serial.tools.list_ports").comports())
 
 
 def unknown_ports(known: Iterable[str]) -> list[str]:
-    """List USB serial ports without a known board; raises DeviceError without pyserial.
+    """List USB serial ports at which no driver found a board; raise DeviceError without pyserial.
 
     Args:
         known: Paths at which drivers have found boards.
@@ -121,7 +121,7 @@ def unknown_ports(known: Iterable[str]) -> list[str]:
 
 
 def _why_not(path: str, vendor: str, error: OSError) -> tuple[str, str]:
-    """Put an error on opening a port into words: the problem, and advice to the user."""
+    """Return the problem and the advice for an error on opening a port."""
     text = str(error).lower()
     if "no such file" in text or "could not configure" in text:
         what = "there is no port" if "no such file" in text else "no serial port is at"

@@ -2,14 +2,15 @@
 
 A preset gives the simulated device the limits and the mechanics of a real one. The largest force,
 stiffness and damping are those that CHAI3D ships for each device (`src/devices`), and for the
-Inverse3 those of a fork of it; forces are short-time maxima. Everything else is an ASSUMPTION of
-the size that data sheets and measurements of such devices report, not checked on a device:
+Inverse3 those of a fork of CHAI3D; forces are short-time maxima. All other values are an ASSUMPTION
+of the size that data sheets and measurements of such devices report, not checked on a device:
 
-- the physical damping b has exactly the value that Colgate's bound asks for at that stiffness and
-  1 kHz, b = K T / 2, because the authors judged the stiffness usable. This leaves nothing for the
-  passivity layer: its budget is 0, and the room's lag has to do without it (science 3.8);
-- the apparent mass and the Coulomb friction of the tip, the step of its sensors, and the time from
-  a motion to its report.
+- the physical damping b has exactly the value that Colgate's bound requires at the stiffness K and
+  the period T = 1 ms, b = K T / 2, because the authors judged the stiffness usable. This leaves
+  nothing for the passivity layer: its budget is 0, and the room's lag has to do without it
+  (science 3.8);
+- the apparent mass and the Coulomb friction of the tip, the resolution of its sensors, and the time
+  from a motion to its report.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ _SUBSTEP: Final = 0.001  # s; longest step for which `move` is stable
 _MAX_CATCH_UP: Final = 0.1
 # s; time constant with which a driver derives a velocity from the steps of its sensors
 _VELOCITY_FILTER: Final = 0.005
-_LONGEST_LATENCY: Final = 64  # most reports on their way: 16 ms of a device that is read at 4 kHz
+_LONGEST_LATENCY: Final = 64  # most delayed reports: 16 ms of a device that is read at 4 kHz
 # The stall is long, because a simulated hand stops with a process that stalls, and hurts nobody.
-# The rig in virtual air is well damped, so that the laws are tested and not the device.
+# This device, the rig, is well damped, so that tests show the laws and not the device.
 INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
 
 
@@ -39,13 +40,14 @@ class SimulatedDevice:
     """A hand that follows an intention and feels the force that the loop writes.
 
     The damping of `INFO` is only declared; the hand's own damping acts in its place. With a preset,
-    the mechanics include its damping, mass, friction, resolution, latency and largest force.
+    the mechanics include the preset's damping, mass, friction, resolution, latency and largest
+    force.
 
     Args:
         hand: Mechanics of the hand.
         intention: Intention of the hand. Its time starts at the first `read`; if `waits` is True,
             it starts when the hand is engaged.
-        waits: Whether the hand stays where it is until it is engaged.
+        waits: Whether the hand stays at its starting point until it is engaged.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class SimulatedDevice:
         return self._info
 
     def read(self, now: float) -> DeviceSample:
-        """State of the tip after the hand has moved up to `now` under the force written last."""
+        """Move the hand up to time `now` [s] under the last force; return the state of the tip."""
         if self._start is None:
             self._start, self._now = math.inf if self._waits else now, now
         passed = now - self._now
@@ -91,7 +93,7 @@ class SimulatedDevice:
         return DeviceSample(self._seen, self._velocity, level)
 
     def engaged(self, now: float) -> None:
-        """Start the intention of a waiting hand: it can feel a force from `now` on [s]."""
+        """Start the intention of a waiting hand, which can feel a force from time `now` on [s]."""
         if self._start == math.inf:
             self._start = now
 
@@ -103,11 +105,11 @@ class SimulatedDevice:
         self._force = force
 
     def close(self) -> None:
-        """Let the hand go."""
+        """Set the force on the hand to zero."""
         self._force = ZERO
 
     def _move(self, target: Vec3, dt: float) -> None:
-        """Move hand and mechanics for `dt`; the mechanics' friction brakes or stops the motion."""
+        """Move the hand towards `target` [m] for `dt` [s]; the device's friction brakes it."""
         before = self._state
         self._state = move(before, self._hand, target, self._force, dt)
         if self._info.friction <= 0.0:
@@ -120,7 +122,7 @@ class SimulatedDevice:
         self._state = HandState(place, velocity)
 
     def _sense(self, now: float, passed: float) -> None:
-        """Update the sensed position and velocity: quantised by the sensors, late by `latency`."""
+        """Update the sensed position and velocity, which the sensors quantise and delay."""
         x, step = self._state.position, self._info.resolution
         if step > 0.0:
             x = (step * round(x[0] / step), step * round(x[1] / step), step * round(x[2] / step))
@@ -162,7 +164,7 @@ def _preset(
         damping: Largest damping that may be rendered [N s/m].
         mass: Apparent mass of the tip [kg].
         friction: Friction of the mechanics [N].
-        step: Least step of position that the sensors tell apart [m].
+        step: Smallest change of position that the sensors can tell [m].
         latency: Time from a motion to its report [s].
     """
     return DeviceInfo(
@@ -211,17 +213,17 @@ PRESETS: Final = {
 }  # fmt: skip
 
 
-_RIG = "rig"  # the default, which is the rig of `INFO` and no preset
+_RIG = "rig"  # the default: the device of `INFO`, without a preset
 
 
 def simulated_info(choice: DeviceChoice) -> DeviceInfo:
-    """Abilities of the simulated device; raises SettingError for an unknown preset."""
+    """Return the abilities of the simulated device; raise SettingError for an unknown preset."""
     preset = choice.one_of("preset", (_RIG, *PRESETS), _RIG)
     return INFO if preset == _RIG else PRESETS[preset]
 
 
 def open_simulated(config: DeviceConfig) -> SimulatedDevice:
-    """Make a device of the chosen preset, with a hand that follows the intention."""
+    """Make a simulated device of the chosen preset, whose hand follows the intention."""
     assert config.intention is not None
     info = simulated_info(config.choice)
     return SimulatedDevice(config.hand, config.intention, info, waits=True)

@@ -1,11 +1,11 @@
-"""A 3Dconnexion SpaceMouse as a device that only senses: it moves the tip and gives no force.
+"""A 3Dconnexion SpaceMouse as a device without motors: it moves the tip and gives no force.
 
 Pure functions decode a report: its bytes give the deflections of the cap in the world frame. The
 raw axes point right, toward the user and down; those of cohaptic point right, away from the user
 and up.
 
 The device uses rate control: the deflection of the cap sets the velocity of the tip, because the
-cap travels one or two millimetres, but a hand on a soft object travels centimetres. Rotation and
+cap moves by one or two millimetres, but a hand on a soft object by centimetres. Rotation and
 buttons are not used.
 """
 
@@ -50,7 +50,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Buttons:
-    """The buttons that are down.
+    """The pressed buttons in one report.
 
     Args:
         pressed: One bit for each button; bit b of byte n of the report is bit 8 (n - 1) + b.
@@ -60,7 +60,7 @@ class Buttons:
 
 
 def decode(report: Iterable[int]) -> Motion | Buttons | None:
-    """Decode a report; returns None for a report that is unknown, truncated or not made of bytes.
+    """Decode a report; return None for one that is unknown, truncated or not made of bytes.
 
     Older devices send translation and rotation as two reports, newer devices send both in one long
     report. The length tells them apart; a list of product ids would lack those of future devices.
@@ -82,7 +82,7 @@ def decode(report: Iterable[int]) -> Motion | Buttons | None:
 
 
 def without_dead_band(deflection: Vec3) -> Vec3:
-    """Deflection that is 0 within `DEAD_BAND` of zero on each axis, then linear to full scale."""
+    """Set small deflections to 0, up to `DEAD_BAND` on each axis; from there on scale linearly."""
     x, y, z = deflection
     return (_rescale(x), _rescale(y), _rescale(z))
 
@@ -108,7 +108,7 @@ VENDORS = (0x256F, 0x046D)
 
 _NAME = "spacemouse"
 _LONGEST_REPORT = 64  # bytes; the most that full-speed USB allows
-_MOST_REPORTS = 128  # per read; twice the queue of Linux, so that no device can hold up the loop
+_MOST_REPORTS = 128  # per read; twice Linux's queue; a limit, so that no device holds up the loop
 _MAX_GAP = 0.02  # s; after a longer stall of the process the tip goes on from its last position
 _MULTI_AXIS = (0x01, 0x08)  # HID usage page and usage: generic desktop, multi-axis controller
 _UNKNOWN_USAGE = (0x00, 0x00)  # hidapi's libusb backend does not read the usage
@@ -121,7 +121,7 @@ class Transport(Protocol):
     """An open HID device in non-blocking mode, as hidapi offers it."""
 
     def read(self, max_length: int, /) -> list[int]:
-        """Return the next report, or an empty list; raises OSError when the device is gone."""
+        """Return the next report, or an empty list; raise OSError when the device is gone."""
         ...
 
     def close(self) -> object:
@@ -160,11 +160,11 @@ class SpaceMouse:
 
     @property
     def skipped(self) -> int:
-        """Number of deflections that were not used, because a newer deflection had come."""
+        """Number of deflections that were skipped, because a newer one had arrived."""
         return self._skipped
 
     def read(self, now: float) -> DeviceSample:
-        """State of the tip after it has moved up to `now` with the newest deflection.
+        """Move the tip up to time `now` [s] with the newest deflection; return its state.
 
         Without a new report the last deflection stays in use for `_SILENCE`, and then the tip
         stands still: otherwise a cap that is out of reach or asleep would move it for ever.
@@ -196,7 +196,7 @@ class SpaceMouse:
             self._transport.close()
 
     def _move(self, axis: int, dt: float) -> tuple[float, float]:
-        """Position [m] and velocity [m/s] along an axis after `dt`; a wall stops the tip."""
+        """Return position [m] and velocity [m/s] on an axis after `dt` [s]; walls stop the tip."""
         velocity = self._max_speed * self._deflection[axis]
         position = self._position[axis] + velocity * dt
         low, high = self._low[axis], self._high[axis]
@@ -207,7 +207,7 @@ class SpaceMouse:
         return position, velocity
 
     def _drain(self) -> None:
-        """Read the queue of reports up to the newest deflection, and skip older deflections."""
+        """Read the queued reports; use the newest deflection, and count the others as skipped."""
         newest: Vec3 | None = None
         for _ in range(_MOST_REPORTS):
             report = self._next_report()
@@ -240,7 +240,7 @@ def open_spacemouse(center: Vec3, *, reach: float, max_speed: float = 0.15) -> S
         max_speed: Largest speed of the tip along each axis, at full deflection [m/s].
 
     Raises:
-        DeviceError: hidapi is missing, there is no SpaceMouse, or it may not be opened.
+        DeviceError: hidapi is missing, there is no SpaceMouse, or this user may not open it.
     """
     entries = _mice()
     if not entries:
@@ -264,7 +264,7 @@ def _open(config: DeviceConfig) -> Placed:
 
 
 def find_mice() -> list[Found]:
-    """SpaceMice of this machine; raises DeviceError without hidapi."""
+    """Return the SpaceMice of this machine; raise DeviceError without hidapi."""
     found = list[Found]()
     for entry in _mice():
         where = f"{entry['product_string']} at {entry['path'].decode(errors='replace')}"
@@ -283,13 +283,13 @@ KIND = DeviceKind(
 
 
 def _mice() -> list[Entry]:
-    """HID interfaces of the SpaceMouse caps of this machine; raises DeviceError without hidapi."""
+    """List the HID interfaces of SpaceMouse caps; raise DeviceError without hidapi."""
     hid = hidapi(_NAME)
     return [entry for vendor in VENDORS for entry in hid.enumerate(vendor) if _is_cap(entry)]
 
 
 def _is_cap(entry: Entry) -> bool:
-    """Whether an HID interface is a SpaceMouse's cap, and not a receiver's keyboard or mouse."""
+    """Return whether a HID interface is a SpaceMouse's cap, not a receiver's keyboard or mouse."""
     usage = (entry["usage_page"], entry["usage"])
     if usage == _UNKNOWN_USAGE:
         return entry["vendor_id"] == VENDORS[0] or entry["product_id"] in _OF_LOGITECH

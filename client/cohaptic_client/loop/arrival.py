@@ -1,4 +1,4 @@
-"""Takes in a patch that arrives, and moves the surface that the loop shows to the new patch."""
+"""Takes a new patch into the loop's state, and moves the shown surface to the new patch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cohaptic_client.loop.contact import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
-# Multiple of the longest recent gap between patches; a shorter silence counts as the link's jitter.
+# Multiple of the longest recent gap between patches; a shorter silence is the link's jitter.
 PATIENCE: Final = 2.0
 LONGEST_PATIENCE: Final = 1.0  # s; a link with longer silences is too poor for touch
 FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
@@ -27,18 +27,19 @@ def receive(
     settings: LoopSettings,
     surface: Surface | None = None,
 ) -> LoopState:
-    """Take a patch into the state; ignore a patch that is invalid or older than the newest.
+    """Return the state with a new patch; ignore a patch that is invalid or older than the newest.
 
     The network process has already checked the patch. With the check here, invalid patches from a
     broken network process count as silence. A NaN would stay in the loop's memory for ever.
 
-    Surface and gain move to the new patch over one simulation period, from the surface shown now.
-    (Half a period would make forces 4 ms younger at 60 Hz, but coupled hands would settle several
-    times more slowly: the transition is also a filter. Stability goes before transparency.)
+    The surface and the gain move to the new patch over one simulation period, from the surface that
+    is shown now. (Half a period would make forces 4 ms younger at 60 Hz, but coupled hands would
+    settle several times more slowly: the transition is also a filter. Stability goes before
+    transparency.)
 
     Args:
         state: State after the last period.
-        patch: Patch that has come.
+        patch: Patch that has arrived.
         now: Time of this period [s].
         surface: Surface of the patch if it has been made already; None to make it now.
     """
@@ -79,7 +80,10 @@ def receive(
 
 
 def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> bool:
-    """Whether a patch is valid and newer than the newest one."""
+    """Return whether the loop should use this patch.
+
+    The patch must be valid, and newer than the newest patch unless the server was silent.
+    """
     try:
         patch.check(remote=True)
     except RemoteProtocolError:
@@ -90,25 +94,23 @@ def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings)
 
 
 def progress(state: LoopState, now: float, settings: LoopSettings) -> float:
-    """Share of the move to the newest patch that is done at `now`, 0 to 1."""
+    """Return how much of the move to the newest patch is complete at time `now` [s], 0 to 1."""
     way = settings.smoothing * settings.simulation_period
     return min(1.0, (now - state.arrived) / way) if way > 0.0 else 1.0
 
 
 def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
-    """Surface sample at a probe, during the move from the previous patch to the newest.
+    """Sample the shown surface at a probe; return None before the first patch.
 
-    With friction, too, the surface is evaluated at the tip, and not at the tip less its
-    displacement over the material: there a curved patch would turn with that displacement, and the
-    finger's own force would carry a sliding finger away (science 3.10).
+    During the move to the newest patch the sample lies between the samples of both patches. With
+    friction, too, the surface is evaluated at the tip, and not at the tip less its displacement
+    over the material: there a curved patch would turn with that displacement, and the finger's own
+    force would carry a sliding finger away (science 3.10).
 
     Args:
         state: State after the arrival of the newest patch.
-        probe: Position [m].
-        share: Share of the move that is done, from `progress`.
-
-    Returns:
-        The surface sample; None before the first patch.
+        probe: Position of the tip [m].
+        share: Completed fraction of the move, from `progress`.
     """
     if state.surface is None:
         return None
@@ -119,20 +121,20 @@ def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
 
 
 def is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:
-    """Whether the newest patch is so old that the server counts as silent.
+    """Return whether the newest patch is so old that the server counts as silent.
 
     The limit grows with the gaps between patches. On a link with jitter a fixed limit would fade
-    the force again and again, and every fade is a pulse for the other users. A longer wait is
+    the force again and again, and every fade is a pulse for the other users. A longer limit is
     harmless, because the local surface is passive by itself.
     """
     return now - state.arrived > max(settings.limits.silent_after, state.patience)
 
 
 def next_patience(patience: float, gap: float) -> float:
-    """Time for which the server may be silent, updated after one more patch [s].
+    """Return the time for which the server may be silent, updated for one more patch [s].
 
     Args:
-        patience: Value before the patch [s].
+        patience: That time before the patch [s].
         gap: Time since the previous patch [s].
     """
     kept = patience * math.exp(-gap / FORGET_GAPS)

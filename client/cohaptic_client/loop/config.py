@@ -1,4 +1,4 @@
-"""Configuration of the loop's process, passed to it as JSON on its command line."""
+"""The configuration of the loop's process, which it gets as JSON on its command line."""
 
 from __future__ import annotations
 
@@ -15,23 +15,24 @@ from cohaptic_client.loop.safety import SafetyLimits
 
 @dataclass(frozen=True, slots=True)
 class LoopConfig:
-    """Configuration of a loop's process.
+    """Settings and paths that a loop's process needs at its start.
 
     Args:
         memory: Path of the shared memory.
         clock_origin: Origin of the network process's clock, so that both processes read the same
             time [s].
         haptic_period: Haptic period T, from 1/4000 to 1/500 [s].
-        simulation_period: Simulation period, N haptic periods [s].
-        law: Settings of a law's integral.
-        smoothing: Share of a simulation period over which the loop moves to a new patch.
+        simulation_period: Time between two patches, N haptic periods [s].
+        law: Settings of the law's integral.
+        smoothing: Fraction of a simulation period over which the loop moves to a new patch, 0 to 1.
         max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
-        friction: Friction coefficient mu of the contact; 0 for none.
-        follow: Whether gains follow the compliance under a sliding probe.
+        friction: Coefficient of friction mu of the contact; 0 for none.
+        follow: Whether the gains follow the compliance C_ii while the probe slides over the body.
         device: Device that the process opens.
         limits: Limits of the safety layer.
-        rest_mesh: Path of a file with the frame of the resting mesh; None without mesh patches.
-        every_row: Whether the loop writes a row for every period; if not, for one in 0.05 s.
+        rest_mesh: Path of a file with the frame of the resting mesh; None if patches have no mesh.
+        every_row: Whether the loop writes a row for every period; otherwise it writes one every
+            0.05 s.
         fault: Fault of the previous loop that the user has not acknowledged; empty for none.
     """
 
@@ -56,12 +57,12 @@ class LoopConfig:
             raise SettingError("haptic period", f"{self.haptic_period} s", limit)
 
     def to_json(self) -> str:
-        """The text that `from_json` reads."""
+        """Return the configuration as a text that `from_json` reads."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> LoopConfig:
-        """The configuration in a text that `to_json` wrote."""
+        """Read the configuration in a text that `to_json` has written."""
         raw = json.loads(text)
         return cls(
             **raw
@@ -74,10 +75,12 @@ class LoopConfig:
 
 
 def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
-    """Adapt limits to the opened device, whose options may not have shown all its abilities.
+    """Lower the limits to the abilities of the opened device.
+
+    The device's options may not have shown all its abilities before it was opened.
 
     Args:
-        limits: Limits that the user's settings ask for.
+        limits: Limits from the user's settings.
         info: Abilities of the opened device.
     """
     return replace(
@@ -88,7 +91,7 @@ def limits_on(limits: SafetyLimits, info: DeviceInfo) -> SafetyLimits:
 
 
 def silent_after(simulation_period: float) -> float:
-    """Time [s] without a patch after which the server counts as silent: 3 ticks, at least 0.1 s.
+    """Return the time without a patch [s] that counts as silence: 3 ticks, at least 0.1 s.
 
     Shorter jitter does not disturb the hand. The fade of the force takes at least `fade_time`.
     """
@@ -101,9 +104,9 @@ INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which a law's integral is releas
 def law_settings(
     thresholds: Thresholds, simulation_period: float, limits: SafetyLimits
 ) -> LawSettings:
-    """Settings of a law's integral.
+    """Make the settings of a law's integral.
 
-    The integral is released over two simulation periods (5.1), but by at most 1 % of it per
+    The integral is released over two simulation periods (section 5.1), but by at most 1 % of it per
     millisecond.
     """
     release_time = max(INTEGRAL_RELEASE_TIME, 2.0 * simulation_period)
@@ -111,7 +114,7 @@ def law_settings(
 
 
 def haptic_period(loop_hz: float) -> float:
-    """Haptic period of a loop rate [s]; raises SettingError for a rate outside 500 to 4000 Hz."""
+    """Return the haptic period [s] at a loop rate; raise SettingError outside 500 to 4000 Hz."""
     if not 500.0 <= loop_hz <= 4000.0:
         raise SettingError("loop rate", f"{loop_hz} Hz", "from 500 to 4000 Hz")
     return 1.0 / loop_hz

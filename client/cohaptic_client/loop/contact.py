@@ -1,7 +1,8 @@
 """The contact in one period: gain, direction, depth, law, damping and friction, in that order.
 
-The law's gains at the probe move from the previous gains to those of a new patch. Except by the
-hand's own motion, each step changes the force no faster than its share of `EXTERNAL_RATE` allows.
+Over one simulation period the gain K_h moves from its value at the arrival of a patch to the value
+for that patch at the probe. Each step changes the force no faster than its part of `EXTERNAL_RATE`
+allows, except for changes that the hand's own motion causes.
 """
 
 from __future__ import annotations
@@ -29,23 +30,26 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
-# Largest factor by which a compliance changes within one patch; a larger one is the patch's error.
+# Largest factor by which C_ii differs within one patch; a larger one is an error of the patch.
 MOST_CHANGE: Final = 2.0
 # Least K_h C_ii for which K_h counts as the object's stiffness 1 / C_ii, in 32 bits.
 _AS_STIFF: Final = 1.0 - 1e-5
 
 
 def gains_as_sent(patch: Patch, settings: LoopSettings) -> Gains:
-    """The gains that a patch states, with K_h no larger than the device renders stably."""
+    """Return the gains in a patch, with K_h no larger than the device renders stably."""
     return Gains(min(patch.k_h, settings.max_stiffness), patch.integral_gain)
 
 
 def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
-    """The gains of a patch at the present position of the probe.
+    """Return the gains of a patch at the present position of the probe.
 
-    Gains are shares of 1 / C_ii. The compliance C_ii of a contact varies over a body: on the
-    balloon by half from the equator to the pole. A mesh patch has C_ii under the probe; other
-    patches have C_ii at their own contact only.
+    The server chooses gains in proportion to 1 / C_ii, the object's stiffness at the contact. The
+    compliance C_ii varies over a body: on the balloon by half from the equator to the pole. A mesh
+    patch has C_ii under the probe; other patches have C_ii at their own contact only.
+
+    Args:
+        sight: Surface sample at the probe.
     """
     if not settings.follow:
         return gains_as_sent(patch, settings)
@@ -72,14 +76,14 @@ def follow_gains(
     counted: float,
     settings: LoopSettings,
 ) -> LawFade:
-    """The law in use, with its gains moved one period further towards those of the newest patch.
+    """Move the gains of the law in use one period towards those of the newest patch.
 
     Args:
         state: State after the last period.
-        patch: Newest patch, which is for the law in use.
+        patch: Newest patch; it is for the law in use.
         fade: Law in use.
-        sight: Surface sample of the surface now.
-        share: Share of the move to the newest patch that is done, 0 to 1.
+        sight: Sample of the shown surface at the probe.
+        share: Completed fraction of the move to the newest patch, 0 to 1.
         counted: Time since the last period, capped at two periods [s].
     """
     newest = gains_under(patch, sight, settings)
@@ -91,21 +95,21 @@ def follow_gains(
 
 @dataclass(init=False)
 class Contact:
-    """The contact in one period, before the safety layer.
+    """The contact in one period, before the safety layer limits the force.
 
     Fields:
         fade: Law in use; None before the first patch.
-        normal: Direction of the normal force.
+        normal: Direction of the normal force; a unit vector.
         depth: Depth of the probe below the surface, slewed as `LoopState.depth` is [m].
-        moved: Way of the hand in this period [m].
-        moved_in: Part of that way into the surface [m].
+        moved: Displacement of the hand in this period [m].
+        moved_in: Component of that displacement into the surface [m].
         local: Force of the law, with its parts.
         damping: Damping of the passivity layer [N s/m].
         damped_force: Normal force with that damping [N].
-        friction: Memory of the sticking contact.
-        compliance: Compliance that the friction uses; None without friction.
-        law_force: Force of law and friction, which the body gets [N].
-        requested_force: Force of law, friction and damping, before the safety layer [N].
+        friction: State of the friction after this period.
+        compliance: Compliance matrix C that the friction uses [m/N]; None without friction.
+        law_force: Force of law and friction, whose opposite the body gets [N].
+        requested_force: Force of law, friction and damping, for the safety layer [N].
     """
 
     fade: Final[LawFade | None]
@@ -177,12 +181,12 @@ def press(
     silent: bool,
     settings: LoopSettings,
 ) -> Contact:
-    """Compute the contact at a surface: law, damping and friction, without the safety layer.
+    """Compute the contact of the probe with the shown surface: law, damping and friction.
 
     Args:
         state: State after the last period, with a patch.
-        sight: Surface sample of the surface that is shown.
-        share: Share of the move to the newest patch that is done, 0 to 1.
+        sight: Sample of the shown surface at the probe.
+        share: Completed fraction of the move to the newest patch, 0 to 1.
         dt: Time since the last period [s].
         silent: Whether the server counts as silent.
     """
@@ -203,7 +207,7 @@ def press(
         pace *= 0.5  # the other half is for the friction and its compliance
         C = _compliance(state, patch.compliance, pace, counted / settings.simulation_period)
         if C is not None:
-            # A change of the normal force returns, amplified, through the friction: leave room.
+            # Friction amplifies a change of the normal force: leave a part of the pace for that.
             pace *= 1.0 - wedging(settings.friction, state.normal, C, k_h)
 
     normal, depth = sight.normal, sight.depth
@@ -244,7 +248,7 @@ def press(
 def _pace_of_surface(
     state: LoopState, fade: LawFade, gain_change: float, silent: bool, counted: float
 ) -> float:
-    """Largest change of the force that movement of the surface may cause in this period [N].
+    """Return the largest change of the force that the surface may cause in this period [N].
 
     `EXTERNAL_RATE` limits all changes that the hand's own motion does not cause. A change of the
     gain, a fade of the safety layer and a change of the law take their parts of that rate first.
@@ -261,7 +265,10 @@ def _pace_of_surface(
 def _compliance(
     state: LoopState, newest: Compliance3 | None, pace: float, share: float
 ) -> Compliance3 | None:
-    """Compliance for the friction in this period [m/N]; its change may use half the pace."""
+    """Return the compliance matrix C for the friction [m/N], moved towards the newest one.
+
+    Its change may use half of `pace`, the change of the force that is left in this period [N].
+    """
     return slew_compliance(
         state.compliance, newest, state.friction, state.normal_force, share, 0.5 * pace
     )
@@ -270,7 +277,7 @@ def _compliance(
 def _direction(
     state: LoopState, sight: Sight, moved: Vec3, k_h: float, pace: float, settings: LoopSettings
 ) -> tuple[Vec3, float]:
-    """Direction of the force at a surface that has turned, and the rest of the pace [N]."""
+    """Return the force direction at a surface that has turned, and the change of force left [N]."""
     if sight.depth <= 0.0:
         return state.normal, pace  # the contact ends: a vanishing force need not turn any more
     force = min(state.normal_force, settings.limits.max_force)
@@ -287,7 +294,7 @@ def _law_force(
     counted: float,
     settings: LoopSettings,
 ) -> tuple[LawFade, LocalForce]:
-    """Run the law at the depth in use, less the shift of the contact that friction causes."""
+    """Run the law at `depth` less the friction's shift of the contact; return law and force."""
     if C is not None:
         depth -= believed_shift(normal, C, stiffest(fade)) * normal_shift(state.friction, normal, C)
     if depth != sight.depth:
@@ -303,7 +310,7 @@ def _damped(
     counted: float,
     settings: LoopSettings,
 ) -> tuple[float, float]:
-    """Damping of the passivity layer [N s/m], and the normal force with it [N]."""
+    """Return the damping of the passivity layer [N s/m], and the damped normal force [N]."""
     memory, speed_in = state.passivity, -dot(normal, sample.velocity)
     return dissipate(
         memory.owed, memory.damping, normal_force, speed_in, counted, settings.max_damping
@@ -321,10 +328,10 @@ def _friction_force(
     pace: float,
     settings: LoopSettings,
 ) -> FrictionState:
-    """Memory of the sticking contact after this period, which contains the friction force."""
+    """Return the state of the friction after this period, which contains its force [N]."""
     if state.sight is not None and state.friction.touching:
         # The anchor lies `depth` away from the tip, along the normal of the last period. If the
-        # surface has turned since, a part of that depth is now a way along the surface.
+        # surface has turned since, a part of that depth now lies along the surface.
         moved = sub(moved, scale(state.normal, max(0.0, state.depth)))
     return friction_step(
         state.friction,

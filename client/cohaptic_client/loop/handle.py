@@ -1,4 +1,4 @@
-"""The network process's handle on the haptic loop: start it, exchange newest values, end it."""
+"""The network process's control of the loop's process: start it, exchange values, end it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ _GRACE = 2.0  # s for the loop to end by itself once the force has faded
 
 
 class TipSample(NamedTuple):
-    """Tip and force of the loop's newest period.
+    """Position of the tip and force of the loop's newest period, for the server.
 
     Args:
         t: Time of the period, on the client's clock [s].
         tick: Tick of the patch that the period used; 0 for none.
         probe: Position of the tip [m].
-        force: Force on the body: that on the hand without the damping of the passivity layer [N].
-        anchor: Point of the resting surface that the finger holds by friction [m]; None for none.
+        force: Force on the hand without the damping of the passivity layer; the body gets the
+            opposite force [N].
+        anchor: Point of the resting surface to which friction holds the finger [m]; None for none.
     """
 
     t: float
@@ -37,11 +38,11 @@ class TipSample(NamedTuple):
 
 
 class HapticProcess:
-    """The process of the haptic loop, as the network process controls it.
+    """The process of the haptic loop, as the network process starts and controls it.
 
     Attributes:
         status: Newest report of the loop; empty before the first.
-        stopping: Whether the loop was told to end.
+        stopping: Whether `request_stop` has told the loop to end.
     """
 
     def __init__(self, config: LoopConfig, memory: LoopMemory) -> None:
@@ -57,11 +58,11 @@ class HapticProcess:
         self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
 
     def give_patch(self, frame: bytes) -> None:
-        """Hand the newest patch to the loop."""
+        """Pass the frame of the newest patch to the loop."""
         self._memory.patch.write(frame)
 
     def newest_sample(self) -> TipSample | None:
-        """Newest tip and force; None before the first period."""
+        """Return the tip and force of the newest period; None before the first period."""
         raw = self._memory.sample.read()
         if raw is not None:
             t, tick, x, y, z, fx, fy, fz, holds, ax, ay, az = SAMPLE.unpack(raw)
@@ -70,11 +71,11 @@ class HapticProcess:
         return self._last
 
     def new_rows(self) -> bytes:
-        """Rows since the last call, as a block for `cohaptic.status.row.rows_in`."""
+        """Return the rows since the last call, as a block for `cohaptic.status.row.rows_in`."""
         return self._memory.rows.read_new()
 
     def beat(self) -> None:
-        """Tell the loop that this process lives, and read its report.
+        """Send a heartbeat to the loop, and read its report.
 
         Raises:
             DeviceError: The loop has ended because of its device, or died.
@@ -103,7 +104,7 @@ class HapticProcess:
         self._command(stop=True)
 
     def wait(self) -> None:
-        """Wait until the loop has ended, or time out and kill it; call `request_stop` first."""
+        """Wait until the loop has ended; kill it after a time-out. Call `request_stop` first."""
         try:
             self._process.wait(self._grace)
         except subprocess.TimeoutExpired:
@@ -123,7 +124,7 @@ class HapticProcess:
 
 
 def _end_in_words(status: int) -> tuple[str, str]:
-    """Problem and advice for a loop's process that has ended without reporting an error."""
+    """Return problem and advice for a process that ended without reporting an error."""
     if status == HELD:
         return (
             "it held up its loop until that was ended",

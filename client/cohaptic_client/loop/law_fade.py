@@ -1,8 +1,8 @@
-"""The law in use, and the change from one law to the next without a step in the force.
+"""The law in use, and the transition from one law to the next without a step in the force.
 
-When patches come for another law, both laws run, and the force moves from the old to the new one. A
-change takes at least `LAW_FADE_TIME`; it moves the force by at most `LAW_FADE_SHARE_RATE` of itself
-and `LAW_FADE_RATE` per second.
+When patches for another law arrive, both laws run, and the force moves from the old law's force to
+the new one's. A transition takes at least `LAW_FADE_TIME`. It changes the force by at most
+`LAW_FADE_RATE` [N/s], and relative to the force by at most `LAW_FADE_SHARE_RATE` [1/s].
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE
 LAW_FADE_TIME: Final = 0.3  # s
 LAW_FADE_SHARE_RATE: Final = 10.0  # 1/s; 1 % of the force per millisecond
 LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE  # N/s; the other half is left for the surface
-_LEAST_FORCE: Final = 0.05  # N; with a share of a smaller force a change would never end
+_LEAST_FORCE: Final = 0.05  # N; at a rate relative to a smaller force a transition would never end
 
 
 @dataclass(init=False)
 class Running:
-    """A running law, with its gains and its memory.
+    """A running law, with its gains and the memory of its integral.
 
     Fields:
         law: Local model.
@@ -51,12 +51,12 @@ class Running:
 
 @dataclass(init=False)
 class LawFade:
-    """The law in use and the law that it replaces.
+    """The law in use and, during a transition, the law that it replaces.
 
     Fields:
         now: Law in use.
-        before: Law that `now` replaces; None when the change is over.
-        share: Share of `now` in the force, 0 to 1.
+        before: Law that `now` replaces; None outside a transition.
+        share: Weight of the force of `now` in the whole force, 0 to 1; `before` has the rest.
     """
 
     now: Final[Running]
@@ -72,19 +72,19 @@ class LawFade:
 def switch(
     fade: LawFade, law: Law, gains: Gains, *, force: float = 0.0, sight: Sight | None = None
 ) -> LawFade:
-    """Begin to change to `law`; the present law runs beside it until the change is over.
+    """Begin the transition to `law`; the present law runs beside it until the transition is over.
 
-    During a change, a return to the old law begins at once. A third law waits for the end of the
-    change; later patches ask for it again. The integral of the new law starts at the value that
-    gives the force of the old law: from zero it would wind up while the old law still carries the
+    During a transition, a return to the old law begins at once, and a third law has to wait for the
+    end; later patches request it again. The integral of the new law starts at the value that gives
+    the force of the old law: from zero it would wind up while the old law still carries the
     contact.
 
     Args:
         fade: Law in use.
-        law: Law that is asked for.
+        law: Law that the newest patch is for.
         gains: Gains of that law.
-        force: Normal force now [N].
-        sight: Surface sample of the surface now; None if no surface has been shown.
+        force: Present normal force [N].
+        sight: Sample of the shown surface at the probe; None if no surface has been shown.
     """
     if law is fade.now.law:
         return fade
@@ -100,7 +100,7 @@ def switch(
 
 
 def stiffest(fade: LawFade) -> float:
-    """Gain K_h in use; while one law replaces another, the larger gain of the two [N/m]."""
+    """Return the gain K_h in use [N/m]; during a transition, the larger gain of the two laws."""
     k_h = fade.now.gains.k_h
     if fade.before is not None and fade.before.gains.k_h > k_h:
         return fade.before.gains.k_h
@@ -108,7 +108,7 @@ def stiffest(fade: LawFade) -> float:
 
 
 def with_gains(fade: LawFade, gains: Gains) -> LawFade:
-    """The same fade with other gains for the law in use."""
+    """Return the same laws with other gains for the law in use."""
     now = fade.now
     if gains.k_h == now.gains.k_h and gains.integral_gain == now.gains.integral_gain:
         return fade
@@ -118,7 +118,15 @@ def with_gains(fade: LawFade, gains: Gains) -> LawFade:
 def run(
     fade: LawFade, sight: Sight, dt: float, settings: LawSettings
 ) -> tuple[LawFade, LocalForce]:
-    """Run the law in use and the law that it replaces for one period; returns state and force."""
+    """Run the law in use, and the law that it replaces, for one period.
+
+    Args:
+        sight: Sample of the shown surface at the probe.
+        dt: Time since the last period [s].
+
+    Returns:
+        The laws after this period, and the force.
+    """
     memory, force = local_force(fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings)
     if fade.before is None and memory is fade.now.memory:
         return fade, force

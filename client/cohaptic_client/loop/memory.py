@@ -1,4 +1,4 @@
-"""Newest-value slots and a ring of rows in memory shared by a client's two processes.
+"""Slots for newest values, and a ring of rows, in memory that the client's two processes share.
 
 The network process and the haptic loop share one memory-mapped file. A slot holds one value. A
 write replaces it, and a read never waits: there is no lock, so neither side can delay the other. A
@@ -31,7 +31,7 @@ RING_ROWS: Final = 8192  # 2 s at 4 kHz; the network process empties it every 0.
 
 
 class Slot:
-    """One value of at most `capacity` bytes at a fixed place of a buffer."""
+    """One value of at most `capacity` bytes at a fixed offset in the shared memory."""
 
     def __init__(self, memory: mmap.mmap, offset: int, capacity: int) -> None:
         self._memory = memory
@@ -41,7 +41,7 @@ class Slot:
 
     @staticmethod
     def size(capacity: int) -> int:
-        """Bytes that a slot for `capacity` bytes takes."""
+        """Return the number of bytes that a slot for a value of `capacity` bytes takes."""
         return _HEAD.size + capacity
 
     def write(self, payload: bytes) -> None:
@@ -53,7 +53,7 @@ class Slot:
         self._memory[self._offset : self._offset + len(frame)] = frame
 
     def read(self) -> bytes | None:
-        """The value if it is new since the last call, else None."""
+        """Return the value if it is new since the last call, else None."""
         start = self._offset
         # The loop reads in every period, and mostly finds nothing new.
         if _VERSION.unpack_from(self._memory, start)[0] == self._version:
@@ -69,7 +69,7 @@ class Slot:
 
 
 class RowRing:
-    """The last `RING_ROWS` rows of the loop; a slow reader loses the oldest ones."""
+    """Ring buffer with the last `RING_ROWS` rows of the loop; a slow reader loses the oldest."""
 
     def __init__(self, memory: mmap.mmap, offset: int) -> None:
         self._memory = memory
@@ -78,7 +78,7 @@ class RowRing:
 
     @staticmethod
     def size() -> int:
-        """Bytes that the ring takes."""
+        """Return the number of bytes that the ring takes."""
         return _COUNT.size + RING_ROWS * ROW.size
 
     def prepare(self) -> None:
@@ -87,13 +87,13 @@ class RowRing:
         self._memory[at : at + RING_ROWS * ROW.size] = bytes(RING_ROWS * ROW.size)
 
     def append(self, row: tuple[float, ...]) -> None:
-        """Write one row: the values of a `Row`, in the order of its fields."""
+        """Write one row: a tuple of the values of a `Row`, in the order of its fields."""
         ROW.pack_into(self._memory, self._at(self._count), *row)
         self._count += 1
         _COUNT.pack_into(self._memory, self._offset, self._count)
 
     def read_new(self) -> bytes:
-        """Rows since the last call, oldest first: a block for `cohaptic.status.row.rows_in`."""
+        """Return the rows since the last call, oldest first, for `cohaptic.status.row.rows_in`."""
         (count,) = _COUNT.unpack_from(self._memory, self._offset)
         # The writer may be overwriting the oldest rows of a full ring: leave a margin.
         first = max(self._count, count - RING_ROWS + 64)
@@ -102,12 +102,12 @@ class RowRing:
         return self._block(first, turn) + self._block(turn, count)
 
     def _block(self, first: int, end: int) -> bytes:
-        """Rows `first` to `end`, excluding `end`, which are contiguous in the ring."""
+        """Return rows `first` to `end`, excluding `end`, as bytes; they must be contiguous."""
         at = self._at(first)
         return self._memory[at : at + (end - first) * ROW.size]
 
     def _at(self, i: int) -> int:
-        """Offset at which row `i` begins."""
+        """Return the offset at which row `i` begins [bytes]."""
         return self._offset + _COUNT.size + (i % RING_ROWS) * ROW.size
 
 
@@ -119,7 +119,8 @@ class LoopMemory:
         sample: Newest tip and force, for the network process.
         command: Heartbeat, stop flag and acknowledgements, for the loop.
         status: State, statistics and error of the loop as JSON, for the network process.
-        rows: Rows of the loop: one per period, or 20 a second if nobody keeps every row.
+        rows: Rows of the loop: one per period, or 20 per second if the recording of every period is
+            off.
     """
 
     def __init__(self, path: str) -> None:
@@ -136,7 +137,7 @@ class LoopMemory:
 
     @classmethod
     def create(cls) -> LoopMemory:
-        """Make the file and map it.
+        """Make the file and map it; return the mapped memory.
 
         Raises:
             OSError: There is no room for the file.
@@ -150,7 +151,7 @@ class LoopMemory:
         return cls(_reserved(None))
 
     def close(self, *, remove: bool) -> None:
-        """Unmap the file; with `remove`, delete it, too."""
+        """Unmap the file; if `remove` is true, delete it, too."""
         self._memory.close()
         if remove:
             # The file may be gone already; Windows keeps it while the other process has it mapped.
@@ -159,7 +160,7 @@ class LoopMemory:
 
 
 def remove_killed(now: float) -> None:
-    """Remove the files that killed clients have left behind; `now` is Unix time [s]."""
+    """Remove the files that killed clients have left behind; `now` is the Unix time [s]."""
     remove_leftovers(Path(_IN_MEMORY), _PREFIX, _SUFFIX, now, beside=MESH_SUFFIX)
 
 
@@ -171,7 +172,9 @@ _SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status":
 
 
 def _reserved(folder: str | None) -> str:
-    """Path of a new file, all bytes allocated: a write to a missing byte would end the process.
+    """Make a file with all its bytes allocated, and return its path.
+
+    Without the allocation, a write to a missing byte would end the process.
 
     Raises:
         OSError: There is no room for the file in the folder.
@@ -189,7 +192,7 @@ def _reserved(folder: str | None) -> str:
 
 
 def _offsets(capacities: Iterable[int]) -> list[int]:
-    """Offset of each slot, with the offset of the ring as the last entry."""
+    """Return the offset of each slot [bytes], with the ring's offset as the last entry."""
     offsets = [0]
     for capacity in capacities:
         # Each slot starts on its own cache line, so that the two writers do not slow each other.

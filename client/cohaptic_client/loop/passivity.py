@@ -1,21 +1,23 @@
-"""Damps out energy that the server's side generates, and only such energy (science 3.4, 3.9).
+"""The passivity layer: it damps out energy that the server's side generates (science 3.4, 3.9).
 
-A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu
-et al. 2010), for a predictive port. In each period, whatever the loop does,
+A time-domain observer and controller (Hannaford and Ryu 2002), in two-port form under delay (Ryu et
+al. 2010), for a predictive port. The observer adds up in each period, whatever the loop does,
 
-    made = work on the hand + gain of the energy in the local spring - work of the body,
+    generated = work on the hand + gain of the energy in the local spring - work of the body.
 
-where the work of the body is `own_force`, the force of this client that the body carried, times the
-way by which the body's surface moved against that force. While the surface rests, the first two
-terms cancel; the remainder is energy that delay, fades, changes of gain and law, and friction
-generate or take. The remainder is zero at rest, without delay, and for a single user of the
-predictive law, because only other users move its surface. Damping in contact takes the energy out.
-The damping takes out no more energy than is owed; it is no larger than the device renders stably,
-|B| < b - K T / 2 (Colgate, see `device_damping_limit`); and its force is no larger than the
-contact's own force (as in Hunt and Crossley 1975), so that it comes and goes with the contact.
+The local spring is the law's spring between the probe and the surface. The work of the body is
+`own_force`, the force of this client that the body carried, times the displacement of the body's
+surface against that force. While the surface rests, the first two terms cancel; the remainder is
+energy that delay, fades, changes of gain and law, and friction generate or take. The remainder is
+zero at rest, without delay, and for a single user of the predictive law, because only other users
+move that user's surface. Damping in contact takes the energy out. The damping takes out no more
+energy than has been generated; it is no larger than the device renders stably, |B| < b - K T / 2
+(Colgate, see `device_damping_limit`); and its force is no larger than the contact's own force (as
+in Hunt and Crossley 1975), so that it comes and goes with the contact.
 
-The work uses the mean of the forces at both ends of a period. Holding the force over a period makes
-the energy K dx^2 / 2; that belongs to the device, and Colgate's bound already accounts for it.
+The work uses the mean of the forces at both ends of a period. A real device holds the force
+constant over a period, which generates the energy K dx^2 / 2 for a motion dx in a spring of
+stiffness K; Colgate's bound already accounts for that energy.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-FORGET: Final = 5.0  # s; time in which a resting hand dissipates by itself the energy it was given
+FORGET: Final = 5.0  # s; time in which a resting hand dissipates the energy by itself
 SLOW: Final = 0.01  # m/s; a slower hand has little energy, and damping would take it out too slowly
 RAMP: Final = 0.05  # s; from no damping to full damping
 STEP_RATE: Final = 10.0  # N/s; limit of the change of force by a change of the damping
@@ -36,7 +38,7 @@ class Passivity:
     """Memory of the passivity layer.
 
     Fields:
-        owed: Energy that was generated and has not been taken out yet [J].
+        owed: Energy that was generated and has not been damped out yet [J].
         damping: Damping in use [N s/m].
         stored: Energy in the local spring, counted for the force that the hand is given [J].
     """
@@ -55,13 +57,13 @@ NOTHING_OWED: Final = Passivity()
 
 
 def observe(owed: float, work: float, stored: float, from_body: float, dt: float) -> float:
-    """Energy that is still to be taken out, after one period [J].
+    """Return the generated energy that has not been damped out yet, after one more period [J].
 
     Args:
         owed: The same energy after the last period, never negative [J].
         work: Work of the device on the hand in this period [J].
-        stored: Gain of the energy in the local spring [J].
-        from_body: Work of the body while its surface moved [J].
+        stored: Gain of the energy in the local spring in this period [J].
+        from_body: Work of the body in this period, while its surface moved [J].
         dt: Time since the last period [s].
     """
     kept = max(0.0, 1.0 - dt / FORGET)
@@ -69,16 +71,16 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
 
 
 def given_share(stored: float, ratio: float, scale: float) -> float:
-    """Energy in the law's spring, counted for the part of its force that the hand is given [J].
+    """Return the energy of the law's spring for that part of its force which the hand is given [J].
 
-    A spring that is faded to `scale` stores that share of its energy. If a spring of stiffness K is
-    pressed to the depth d and its force is cut to f, the stored energy is the area under the cut
-    force, f d - f^2 / (2 K).
+    A spring whose force is faded to the fraction `scale` stores that fraction of its energy. If a
+    spring of stiffness K is pressed to the depth d and its force is cut to f, the stored energy is
+    the area under the cut force, f d - f^2 / (2 K).
 
     Args:
-        stored: Energy in the law's spring [J].
-        ratio: Force given to the hand over the law's force.
-        scale: Share to which the safety layer has faded the law.
+        stored: Energy in the law's spring at its full force [J].
+        ratio: Force given to the hand, divided by the law's force.
+        scale: Fraction to which the safety layer has faded the law's force.
     """
     if scale <= 0.0:
         return 0.0
@@ -89,21 +91,21 @@ def given_share(stored: float, ratio: float, scale: float) -> float:
 def dissipate(
     owed: float, damping: float, force: float, speed_in: float, dt: float, max_damping: float
 ) -> tuple[float, float]:
-    """Compute the damping and the damped normal force of one period in contact.
+    """Compute the damping and the damped normal force for one period in contact.
 
     The damping rises and falls no faster than `RAMP` and `STEP_RATE` allow, so the force has no
     steps.
 
     Args:
-        owed: Energy to be taken out [J].
+        owed: Generated energy that is to be damped out [J].
         damping: Damping in the last period [N s/m].
         force: Normal force of the law [N].
         speed_in: Speed of the hand into the surface [m/s].
         dt: Time since the last period [s].
-        max_damping: Limit of the damping, of the device and of this layer [N s/m].
+        max_damping: Largest damping that both the device and this layer allow [N s/m].
 
     Returns:
-        Damping [N s/m], and normal force on the hand, from none to twice the law's [N].
+        Damping [N s/m], and normal force on the hand, from zero to twice the law's force [N].
     """
     if force <= 0.0 or max_damping <= 0.0:
         return 0.0, force
@@ -116,13 +118,13 @@ def dissipate(
 
 
 def device_damping_limit(damping: float, stiffness: float, haptic_period: float) -> float:
-    """Largest damping |B| up to `MAX_DAMPING` that a device renders passively [N s/m].
+    """Return the largest damping |B| up to `MAX_DAMPING` that a device renders passively [N s/m].
 
     Colgate's bound is b > K T / 2 + |B|.
 
     Args:
-        damping: Physical damping of the device, b [N s/m].
-        stiffness: Rendered stiffness, K [N/m].
-        haptic_period: Haptic period, T [s].
+        damping: Physical damping b of the device [N s/m].
+        stiffness: Rendered stiffness K [N/m].
+        haptic_period: Haptic period T [s].
     """
     return min(MAX_DAMPING, max(0.0, damping - 0.5 * stiffness * haptic_period))

@@ -11,7 +11,7 @@ from cohaptic import compiled
 
 
 def main() -> None:
-    """Entry point of the process."""
+    """Run the haptic loop with the configuration in the command line's first argument."""
     compiled.use("kernels")
     compiled.use("loop")
     # Imported only now, because a module that was imported before `use` stays interpreted.

@@ -4,12 +4,13 @@ The function `guard` applies the limits once per period. A force that is not fin
 or a hand that moves too fast is a fault: the force falls to zero within `FAULT_RELEASE_TIME`,
 without a jerk, and returns only after the hand has been out of the object. On a device with motors
 the user must also acknowledge the fault, because a force that failed unseen must not return by
-itself. While the user does not hold the device's switch, the hand is released as after a fault, but
-no acknowledgement is needed. The force fades while the server is silent, and rises again when
+itself. While the user does not hold the device's switch, the force is taken away as after a fault,
+but no acknowledgement is needed. The force fades while the server is silent, and rises again when
 patches return. The force is clamped, and its rate is limited in both directions: a force that
 vanishes jolts the hand as much as one that appears. Changes that the hand's own motion does not
 explain are limited to `EXTERNAL_RATE`, whatever force a law computes from a patch. A motion
-explains a change of the force in its own period only: it cannot be saved up for a later patch.
+explains a change of the force in its own period only; a change that `max_rate` has held back is
+remembered for about `FORGET_OWN`.
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 
 # s from a fault to no force; even 10 N fall no faster than `max_rate` allows
 FAULT_RELEASE_TIME: Final = 0.02
-# N/s; limit of all change of the force that the hand's own motion does not cause: 0.02 N in a
-# millisecond, while a fingertip notices changes from about 0.05 N in 20 ms.
+# N/s; limit of all changes of the force that the hand's own motion does not cause: 0.02 N in a
+# millisecond. A fingertip notices changes from about 0.05 N in 20 ms.
 EXTERNAL_RATE: Final = 20.0
 SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
 # Multiple of `EXTERNAL_RATE` that this layer allows for all changes that the hand's own motion does
-# not explain, whatever made them: a turn of the force adds a second-order term to the change.
+# not explain: a rotation of the force adds a second-order term to the change.
 BACKSTOP: Final = 1.02
-FORGET_OWN: Final = 0.03  # s; by then `max_rate` has let through the change it held back
+FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +49,13 @@ class SafetyLimits:
         engage_time: Least time from no force to full force, at the start and after a fault or
             silence [s].
         engage_below: Requested force below which the hand may be engaged [N].
-        engage_periods: Number of periods in a row in which the force must be below `engage_below`.
-        period: Haptic period T; a late period moves the force by no more than two punctual periods
-            would [s].
-        stale: Largest age of a position that the device reports; this time is added to the period
-            when the step of the tip is compared with `max_speed` [s].
-        latch: Whether a fault stays until the user acknowledges it.
+        engage_periods: Number of successive periods in which the requested force must be below
+            `engage_below` before the hand is engaged.
+        period: Haptic period T; a late period changes the force by no more than two punctual
+            periods would [s].
+        stale: Largest age of a position that the device reports; it is added to the period when the
+            tip's motion is compared with `max_speed` [s].
+        latch: Whether the force stays off after a fault until the user acknowledges the fault.
         dead_man: Whether there is force only while the user holds the device's switch.
         external_rate: Largest change of the force per second that the hand's own motion does not
             explain [N/s].
@@ -76,7 +78,7 @@ class SafetyLimits:
 
 
 class Mode(Enum):
-    """State of the hand: it waits, it is engaged, or a fault is to be acknowledged."""
+    """State of the hand: it waits to be engaged, is engaged, or has a fault to acknowledge."""
 
     WAITING = "waiting"
     ENGAGED = "engaged"
@@ -96,15 +98,16 @@ class SafetyState:
 
     Fields:
         mode: WAITING at the start and after a fault; FAULT while a fault that latches is not yet
-            acknowledged.
-        scale: Share of the requested force that is given, 0 to 1.
-        force: Force given in the last period [N].
-        quiet: Number of periods in a row in which the requested force was below `engage_below`.
+            acknowledged; ENGAGED otherwise.
+        scale: Fraction of the requested force that the device gets, 0 to 1.
+        force: Force that the device got in the last period [N].
+        quiet: Number of successive periods in which the requested force was below `engage_below`.
         now: Time of the last period [s]; None before the first.
         fault: Reason for the last release; empty once the hand is engaged again.
         released: Force at the time of the fault, from which the release starts [N].
-        left: Share of the release time that is still to come, 1 to 0.
-        own: Change of force that the hand's own motion explains and `max_rate` has held back [N].
+        left: Remaining fraction of the release time, 1 to 0.
+        own: Change of the force that the hand's own motion explains and `max_rate` has held back
+            [N].
         velocity: Velocity of the hand in the last period [m/s].
     """
 
@@ -169,12 +172,13 @@ def guard(
         requested: Force of law, friction and damping [N].
         now: Time of this period [s].
         velocity: Velocity of the hand [m/s].
-        silent: Whether the server has been silent for too long.
-        limits: Limits of this hand.
+        silent: Whether the server counts as silent.
+        limits: Limits for this hand.
         trouble: Fault of the device or the law that the caller has found; empty for none.
         held: Whether the user holds the device's switch.
-        own: Largest change of the force that the hand's way and speed in this period explain; inf
-            for a law with an integral, which changes the force while the hand rests [N].
+        own: Largest change of the force that the hand's displacement and speed in this period
+            explain; inf for a law with an integral, which changes the force while the hand rests
+            [N].
         damping: Damping through which a change of the hand's velocity explains a change of the
             force [N s/m].
     """
@@ -209,16 +213,16 @@ def guard(
 
 
 def smooth(left: float) -> float:
-    """Share of the force that is still given during a release, on a smooth curve from 1 to 0.
+    """Return the remaining fraction of the force during a release: a smooth curve from 1 to 0.
 
     Args:
-        left: Share of the release time that is still to come, 1 to 0.
+        left: Remaining fraction of the release time, 1 to 0.
     """
     return left * left * (3.0 - 2.0 * left)
 
 
 def rate_of(max_stiffness: float) -> float:
-    """`max_rate` for a device [N/s]: enough for the force that a hand at `OWN_SPEED` causes.
+    """Return `max_rate` for a device [N/s]: enough for the force that a hand at `OWN_SPEED` causes.
 
     A lower rate would delay that force.
 
@@ -232,13 +236,14 @@ LEAST_RATE, OWN_SPEED = 1000.0, 0.5  # N/s; m/s, speed of a tapping hand
 
 
 def next_share(share: float, up: bool, size: float, time: float, step: float) -> float:
-    """Share of the law's force after one period of a fade, 0 to 1.
+    """Return the fraction of the requested force after one period of a fade, 0 to 1.
 
     Args:
-        share: Share after the last period.
+        share: That fraction after the last period.
         up: Whether the force rises; False while it falls.
-        size: Size of the whole force [N]; a fade moves it no faster than `SAFETY_FADE_RATE`.
-        time: Least time of a whole fade [s].
+        size: Magnitude of the requested force [N]; a fade changes it no faster than
+            `SAFETY_FADE_RATE`.
+        time: Least duration of a whole fade [s].
         step: Time since the last period, capped at two periods [s].
     """
     most = step / time
@@ -248,14 +253,14 @@ def next_share(share: float, up: bool, size: float, time: float, step: float) ->
 
 
 def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most: float) -> Vec3:
-    """Force to give: a share of the clamped request, within `most` of the last force [N].
+    """Return the force for the device: a part of the clamped request, within `most` of `before`.
 
     The request is clamped first, because force beyond the limit must not hold up a fade.
 
     Args:
-        before: Force given in the last period [N].
+        before: Force that the device got in the last period [N].
         requested: Force of law, friction and damping [N].
-        share: Share of the clamped force, 0 to 1.
+        share: Fraction of the clamped force, 0 to 1.
         max_force: Largest magnitude of the force [N].
         most: Largest change in this period [N].
     """
@@ -267,7 +272,7 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
 
 
 def _release(state: SafetyState, fault: str, step: float, now: float, latched: bool) -> SafetyState:
-    """Next state of a release, in which the force falls on a smooth ramp to zero."""
+    """Return the next state of a release, in which the force falls on a smooth ramp to zero."""
     released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
     left = max(0.0, left - step / FAULT_RELEASE_TIME)
     return SafetyState(
@@ -281,7 +286,7 @@ def _release(state: SafetyState, fault: str, step: float, now: float, latched: b
 
 
 def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
-    """Reason why the hand must be released; empty without a fault."""
+    """Describe why the force must be released; empty without a fault."""
     if not is_finite(requested):
         return f"the law asked for {requested} N"
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:

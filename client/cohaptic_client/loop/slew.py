@@ -1,7 +1,7 @@
-"""Slew limits of the changes of force that the hand's own motion does not cause.
+"""Slew limits for changes of the force that the hand's own motion does not cause.
 
 `EXTERNAL_RATE` limits the sum of these changes. The depth, the direction, the gain and the
-compliance of a contact each change the force by at most their share of that rate.
+compliance of a contact each change the force by at most their part of that rate.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ SOFT: Final = 1.0
 
 
 def hold_back(depth: float, target: float, most: float) -> float:
-    """Limit the change of the depth by other users to `most`; returns the depth for the law [m].
+    """Limit the change of the depth by the surface's own motion; return the depth for the law [m].
 
     Args:
-        depth: Depth of the last period plus the hand's own way into the surface since then [m].
-        target: Depth of the probe below the surface that is shown [m].
-        most: Largest way of the surface in this period [m].
+        depth: Depth of the last period plus the hand's displacement into the surface since then
+            [m].
+        target: Depth of the probe below the shown surface [m].
+        most: Largest displacement of the surface in this period [m].
     """
     if depth <= 0.0 and target <= 0.0:
         return target  # out of contact there is no force to change
@@ -37,12 +38,12 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
     """Turn the force direction from the last normal to the surface's normal, by at most `most`.
 
     Args:
-        normal: Normal of the last period.
-        target: Normal of the surface that is shown.
+        normal: Unit normal of the last period.
+        target: Unit normal of the shown surface.
         most: Largest turn in this period [rad].
 
     Returns:
-        Unit normal to be used, and its turn [rad].
+        Unit normal for this period, and its angle to `normal` [rad].
     """
     along = dot(normal, target)
     # Divided by the square too: a 32-bit normal is not an exact unit vector, and with an opposite
@@ -52,7 +53,7 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
     angle = math.atan2(size, along)
     if angle <= most:
         return target, angle
-    # All ways to the opposite direction are equally short: any tangent will do.
+    # All rotations to the opposite direction are equally short: any tangent will do.
     way = scale(aside, 1.0 / size) if size > 1e-9 else tangents(normal)[0]
     return unit(add(scale(normal, math.cos(most)), scale(way, math.sin(most)))), most
 
@@ -60,18 +61,22 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
 def slew_normal(
     normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float, pace: float
 ) -> tuple[Vec3, float]:
-    """Turn the force direction within `pace`; returns it and the pace left for the size [N].
+    """Turn the force direction towards the surface's normal within the pace of this period.
 
-    The hand's own way along the surface may also turn the force, by as much as that way changes the
-    force, without using up the pace. At least half of the pace is left for the size of the force.
+    The hand's own displacement along the surface may also turn the force, by as much as it changes
+    the force, without using up the pace. At least half of the pace remains for the magnitude of the
+    force.
 
     Args:
-        normal: Normal of the last period.
-        target: Normal of the surface that is shown.
-        moved: Way of the hand in this period [m].
+        normal: Unit normal of the last period.
+        target: Unit normal of the shown surface.
+        moved: Displacement of the hand in this period [m].
         k_h: Gain in use [N/m].
-        force: Force on the hand, above 0 [N].
-        pace: Largest change of the force by others in this period [N].
+        force: Magnitude of the force on the hand, above 0 [N].
+        pace: Largest change of the force in this period that the hand does not cause [N].
+
+    Returns:
+        Unit normal for this period, and the remaining pace [N].
     """
     own = k_h * norm(sub(moved, scale(normal, dot(normal, moved))))
     normal, turn = turn_back(normal, target, (0.5 * pace + own) / force)
@@ -79,7 +84,7 @@ def slew_normal(
 
 
 def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:
-    """Move a gain towards its target, by at most the share `GAIN_RATE` per second [N/m].
+    """Move a gain towards its target by at most the factor exp(`GAIN_RATE` dt); return it [N/m].
 
     Args:
         k_h: Gain in the last period [N/m].
@@ -103,21 +108,22 @@ def slew_compliance(
     share: float,
     most: float,
 ) -> Compliance3 | None:
-    """Move the friction's compliance towards that of the newest patch; returns it [m/N].
+    """Move the friction's compliance matrix C towards that of the newest patch; return it [m/N].
 
-    A patch without a compliance leaves the previous one in use, so that a sticking contact holds.
+    A patch without a compliance matrix leaves the previous one in use, so that a sticking contact
+    holds.
 
     Args:
-        previous: Compliance of the last period; None before the first.
-        newest: Compliance of the newest patch; None if it has none.
-        friction: Memory of the contact.
+        previous: Compliance matrix of the last period [m/N]; None before the first.
+        newest: Compliance matrix of the newest patch [m/N]; None if the patch has none.
+        friction: State of the friction after the last period.
         normal_force: Normal force in the last period [N].
-        share: Share of the way to the newest compliance that time alone would allow in this period.
+        share: Fraction of the difference that time alone would allow in this period, 0 to 1.
         most: Largest change of the force that the move may cause in this period [N].
     """
     if newest is None or previous is None or previous == newest or not friction.touching:
         return newest or previous
-    # f = C^-1 x, so a change of C moves it by at most |dC| |f| over the least eigenvalue of C.
+    # f = C^-1 x, so a change dC of C changes f by at most |dC| |f| over the least eigenvalue of C.
     change = math.sqrt(sum((b - a) ** 2 for a, b in zip(previous, newest, strict=True)))
     force = math.hypot(normal_force, norm(friction.force))
     if force > 0.0:

@@ -1,7 +1,6 @@
-"""Data of the loop: the surface of a patch, constants, memory, and the results of a period.
+"""Data of the loop: its settings, its memory from period to period, and the results of a period.
 
-The loop presses on the surface, which is made from a patch, and keeps its memory from period to
-period.
+The module also makes the local surface of a patch, on which the loop presses.
 """
 
 from __future__ import annotations
@@ -32,52 +31,52 @@ from cohaptic_client.loop.safety import (
 
 
 def flat_surface(patch: Patch) -> LocalSurface:
-    """The plane or sphere of a patch."""
+    """Return the plane or sphere of a patch; a mesh patch has one under its mesh, too."""
     return LocalSurface(
         patch.x_free, patch.normal, patch.curvature, patch.c_ii, patch.own_force, patch.u_others
     )
 
 
 class SurfaceMaker:
-    """Makes the local surface of each patch, of any geometry.
+    """Makes the local surface of each patch, whether plane, sphere or mesh.
 
     Args:
-        mesh: The resting mesh; None for a client that did not ask for mesh patches.
+        mesh: The resting mesh; None for a client that did not request mesh patches.
     """
 
     def __init__(self, mesh: RestMesh | None = None) -> None:
         self._rest = None if mesh is None else RestSurface(mesh.vertices, mesh.faces)
 
     def __call__(self, patch: Patch) -> Surface:
-        """The surface of a patch."""
+        """Return the local surface of a patch."""
         near, base = patch.neighbourhood, flat_surface(patch)
         if near is None or self._rest is None:
             return base
         words = array("h", near.items)
         if sys.byteorder == "big":
             words.byteswap()
-        # Rounding may leave a stiff vertex beside soft ones without any compliance.
+        # Rounding to units of softer vertices may leave a stiff vertex with a compliance of zero.
         facts = unpack(words, near.scale, near.c_scale, MIN_COMPLIANCE)
-        # With friction the finger sticks to the material and moves with it when others move it.
+        # With friction the finger sticks to the material, and moves with it if other users move it.
         moved = 0.0 if patch.compliance is not None else norm(patch.u_others)
         return MeshSurface(self._rest, base, facts, moved)
 
 
 @dataclass(frozen=True, slots=True)
 class LoopSettings:
-    """Constants of one client's loop.
+    """Settings of one client's loop, which stay constant while the loop runs.
 
     Args:
         simulation_period: Time between patches, N haptic periods [s].
         limits: Limits of the safety layer.
         law: Settings of the law's integral.
-        smoothing: Share of a simulation period over which the loop moves to a new patch; 0 holds
-            each patch as the paper does, with a step of the surface at every patch.
+        smoothing: Fraction of a simulation period over which the loop moves to a new patch, 0 to 1;
+            at 0 the surface jumps to each new patch, as in the paper.
         max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
         surface: Function that makes the local surface of a patch.
-        friction: Friction coefficient mu of the contact; 0 for none.
-        follow: Whether gains follow the compliance under a sliding probe; False for gains that the
-            user has fixed.
+        friction: Coefficient of friction mu of the contact; 0 for none.
+        follow: Whether the gains follow the compliance C_ii while the probe slides over the body;
+            False for gains that the user has fixed.
         max_stiffness: Largest gain that the device renders stably [N/m].
     """
 
@@ -98,24 +97,24 @@ class LoopState:
 
     Fields:
         patch: Newest patch; None before the first.
-        arrived: Time at which the newest patch came [s].
-        before: Surface of the previous patch; None without one.
-        offset: Difference, at the probe, between the surface that was shown when the newest patch
-            came and `before`; None without `before`.
+        arrived: Time at which the newest patch arrived [s].
+        before: Surface of the previous patch; None if there is none.
+        offset: Shown surface less `before`, both sampled at the probe when the newest patch
+            arrived; None without `before`.
         surface: Surface of the newest patch; None before the first.
-        k_h_before: Gain in use when the newest patch came [N/m].
+        k_h_before: Gain in use when the newest patch arrived [N/m].
         fade: Law in use; None before the first patch.
         normal_force: Normal force of the law in the last period [N].
-        sight: Surface sample of the surface shown in the last period; None before the first.
-        depth: Depth of the probe below that surface, slewed by `hold_back` [m]. The surface
-            leaves out this client's own force: the friction's normal shift, and for the laws of the
-            paper the dent of that force, are subtracted later. -inf without a surface.
-        probe: Position in the last period [m].
+        sight: Sample of the surface shown in the last period; None before the first.
+        depth: Depth of the probe below that surface, slewed by `hold_back` [m]. The surface leaves
+            out this client's own force: the friction's normal shift, and for the laws of the paper
+            the dent of that force, are subtracted later. -inf without a surface.
+        probe: Position of the tip in the last period [m].
         normal: Direction of the normal force in the last period, slewed by `turn_back`.
         passivity: Memory of the passivity layer.
-        friction: Memory of the sticking contact.
-        compliance: Compliance that the friction uses, slewed towards that of the newest patch;
-            None without one.
+        friction: State of the friction after the last period.
+        compliance: Compliance matrix C that the friction uses [m/N], slewed towards that of the
+            newest patch; None before the first, and without friction.
         safety: Memory of the safety layer.
         patience: Time for which the server may be silent on this link [s].
     """
@@ -185,7 +184,7 @@ class LoopState:
 
         The state stays unchanged until the force is zero: a fault cannot be acknowledged before the
         force has been released. Zero force is enough, even if a release is under way, because a new
-        release begins in every period in which the switch is not held.
+        release begins in every period in which the user does not hold the switch.
         """
         safety = self.safety
         if safety.mode is not Mode.FAULT or safety.force != ZERO:
@@ -193,7 +192,7 @@ class LoopState:
         return replace(self, safety=SafetyState(now=safety.now, fault=safety.fault))
 
     def taken_away(self, fault: str, limits: SafetyLimits) -> LoopState:
-        """Return the state after a fault outside this loop has taken the force away: zero force.
+        """Return this state with zero force, after a fault outside the loop took the force away.
 
         Args:
             fault: Reason why the force was taken away.
@@ -219,9 +218,9 @@ class Output:
 
     Fields:
         force: Force on the hand, for the device [N].
-        on_body: Force that the body gets: the force on the hand without the damping of the
-            passivity layer, which concerns only the hand [N].
-        anchor: Point of the resting surface that the contact holds by friction [m]; None for none.
+        on_body: Force on the hand without the damping of the passivity layer; the body gets the
+            opposite force [N].
+        anchor: Point of the resting surface to which friction holds the contact [m]; None for none.
         local: Force of the law, with its parts.
         damping_force: Damping force of the passivity layer, along the normal [N].
         u_others: Displacement of the contact point by the other users, along the normal [m].

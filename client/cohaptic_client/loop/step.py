@@ -1,10 +1,10 @@
 """One period of the haptic loop as a pure function: an hour of haptics is a `for` loop in a test.
 
-The steps of a period: the surface that is shown (`arrival`), the contact with it (`contact`), the
-limits of the safety layer (`safety`), the balance of energy (`balance`), and the results. The
-balance is that of the contact's spring with the body and the hand, for the passivity layer
+The steps of a period: the shown surface (`arrival`), the contact of the probe with it (`contact`),
+the limits of the safety layer (`safety`), the energy balance (`balance`), and the results. The
+energy balance is that of the contact's spring with the body and the hand, for the passivity layer
 (`passivity`). A law that fails, a tip out of reach and a position that is not a number are faults:
-the hand is released, and the loop runs on.
+the force is released, and the loop runs on.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ def balance(
     given_ratio: float,
     dt: float,
 ) -> Passivity:
-    """Return the memory of the passivity layer after one period.
+    """Compute the energy balance of one period; return the new memory of the passivity layer.
 
     Args:
         state: State after the last period.
         contact: Contact in this period.
-        before: Surface under the probe in the last period.
-        now: Surface under the probe in this period.
+        before: Sample of the shown surface at the probe in the last period.
+        now: The same sample in this period.
         safety: State of the safety layer after this period.
-        given_ratio: Force given to the hand over the requested force.
+        given_ratio: Force given to the hand, divided by the requested force.
         dt: Time since the last period [s].
     """
     assert contact.fade is not None
@@ -60,14 +60,14 @@ def balance(
 
 
 def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> float:
-    """Energy that the contact's 3x3 spring stores beyond that of its normal force alone [J].
+    """Return the energy in the contact's 3x3 spring beyond that of its normal force alone [J].
 
     Args:
-        friction: Memory of the contact after the period.
+        friction: State of the friction after the period.
         force: Sum of normal and friction force [N].
-        C: Compliance of the contact [m/N].
+        C: Compliance matrix of the contact [m/N].
     """
-    # f C f / 2 of the whole force, less the same of the normal force alone.
+    # The energy f C f / 2 for the whole force f, less the energy for the normal force alone.
     normal_force = sub(force, friction.force)
     both = add(force, normal_force)
     return 0.5 * dot(friction.force, times(C, both)) / max(friction.share, 1e-9)
@@ -76,23 +76,23 @@ def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> 
 def work_of_body(
     before: Sight, now: Sight, fade: LawFade, moved_in: float, *, friction: bool
 ) -> float:
-    """Work of the body in one period: the force it carries times the way of its surface [J].
+    """Return the work of the body in one period: the force it carries times its displacement [J].
 
     Args:
-        before: Surface under the probe in the last period.
-        now: Surface under the probe in this period.
+        before: Sample of the shown surface at the probe in the last period.
+        now: The same sample in this period.
         fade: Law in use, after this period.
-        moved_in: Way of the hand into the surface [m].
-        friction: Whether the material's way along the surface counts.
+        moved_in: Displacement of the hand into the surface [m].
+        friction: Whether the displacement of the material along the surface counts, too.
     """
     # The mean of both ends of the period, as for the work on the hand.
     own_force = scale(add(before.own_force, now.own_force), 0.5)
     own_normal_force = dot(own_force, now.normal)
-    # The hand's own way changes the depth too; the remainder is the surface's way.
+    # The hand's own displacement changes the depth, too; the remainder is the surface's.
     law = fade.now.law
     towards_hand = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
     if fade.before is not None:
-        # During the change from one law to the next, each contributes its share of the force.
+        # During a transition each of the two laws contributes its part of the force.
         law = fade.before.law
         old = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
         towards_hand = old + fade.share * (towards_hand - old)
@@ -118,6 +118,9 @@ def step(
     Args:
         state: State after the last period.
         now: Time of this period [s].
+
+    Returns:
+        State after this period, and its results.
     """
     trouble = trouble_of(state, sample, now, settings.limits)
     if trouble and not norm(sample.position) <= MAX_POSITION:
@@ -131,8 +134,9 @@ def step(
 def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: SafetyLimits) -> str:
     """Describe the fault in a device's sample; empty if there is none.
 
-    The check compares positions, because the driver may state any velocity: a tip that jumps has
-    moved faster than `max_speed`, whatever the sample's velocity is.
+    A fault is a position beyond `MAX_POSITION` or a jump of the tip. The check compares positions,
+    because the driver may state any velocity: a tip that jumps has moved faster than `max_speed`,
+    whatever the sample's velocity is.
 
     Args:
         state: State after the last period.
@@ -155,12 +159,15 @@ def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: Safet
 def without_surface(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, fault: str
 ) -> tuple[LoopState, Output]:
-    """Compute a period that removes the surface: the loop has none until the next patch.
+    """Compute a period after a fault: release the force, and use no surface until the next patch.
 
     Args:
         state: State after the last period.
         now: Time of this period [s].
-        fault: Reason why the hand is released.
+        fault: Reason why the force is released.
+
+    Returns:
+        State after this period, and its results.
     """
     safety = guard(
         state.safety, ZERO, now=now, velocity=sample.velocity, silent=True, limits=settings.limits,
@@ -237,10 +244,10 @@ def _step(
 
 
 def check_memory(contact: Contact) -> None:
-    """Raise ValueError for a contact that must not stay in the loop's memory.
+    """Raise ValueError for a contact whose values must not stay in the loop's memory.
 
-    A value that is not finite would stay there for ever, and a force larger than that of any
-    spring would stay until it has faded.
+    A value that is not finite would stay there for ever, and a force larger than any spring can
+    give would stay until it has faded.
     """
     (fx, fy, fz), (nx, ny, nz) = contact.requested_force, contact.normal
     whole = nx + ny + nz + contact.depth
@@ -251,15 +258,15 @@ def check_memory(contact: Contact) -> None:
 def own_force(
     state: LoopState, sample: DeviceSample, contact: Contact, settings: LoopSettings
 ) -> float:
-    """Largest change of the force in a period that the hand's own way and speed explain [N].
+    """Return the largest change of the force in a period that the hand's own motion explains [N].
 
-    The contact's spring changes the force by the hand's way times the stiffness in the stiffest
-    direction, into or along the surface. Friction adds mu times as much, at a right angle to the
-    normal force. For a hand faster than `SLOW` the damping counts, too: the change may double while
-    the damping force is cut to the law's force, and the damping may rise or fall. For a slower hand
-    the damping does not count: such a hand has little energy to be taken out, and would feel little
-    but the changes that a server causes. The result is inf for a law with an integral, which
-    changes the force while the hand rests.
+    The contact's spring changes the force by the hand's displacement times the stiffness in the
+    stiffest direction, into or along the surface. Friction adds mu times as much, at a right angle
+    to the normal force. For a hand faster than `SLOW` the damping counts, too: the change may
+    double while the damping force is cut to the law's force, and the damping may rise or fall. For
+    a slower hand the damping does not count: such a hand has little energy to be taken out, and
+    would feel little but the changes that a server causes. The result is inf for a law with an
+    integral, which changes the force while the hand rests.
     """
     fade = contact.fade
     if fade is not None and (
@@ -285,23 +292,23 @@ def own_force(
 
 
 def told(anchor: Vec3 | None) -> Vec3 | None:
-    """The anchor to send to the server [m]; None if it is out of reach or not a number."""
+    """Return the anchor for the server [m]; None if it is out of reach or not a number."""
     if anchor is None or not norm(anchor) <= MAX_POSITION:  # NaN too
         return None
     return anchor
 
 
 def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
-    """Force that the body gets: law and friction, reduced as the hand's force is reduced [N].
+    """Return the force of law and friction, reduced as the force on the hand is reduced [N].
 
-    Damping is left out, because it concerns only the hand: it may cancel nearly all of the law's
-    force, or double it. While the hand's force is still larger than the law's and falls towards it,
-    the body gets the law's force.
+    The body gets the opposite force. Damping is left out, because it concerns only the hand: it may
+    cancel nearly all of the law's force, or double it. While the hand's force is still larger than
+    the law's and falls towards it, the result is the law's force.
 
     Args:
         force: Force of the law and the friction [N].
-        ratio: Force given to the hand over the requested force.
-        max_force: Largest force of the hand [N].
+        ratio: Force given to the hand, divided by the requested force.
+        max_force: Largest force on the hand [N].
     """
     size = norm(force)
     if not size < math.inf:  # NaN too

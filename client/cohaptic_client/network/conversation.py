@@ -1,6 +1,6 @@
 """One connection to a server, from greeting to end: receiving, sending, timing, pacing.
 
-The module also keeps the list of the other users, and puts news of them into words.
+The module also tracks the names of the other users, and puts news of them into words.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ from cohaptic_client.settings import ClientSettings
 
 
 class People:
-    """The other users of a room, as the server's messages report them.
+    """Names of the other users in a room, as the server's messages report them.
 
     The same message reports a user who joins and a user's new name. User numbers rise with each
     user who joins. The welcome message lists the earlier users by name, without their numbers.
 
     Args:
-        welcome: Welcome message that this client got.
+        welcome: Welcome message that the server sent to this client.
     """
 
     def __init__(self, welcome: Welcome) -> None:
         self._own = welcome.user
-        self._before = list(welcome.users)  # users who were there before; their numbers are unknown
+        self._before = list(welcome.users)  # earlier users; their numbers are unknown
         self._known: dict[int, str] = {}
 
     def news(self, event: UserJoined | UserLeft) -> str:
-        """Sentence for this user on a user who has joined, left or taken a new name."""
+        """Return a sentence on a user who has joined, left or taken a new name."""
         return self._joined(event) if isinstance(event, UserJoined) else self._left(event)
 
     def _joined(self, event: UserJoined) -> str:
@@ -81,14 +81,14 @@ _BEGINS = (
     f"{_WHO} has muted you: the object takes none of your force",
 )
 _ENDS = ("the object takes forces again", "the object takes your force again")
-_FLUSH = 0.1  # s for the last message to leave the machine
+_FLUSH = 0.1  # s to wait, so that the last message leaves this machine
 
 
 class Refused(CohapticError):
     """The server refused this client and gave a reason.
 
     Args:
-        code: Code of `CloseCode`.
+        code: Number of a `CloseCode`.
         reason: Reason in the server's words.
     """
 
@@ -102,15 +102,16 @@ class Refused(CohapticError):
 
 
 class Conversation:
-    """Exchanges the messages of one connection between the network and the haptic loop.
+    """Exchanges messages between the server and the haptic loop, over one connection.
 
     Args:
         link: Open connection to the server.
-        haptics: Haptic side, which this class starts at the welcome message, or at the rest mesh if
-            patches need one.
-        tell: Called with each piece of news for the user.
-        beat: Called whenever a sample is due, so that the loop's process knows that this process
-            lives; a separate timer would wake up the processor for that alone.
+        haptics: Haptic loop of this client. The conversation starts it at the welcome message, or
+            for mesh patches at the rest mesh.
+        tell: Function that shows a piece of news to the user.
+        beat: Function that sends a heartbeat to the loop's process if one is due; it is called
+            whenever a sample is due, because a separate timer would wake up the processor for that
+            alone.
         key: Secret with which this client can take its own name again after a lost connection.
         token: Token of the invitation, or of the session to resume; empty for none.
 
@@ -118,8 +119,9 @@ class Conversation:
         active: Whether messages can be sent.
         timing: Round trip and clock offset of this connection.
         session: Token of the session that the server has begun; empty for none.
-        place: Place in the queue for a full room, and the queue's length; None outside a queue.
-        server_to_wall: Unix time less the server's clock [s]; 0 before the welcome.
+        place: Position in the queue for a full room, from 1, and the length of the queue; None
+            outside a queue.
+        server_to_wall: Unix time less the server's clock [s]; 0 before the welcome message.
     """
 
     def __init__(
@@ -156,11 +158,11 @@ class Conversation:
         self._seq = 0
 
     async def run(self) -> str:
-        """Greet, receive and send until the connection ends; returns why it ended.
+        """Greet, receive and send until the connection ends; return the reason why it ended.
 
         Raises:
             Refused: The server refused this client.
-            AnotherObject: The server has another object than before.
+            AnotherObject: The server has an object other than that of the running loop.
             RemoteProtocolError: The server broke the protocol.
         """
         self._link.send(self._session.greeting(greeting(self._settings, self._key, self._token)))
@@ -180,7 +182,7 @@ class Conversation:
             listener.cancel()
 
     async def say_goodbye(self) -> None:
-        """Send a last sample without force, then the farewell; returns when both have left."""
+        """Send a last sample with zero force, then the farewell; return when both have left."""
         # No scheduled sample may follow the farewell.
         self._stop_sending()
         tip = self._haptics.newest_sample()
@@ -192,7 +194,7 @@ class Conversation:
         await asyncio.sleep(up.delay + up.jitter + _FLUSH)
 
     def _hear(self, data: Data) -> None:
-        """Handle one message from the server, after its injected delay."""
+        """Handle one message from the server, after its injected latency."""
         event = self._session.receive(data)
         if isinstance(event, Patch):
             assert isinstance(data, bytes)
@@ -201,7 +203,7 @@ class Conversation:
         elif isinstance(event, Place):
             self.session = event.session or self.session
             before, self.place = self.place, (event.place, event.of)
-            if self.place != before:  # an unchanged place is only a sign of life
+            if self.place != before:  # an unchanged position only shows that the server lives
                 where = f"place {event.place} of {event.of}"
                 self._tell(f"the room is full; you wait for a place: {where}")
         elif isinstance(event, Called):
@@ -226,7 +228,7 @@ class Conversation:
             raise Refused(event.code, event.message)
 
     def _tell_restraints(self, new: Restraints) -> None:
-        """Tell the user when the object is frozen or this user muted, and when that ends.
+        """Tell the user when the object is frozen or this user is muted, and when that ends.
 
         The muting of other users is not reported.
         """
@@ -245,7 +247,7 @@ class Conversation:
         self._begin(self._welcome)
 
     def _begin(self, welcome: Welcome) -> None:
-        """Start the sending schedule, and the loop if it does not run yet, after the welcome."""
+        """Start to send samples after the welcome, and start the loop if it does not run yet."""
         others = ", ".join(welcome.users) or "nobody else"
         self._tell(f"touching {welcome.body.name} with {others}")
         self.server_to_wall = welcome.to_wall
@@ -254,7 +256,7 @@ class Conversation:
         self._send_when_due()
 
     def _learn(self, patch: Patch) -> None:
-        """Update the timing estimates and the sending schedule from a patch."""
+        """Update the timing estimates and the schedule of samples from a patch."""
         if patch.seq == 0 or self._pacer is None:
             return
         self._pacer = self._pacer.reported(patch.t_client, patch.sample_wait)
@@ -266,7 +268,7 @@ class Conversation:
         )
 
     def _send_when_due(self) -> None:
-        """Send the newest sample once per simulation period, timed by the pacer."""
+        """Send the newest sample and a heartbeat if they are due; set the timer for the next."""
         if self._pacer is None:
             return
         now = self._clock.now()
@@ -302,7 +304,7 @@ class Conversation:
 
 
 def greeting(settings: ClientSettings, key: str | None = None, token: str = "") -> Hello:
-    """First message of a client, with its settings, secret and token."""
+    """Make the first message of a client, with its settings, secret and token."""
     return Hello(
         protocol=PROTOCOL_VERSION,
         name=settings.name,
@@ -321,7 +323,7 @@ def greeting(settings: ClientSettings, key: str | None = None, token: str = "") 
 
 
 def capabilities(choice: DeviceChoice) -> Capabilities:
-    """Abilities of a device, as the client sends them to the server."""
+    """Return the abilities of a device, in the form that the server gets."""
     info = device_info(choice)
     return Capabilities(
         device=choice.name,

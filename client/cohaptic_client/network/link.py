@@ -1,7 +1,7 @@
-"""One connection to a server: a websocket, with the delay that the settings inject.
+"""One connection to a server: a websocket, with the latency that the settings inject.
 
 Both directions pass through a `DelayLine`, so that injected latency behaves as in a stream: one
-delay per direction, and messages stay in order. Without a delay, frames pass at once.
+delay per direction, and messages stay in order. Without a delay, messages pass at once.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MAX_INBOUND_BYTES = MAX_BYTES  # the largest message is a rest mesh, then a full
 
 
 class Delayed:
-    """A delay line on the running event loop: calls `deliver` for each message when it is due."""
+    """A delay line on the running event loop; it calls `deliver` with each message when due."""
 
     def __init__(
         self, settings: LinkSettings, clock: Clock, deliver: Callable[[Data], None]
@@ -42,7 +42,7 @@ class Delayed:
         self._timer: asyncio.TimerHandle | None = None
 
     def push(self, data: Data) -> None:
-        """Put a message into the delay line."""
+        """Put a message into the delay line; without a delay it is delivered at once."""
         if self._at_once:
             self._deliver(data)
             return
@@ -62,7 +62,7 @@ class Delayed:
         self._run()
 
     def cancel(self) -> None:
-        """Drop the messages in flight."""
+        """Drop the messages that wait in the delay line."""
         if self._timer is not None:
             self._timer.cancel()
 
@@ -71,9 +71,9 @@ class Link:
     """One connection to a server.
 
     Args:
-        up: Delay injected from client to server.
-        down: Delay injected from server to client.
-        ca_file: File of trusted certificates for the server; empty for those of the system.
+        up: Latency injected from client to server.
+        down: Latency injected from server to client.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
     """
 
     def __init__(
@@ -87,7 +87,12 @@ class Link:
         self._outbound: Delayed | None = None
 
     async def open(self) -> None:
-        """Connect; raises ServerLost or ServerUnreachable with advice."""
+        """Connect to the server.
+
+        Raises:
+            ServerLost: No cohaptic server answers; a later attempt may succeed.
+            ServerUnreachable: The URL or the server's certificate is wrong.
+        """
         trusted = trust(self.url, self._ca_file)
         try:
             connection = await connect(
@@ -123,12 +128,12 @@ class Link:
             loop.read_directly(connection.transport, connection.data_received)
 
     def send(self, data: Data) -> None:
-        """Send without waiting; a binary frame is dropped while earlier bytes are still unsent."""
+        """Send without waiting; drop a binary message while earlier bytes are still unsent."""
         assert self._outbound is not None
         self._outbound.push(data)
 
     async def receive(self, deliver: Callable[[Data], None]) -> str:
-        """Call `deliver` for each message until the connection ends; returns why it ended.
+        """Call `deliver` for each message until the connection ends; return why it ended.
 
         Raises:
             AnotherObject: The server closed the connection because it has another object.
@@ -174,7 +179,7 @@ class Link:
     def _write(self, data: Data) -> None:
         assert self._ws is not None
         if isinstance(data, bytes) and self._ws.unsent > 0:
-            return  # newest wins: the next sample is one period away
+            return  # only the newest sample counts: the next one follows a period later
         self._ws.write(data)
 
     async def close(self) -> None:

@@ -26,7 +26,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 
 
 class State(Enum):
-    """State of a session."""
+    """State of a session; the value describes it in words."""
 
     AWAIT_WELCOME = "waits for welcome"
     JOINED = "joined"
@@ -46,8 +46,8 @@ class ClientSession:
     """One connection to a server, seen from the client.
 
     Args:
-        laws: Laws that this client asks for. A patch for another law is refused, because a server
-            could change the force on a resting hand by switching between laws.
+        laws: Laws that this client has requested. A patch for another law is refused, because a
+            server could change the force on a resting hand by switching between laws.
 
     Attributes:
         state: State of the session.
@@ -60,21 +60,21 @@ class ClientSession:
 
     @staticmethod
     def greeting(hello: Hello) -> str:
-        """First message of the connection."""
+        """Encode the first message of the connection."""
         return encode_control(hello)
 
     @staticmethod
     def farewell() -> str:
-        """Last message of the connection."""
+        """Return the last message of the connection, encoded."""
         return encode_control(Bye())
 
     @staticmethod
     def coming() -> str:
-        """The client's answer to the server's message `called`."""
+        """Encode the answer to the server's message `called`, which offers a free seat."""
         return encode_control(Come())
 
     def receive(self, data: str | bytes) -> Event:
-        """Decode and check one message from the server; returns it as an event.
+        """Decode and check one message from the server; return the message.
 
         Raises:
             RemoteProtocolError: The server broke the protocol; the session is over.
@@ -106,7 +106,7 @@ class ClientSession:
         self._vertices = len(mesh.vertices)
 
     def _check(self, patch: Patch) -> None:
-        """Check that the client asked for a patch's law, and has the vertices of a mesh patch."""
+        """Check that the client requested a patch's law and has the vertices of a mesh patch."""
         if patch.law not in self._laws:
             asked = " or ".join(law.value for law in self._laws)
             raise RemoteProtocolError("law of a patch", patch.law.value, asked)
@@ -121,7 +121,7 @@ class ClientSession:
 
 
 def _decode(frame: bytes) -> RestMesh | Patch:
-    """Decode a binary frame by its kind; an unknown kind raises the error of an invalid patch."""
+    """Decode a binary message by its kind; an unknown kind raises the error of an invalid patch."""
     if len(frame) >= HEADER.size and frame[1] == FrameKind.REST_MESH:
         return RestMesh.decode(frame)
     return Patch.decode(frame)

@@ -10,7 +10,7 @@ A sample is sent so that it reaches the server just before the tick that uses it
 how long each sample waited for its tick. Together with the time at which the sample was sent, this
 gives the right phase on the client's own clock. A schedule that moves towards that phase locks to
 the server's ticks at any delay, and a force that it sends is on average half a tick younger than a
-force sent at an unlucky phase. (Moving by a share of the wait alone would be an integrator in a
+force sent at an unlucky phase. (Moving by a fraction of the wait alone would be an integrator in a
 loop with the network's delay, which oscillates when that delay is long.)
 """
 
@@ -18,15 +18,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-WINDOW = 5.0  # s; the shortest round trip counts for at least this long and at most twice that
-SMOOTHING = 0.05  # share of a new round trip in the running means
+WINDOW = 5.0  # s; the shortest round trip is used for at least this time and at most twice it
+SMOOTHING = 0.05  # weight of a new round trip in the running means
 
 
 class Passage(NamedTuple):
-    """One round trip.
+    """One measured round trip, from a sample to the patch that answers it.
 
     Args:
-        round_trip: Time of the round trip without the wait at the server [s].
+        round_trip: Duration of the round trip without the sample's wait at the server [s].
         offset: Server's clock less the client's, if both directions took equally long [s].
     """
 
@@ -35,12 +35,13 @@ class Passage(NamedTuple):
 
 
 class LinkTiming(NamedTuple):
-    """Estimates of a link's timing.
+    """Estimates of the round trip, jitter and clock offset of a link.
 
     Args:
         round_trip: Running mean of the round trip [s]; 0 before the first patch.
         jitter: Running mean of the deviation from `round_trip` [s].
-        shortest: Shortest round trip of the present window; None before the first patch.
+        shortest: Shortest round trip of the present window of `WINDOW` [s]; None before the first
+            patch.
         shortest_before: Shortest round trip of the window before; None in the first window.
         until: End of the present window, on the client's clock [s].
     """
@@ -53,24 +54,24 @@ class LinkTiming(NamedTuple):
 
     @property
     def best(self) -> Passage | None:
-        """Passage from which the clock offset is taken; None before the first patch."""
+        """Shortest recent round trip, for the clock offset; None before the first patch."""
         known = [p for p in (self.shortest, self.shortest_before) if p is not None]
         return min(known, key=lambda p: p.round_trip, default=None)
 
     @property
     def clock_offset(self) -> float:
-        """Server's clock less the client's [s]."""
+        """Server's clock less the client's [s]; 0 before the first patch."""
         return self.best.offset if self.best else 0.0
 
     @property
     def clock_error(self) -> float:
-        """Bound on the error of `clock_offset` [s]."""
+        """Bound on the error of `clock_offset` [s]; 0 before the first patch."""
         return 0.5 * self.best.round_trip if self.best else 0.0
 
     def measured(
         self, *, t_client: float, t_server: float, sample_wait: float, now: float
     ) -> LinkTiming:
-        """Estimates after one more patch.
+        """Return the estimates after one more patch.
 
         Args:
             t_client: Time at which the sample left, on the client's clock [s].
@@ -92,11 +93,11 @@ class LinkTiming(NamedTuple):
 
 
 TARGET_WAIT = 0.002  # s; margin for the jitter of two schedulers
-GAIN = 0.1  # share of the error that one report corrects
+GAIN = 0.1  # fraction of the error that one report corrects
 
 
 class Pacer(NamedTuple):
-    """Schedule of a client's samples.
+    """Schedule by which a client sends its samples.
 
     Args:
         period: Time between samples, the simulation period [s].
@@ -107,12 +108,15 @@ class Pacer(NamedTuple):
     due: float
 
     def sent(self, now: float) -> Pacer:
-        """Schedule after a sample was sent at `now`; skips missed samples and keeps the phase."""
+        """Return the schedule after a sample was sent at time `now` [s].
+
+        The schedule skips samples that are overdue, and keeps its phase.
+        """
         missed = max(0, int((now - self.due) / self.period))
         return Pacer(self.period, self.due + (missed + 1) * self.period)
 
     def reported(self, sent_at: float, sample_wait: float) -> Pacer:
-        """Schedule after the server has reported how long a sample waited for its tick.
+        """Return the schedule after the server has reported how long a sample waited for its tick.
 
         Args:
             sent_at: Time at which that sample was sent, on the clock of `due` [s].

@@ -1,13 +1,13 @@
-"""A websocket of `websockets` whose samples and patches bypass the parser, queue and tasks.
+"""A websocket whose samples and patches bypass the parser, queue and tasks of `websockets`.
 
 At 60 samples and patches per second, the library took a third of the time of the network process.
-Here the stream of the server is cut into frames, and a patch is handed on as soon as it is read.
-Other frames go to the library, which checks them. While one of their messages waits for `recv`,
-patches go through the library, too, so that messages stay in order. An outgoing message is written
-as a finished frame.
+Here the server's stream of bytes is cut into websocket frames, and a patch is delivered as soon as
+its frame is complete. Other frames go to the library, which checks them. While one of their
+messages waits for `recv`, patches go through the library, too, so that messages stay in order. An
+outgoing message is written as a finished frame.
 
-A hostile stream cannot fill the memory: only the beginning of one frame with at most `LONGEST`
-bytes of payload is kept.
+A hostile stream cannot fill the memory: the incomplete frame that is kept has at most `LONGEST`
+bytes of payload.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ LONGEST = 4096
 
 
 class Piece(NamedTuple):
-    """A part of the stream.
+    """A part of the server's stream: a websocket frame, or a part of a long frame.
 
     Args:
         data: Bytes of the stream, unchanged.
@@ -49,14 +49,14 @@ class Piece(NamedTuple):
 
 
 class ServerStream:
-    """Cuts the bytes that a server sends after its answer to the handshake."""
+    """Cuts the bytes that the server sends after the handshake into pieces (`Piece`)."""
 
     def __init__(self) -> None:
-        self._rest: bytes = b""  # incomplete frame, from its first byte
+        self._rest: bytes = b""  # beginning of a frame that is not yet complete
         self._passing = 0  # bytes of a long frame that are still to come
 
     def cut(self, data: bytes) -> list[Piece]:
-        """Return the pieces that `data` completes, in order; all pieces joined give the stream."""
+        """Return the pieces that `data` completes; all pieces joined in order give the stream."""
         found: list[Piece] = []
         if self._passing:
             passed = data[: self._passing]
@@ -84,14 +84,15 @@ class ServerStream:
         return found
 
 
-_KEYS = 256  # masking keys drawn from the system at once: for 4 s of samples
+_KEYS = 256  # masking keys that one call draws from the system: for 4 s of samples
 
 
 class Wire(ClientConnection):
-    """The connection to a server.
+    """The websocket connection to a server.
 
     Attributes:
-        deliver: Called with each small binary message; None leaves all messages to `recv`.
+        deliver: Function that is called with each small binary message; None leaves all messages to
+            `recv`.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
@@ -100,16 +101,16 @@ class Wire(ClientConnection):
         self._stream: ServerStream | None = None  # once the handshake is over
         # Last bytes of the answer to the handshake so far; None once its end has been found.
         self._head: bytes | None = b""
-        self._waiting = 0  # messages that the library has and `recv` has not returned yet
+        self._waiting = 0  # messages in the library for which `taken` was not called yet
         self._keys = b""
         self._unsent: Callable[[], int] | None = None
 
     def taken(self) -> None:
-        """Note that the caller has handed on a message from `recv`; call it for each message."""
+        """Note that the caller is done with a message from `recv`; call it after each `recv`."""
         self._waiting -= 1
 
     def write(self, message: str | bytes) -> None:
-        """Write a message without waiting; does nothing once the close has begun."""
+        """Write a message without waiting; do nothing once the closing has begun."""
         if self.state is State.OPEN:
             self.transport.write(make_frame(message, self._key()))
 
@@ -121,7 +122,7 @@ class Wire(ClientConnection):
         return self._unsent()
 
     def data_received(self, data: bytes) -> None:
-        """Take bytes from the server; called by the event loop."""
+        """Handle bytes from the server; the event loop calls this."""
         if self._stream is None:
             data = self._opening(data)
             if self._stream is None or not data:
@@ -136,7 +137,7 @@ class Wire(ClientConnection):
             super().data_received(piece.data)
 
     def _opening(self, data: bytes) -> bytes:
-        """Pass the answer to the handshake on to the library; returns the bytes that follow it.
+        """Pass the handshake's answer on to the library; return the bytes that follow the answer.
 
         An answer that refuses the handshake may have a body of any bytes, which is passed on uncut.
         """
@@ -159,7 +160,7 @@ class Wire(ClientConnection):
         return b""
 
     def _key(self) -> bytes:
-        """A fresh masking key from the system's random numbers."""
+        """Return a fresh masking key from the system's random numbers."""
         if not self._keys:
             self._keys = os.urandom(KEY * _KEYS)
         key, self._keys = self._keys[:KEY], self._keys[KEY:]

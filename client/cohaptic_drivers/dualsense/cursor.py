@@ -14,22 +14,22 @@ from dataclasses import dataclass
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_drivers.dualsense.reports import MOST, Held
 
-RELEASED = 5  # of 255; a trigger that nobody touches may rest a little off zero
-FASTEST = 0.5  # m/s of the tip by the trigger: a trigger slammed shut would exceed a hand's limits
+RELEASED = 5  # of 255; an untouched trigger may rest a little off zero
+FASTEST = 0.5  # m/s of the tip by the trigger; a slammed trigger would exceed the limits of a hand
 _SMOOTH = 0.004  # s; interval of the pad's reports, between which the tip moves on
-_DEAD_BAND = 0.1  # of full scale; a stick that nobody touches rests a few counts off its centre
+_DEAD_BAND = 0.1  # of full scale; an untouched stick rests a few counts off its centre
 _AT_REST = 1e-4  # m; a smaller press counts as none; one step of the trigger moves the tip by more
 SPEED = 0.15  # m/s of the tip by a stick, along each axis, at full deflection
 
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Directions of trigger and sticks in the device's frame: unit vectors at right angles.
+    """Directions in which trigger and sticks move the tip: unit vectors at right angles.
 
     Args:
-        side: Direction in which a stick to the right moves the tip.
-        up: Direction in which a stick upward moves the tip.
-        inward: Direction in which the trigger moves the tip.
+        side: Direction in which a stick to the right moves the tip, in the device's frame.
+        up: Direction in which a stick upward moves the tip, in the device's frame.
+        inward: Direction in which the trigger moves the tip, in the device's frame.
     """
 
     side: Vec3
@@ -43,7 +43,7 @@ TOP = Axes(side=(1.0, 0.0, 0.0), up=(0.0, 1.0, 0.0), inward=(0.0, 0.0, -1.0))
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """Space in which the tip moves, around the object's centre.
+    """Region in which the tip moves, around the object's centre.
 
     Args:
         axes: Directions of trigger and sticks.
@@ -61,11 +61,13 @@ class Cursor:
     """Position and velocity of the tip, along the axes of the pad.
 
     Args:
-        side: Distance to the right of the centre [m].
+        side: Distance to the right of the object's centre [m].
         up: Distance above the centre [m].
-        base: Distance along `inward` from the centre, trigger released; negative in front [m].
+        base: Distance along `inward` from the centre with the trigger released; negative in front
+            of the centre [m].
         press: Distance along `inward` from `base`, by the trigger [m].
-        blocked: Whether the right stick has to be let go before it moves the tip inward again.
+        blocked: Whether the user has to let the right stick go before it moves the tip inward
+            again.
         velocity: Rates of `side`, of `up`, and of `base` and `press` together [m/s].
     """
 
@@ -78,14 +80,14 @@ class Cursor:
 
 
 def moved(cursor: Cursor, held: Held, dt: float, room: Room, *, contact: bool) -> Cursor:
-    """The cursor after a step of `dt`.
+    """Return the cursor after a step of `dt` with sticks and trigger as in `held`.
 
     Args:
         cursor: Cursor before the step.
         held: State of sticks and trigger.
-        dt: Time passed [s].
-        room: Space in which the tip moves.
-        contact: Whether the tip feels a force.
+        dt: Duration of the step [s].
+        room: Region in which the tip moves.
+        contact: Whether the tip feels a force now.
     """
     side, side_speed = _bounded(cursor.side, _rate(held.left[0]), dt, -room.reach, room.reach)
     up, up_speed = _bounded(cursor.up, _rate(held.left[1]), dt, -room.reach, room.reach)
@@ -107,17 +109,17 @@ def moved(cursor: Cursor, held: Held, dt: float, room: Room, *, contact: bool) -
 
 
 def position(cursor: Cursor, axes: Axes) -> Vec3:
-    """Position of the tip, in the device's frame [m]."""
+    """Return the position of the tip, in the device's frame [m]."""
     return _along(axes, (cursor.side, cursor.up, cursor.base + cursor.press))
 
 
 def velocity(cursor: Cursor, axes: Axes) -> Vec3:
-    """Velocity of the tip, in the device's frame [m/s]."""
+    """Return the velocity of the tip, in the device's frame [m/s]."""
     return _along(axes, cursor.velocity)
 
 
 def pull_of(cursor: Cursor, room: Room) -> int:
-    """Pull of the trigger that corresponds to the present press of the tip, 0 to 255."""
+    """Return the pull of the trigger that corresponds to the present press, 0 to 255."""
     return round(RELEASED + (MOST - RELEASED) * cursor.press / room.depth)
 
 
@@ -136,7 +138,7 @@ def _rate(stick: float) -> float:
 
 
 def _bounded(place: float, rate: float, dt: float, low: float, high: float) -> tuple[float, float]:
-    """Coordinate [m] and speed [m/s] after `dt` [s]; the motion stops at `low` and `high`."""
+    """Return coordinate [m] and speed [m/s] after `dt` [s]; motion stops at `low` and `high`."""
     after = place + rate * dt
     if after <= low:
         return low, max(0.0, rate)

@@ -1,4 +1,4 @@
-"""Catalogue entry of the DualSense, and the functions that find and open a pad."""
+"""The DualSense as the catalogue knows it, and the functions that find and open a pad."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FIRST_REPORT = 1.0  # s
 
 
 def open_dualsense(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the pad of a configuration; raises DeviceError when that fails."""
+    """Find and open the pad of a configuration; raise DeviceError if that fails."""
     clock, choice, radius = clock or SystemClock(), config.choice, config.radius
     side = SIDES[_side_of(choice)]
     entry = _chosen(pads(), choice)
@@ -44,13 +44,13 @@ def open_dualsense(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def pads() -> list[Entry]:
-    """Pads of this machine; raises DeviceError without hidapi."""
+    """List the HID interfaces of pads on this machine; raise DeviceError without hidapi."""
     hid = hidapi(NAME)
     return [entry for product in PRODUCTS for entry in hid.enumerate(VENDOR, product)]
 
 
 def find_pads() -> list[Found]:
-    """Pads of this machine, each with its problem, if any; raises DeviceError without hidapi."""
+    """Return the pads of this machine, with their problems; raise DeviceError without hidapi."""
     found, entries = list[Found](), pads()
     serials = [entry["serial_number"] for entry in entries]
     for number, entry in enumerate(entries, start=1):
@@ -67,7 +67,7 @@ def find_pads() -> list[Found]:
 
 
 def _chosen(entries: list[Entry], choice: DeviceChoice) -> Entry:
-    """Entry of the pad that the user asked for; raises DeviceError if there is none."""
+    """Return the interface of the pad that the user chose; raise DeviceError if there is none."""
     if not entries:
         raise DeviceError(NAME, "no DualSense was found", "connect one by cable")
     if serial := choice.text("serial"):
@@ -109,12 +109,12 @@ def _place_of(choice: DeviceChoice) -> str:
 
 
 def _depth_of(choice: DeviceChoice) -> float:
-    """Motion of the tip over the trigger's stroke, in the world [m]; raises SettingError."""
+    """Return the tip's motion over the trigger's stroke [m]; SettingError outside 2 to 200 mm."""
     return 1e-3 * choice.number("depth", 30.0, 2.0, 200.0, "mm")
 
 
 def _full_of(choice: DeviceChoice) -> float:
-    """Force that full resistance represents [N]; raises SettingError."""
+    """Return the force for the largest resistance [N]; SettingError outside 0.5 to 10 N."""
     return choice.number("full", 3.0, 0.5, 10.0, "N")
 
 

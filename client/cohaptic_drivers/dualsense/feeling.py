@@ -1,8 +1,8 @@
 """Pure conversion of a force to what the hand feels: resistance of the trigger, and rumble.
 
 A trigger can resist but cannot push. Its resistance represents the part of the force against the
-pull, and the rumble represents changes of the force. A force along the pull and a sideways force
-that does not change are not felt.
+pull, and the rumble represents changes of the force. The hand does not feel a force along the pull,
+or a sideways force that does not change.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from cohaptic_drivers.dualsense.reports import MOST, OFF, Effects
 
 # s; changes of the force that are faster than this become rumble, slower ones do not.
 _MEMORY = 0.02
-# A change by this share of the full force runs the motors fully. ASSUMPTION: nobody has felt it.
+# A change by this fraction of `full` runs the motors fully. ASSUMPTION: no person has tried it.
 _LOUD = 0.25
-_QUIET = 0.08  # share of full rumble; a weaker rumble is set to zero, as the motors would not turn
+_QUIET = 0.08  # of full rumble; a weaker rumble is set to zero, as the motors would not turn
 # N; forces below it are no contact. The law's own rounding is far smaller, a fingertip's
 # threshold somewhat larger.
 CONTACT = 0.02
@@ -30,7 +30,7 @@ class Feeling:
 
     Args:
         slow: The force, averaged over `_MEMORY` [N].
-        start: Least pull of the trigger since the contact began, 0 to 255; None without contact.
+        start: Smallest pull of the trigger since the contact began, 0 to 255; None without contact.
         now: Time of the last force [s]; None before the first.
         effects: Effects for the pad.
     """
@@ -47,14 +47,14 @@ NOTHING_FELT = Feeling()
 def felt(
     before: Feeling, force: Vec3, *, pull: int, inward: Vec3, full: float, now: float
 ) -> Feeling:
-    """Convert a force to effects of the pad; returns them with the new memory.
+    """Convert a force to effects of the pad; return them with the new memory.
 
     Args:
         before: Result for the last force.
-        force: Force on the hand [N]; one that is impossibly large or NaN counts as zero.
+        force: Force on the hand [N]; an impossibly large force or NaN counts as zero.
         pull: Pull of the trigger that corresponds to the tip's press, 0 to 255.
         inward: Direction in which a pull moves the tip; a unit vector.
-        full: Force that full resistance represents [N].
+        full: Force that the largest resistance stands for [N].
         now: Time of this force [s].
     """
     if not norm(force) < _MOST_FORCE:  # NaN too, which would stay in the memory for ever

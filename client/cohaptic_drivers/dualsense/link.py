@@ -1,4 +1,4 @@
-"""Connection to the pad: a thread of its own reads reports, and writes one when effects change.
+"""Connection to the pad: a thread reads the pad's reports, and sends a report when effects change.
 
 A write waits for the USB frame, too long for the loop's thread. The thread is also a watchdog: it
 switches resistance and rumble off when the loop gives no effects or the pad sends no reports.
@@ -27,17 +27,17 @@ from cohaptic_drivers.dualsense.reports import (
 SILENCE = 0.02  # s; five periods of the pad; a longer silence of pad or loop switches effects off
 LEAST_GAP = 0.004  # s between two reports to the pad
 _WAIT = 4  # ms to wait for a report
-_MOST_STALE = 128  # reports to read in one turn; twice the queue of Linux
+_MOST_STALE = 128  # reports that one turn reads at most; twice the queue of Linux
 _MOST_BAD = 20  # invalid reports in a row
 _JOIN = 0.25  # s for the thread to end
 
 
 class PadLink:
-    """Connection to a pad.
+    """Connection to a pad, with a thread of its own.
 
     Args:
         device: Open device; this object closes it.
-        side: Trigger that is used.
+        side: Trigger that presses.
         clock: Clock that times the silence of pad and loop.
     """
 
@@ -54,14 +54,14 @@ class PadLink:
         self._thread.start()
 
     def poll(self) -> Held | None:
-        """The newest report since the last call; raises DeviceError when the pad is gone."""
+        """Return the newest report since the last call; raise DeviceError when the pad is gone."""
         if self._trouble is not None:
             raise self._trouble
         told, self._told = self._told, None
         return told
 
     def give(self, effects: Effects) -> None:
-        """Send these effects to the pad; raises as `poll`."""
+        """Set the effects that the thread sends to the pad; raise as `poll`."""
         if self._trouble is not None:
             raise self._trouble
         self._given = (effects, self._clock.now())
@@ -103,7 +103,7 @@ class PadLink:
             self._device.close()
 
     def _take(self) -> bool:
-        """Take the newest report; returns whether the pad sent a valid one."""
+        """Read the queued reports and keep the newest; return whether a valid report came."""
         report, spoke = self._device.read(SIZE, _WAIT), False
         for _ in range(_MOST_STALE):
             if not report:

@@ -1,4 +1,4 @@
-"""A DualSense as a device in its own frame: right, away from the user, up."""
+"""A DualSense as a device in its own frame, whose axes point right, away from the user and up."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _RATE = 250.0  # Hz; rate of the pad's reports, by users' measurements (the Edge
 
 
 class Link(Protocol):
-    """Connection to a pad; no call waits for the pad."""
+    """Connection to a pad; none of its calls waits for the pad."""
 
     def poll(self) -> Held | None:
-        """Newest report since the last call, or None; raises DeviceError when the pad is gone."""
+        """Return the newest report since the last call; raise DeviceError when the pad is gone."""
         ...
 
     def give(self, effects: Effects) -> None:
-        """Send these effects to the pad; raises as `poll`."""
+        """Set the effects that are sent to the pad; raise as `poll`."""
         ...
 
     def release(self) -> None:
@@ -49,9 +49,10 @@ class Pad:
     Args:
         link: Connection to the pad; this object closes it.
         first: First report of the pad.
-        room: Space in which the tip moves.
-        start: First coordinate of the tip along the trigger's direction [m].
-        full: Force that full resistance of the trigger represents [N].
+        room: Region in which the tip moves.
+        start: First coordinate of the tip along the trigger's direction, from the object's centre
+            [m].
+        full: Force that the largest resistance of the trigger stands for [N].
     """
 
     def __init__(self, link: Link, first: Held, room: Room, *, start: float, full: float) -> None:
@@ -97,7 +98,7 @@ class Pad:
         )
 
     def write(self, force: Vec3) -> None:
-        """Make `force` [N] felt as far as a trigger can; raises as `read`."""
+        """Convert `force` [N] to effects and send them; raise as `read`."""
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
         self._force = force
@@ -123,11 +124,11 @@ class Pad:
 
 
 def pad_info(depth: float, full: float) -> DeviceInfo:
-    """Abilities of a pad.
+    """Return the abilities of a pad.
 
     Args:
         depth: Motion of the tip over the whole stroke of the trigger [m].
-        full: Force that full resistance represents, which nobody has measured [N].
+        full: Force that the largest resistance stands for; it has not been measured [N].
     """
     return DeviceInfo(
         "dualsense, not calibrated in newtons",

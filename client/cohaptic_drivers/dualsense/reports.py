@@ -10,7 +10,7 @@ from cohaptic.errors import DeviceError
 NAME = "dualsense"
 SIZE = 64  # bytes of a report from the pad
 OUTPUT_SIZE = 48  # bytes of a report to the pad; the kernel sends 63, and the pad takes both
-MOST = 255  # full scale of every byte for a pull, a stick, a resistance or a rumble
+MOST = 255  # full scale of each byte with a pull, a stick, a resistance or a rumble
 
 _USB, _BLUETOOTH = 0x01, 0x31  # ids of reports from the pad
 _OUTPUT = 0x02  # id of a report to the pad
@@ -22,10 +22,10 @@ _CENTRE = 128  # approximate centre of a stick
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """Places of one trigger in the reports.
+    """Positions of the bytes and flags of one trigger in the reports.
 
     Args:
-        name: Name for people.
+        name: Name of the trigger, as the user types it.
         analog: Index of the byte with the trigger's pull, in a report from the pad.
         flag: Flag by which a report to the pad says that it changes this trigger.
         block: Index of the first byte of the trigger's effect, in a report to the pad.
@@ -45,14 +45,14 @@ SIDES = {
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """State of sticks, trigger and buttons.
+    """State of sticks, trigger and buttons in one report.
 
     Args:
         left: Left stick, to the right and up, each -1 to 1.
         right: Right stick, to the right and up, each -1 to 1.
         pull: Pull of the trigger, 0 to 255.
-        buttons: A bit for each button that is held: square, cross, circle, triangle, then the
-            buttons of the next two bytes.
+        buttons: A bit for each pressed button: square, cross, circle, triangle, then the buttons of
+            the next two bytes.
     """
 
     left: tuple[float, float]
@@ -63,12 +63,12 @@ class Held:
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """Effects of the pad that the hands feel.
+    """Effects of the pad on the hands.
 
     Args:
         start: Pull at which the trigger begins to resist, 0 to 255.
-        resistance: Resistance of the trigger from there on, 0 to 255; nobody has measured it in
-            newtons.
+        resistance: Resistance of the trigger from that pull on, 0 to 255; it has not been measured
+            in newtons.
         rumble: Rumble of both motors, 0 to 255.
     """
 
@@ -81,10 +81,10 @@ OFF = Effects()
 
 
 def decode(report: Iterable[int], side: Side) -> Held | None:
-    """Decode a report; None for one that is unknown, truncated or not made of bytes.
+    """Decode a report; return None for one that is unknown, truncated or not made of bytes.
 
     Raises:
-        DeviceError: The report is one that the pad sends over Bluetooth.
+        DeviceError: The pad has sent a report of its Bluetooth mode.
     """
     try:
         data = bytes(report)
@@ -100,7 +100,7 @@ def decode(report: Iterable[int], side: Side) -> Held | None:
 
 
 def encode(effects: Effects, side: Side) -> bytes:
-    """Encode a report with these effects; the other trigger and the lights stay as they are."""
+    """Encode a report with these effects; it leaves the other trigger and the lights unchanged."""
     data = bytearray(OUTPUT_SIZE)
     data[0], data[1] = _OUTPUT, _RUMBLE | side.flag
     data[_RIGHT_MOTOR] = data[_LEFT_MOTOR] = _byte(effects.rumble)
@@ -112,7 +112,7 @@ def encode(effects: Effects, side: Side) -> bytes:
 
 
 def wireless() -> DeviceError:
-    """Error for a pad on Bluetooth, whose reports have another layout and a checksum."""
+    """Make the error for a pad on Bluetooth, whose reports have another layout and a checksum."""
     return DeviceError(NAME, "it is connected by Bluetooth", "connect it by cable")
 
 

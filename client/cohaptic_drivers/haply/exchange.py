@@ -28,12 +28,12 @@ _MOST_GARBLED = 5
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """The newest state of the device, and when it arrived.
+    """The newest state of the device, and the time at which it arrived.
 
     Args:
         at: Time of arrival, on the clock of the exchange [s].
         arm: State of the device.
-        button: Whether a button of the chosen grip is held.
+        button: Whether a button of the chosen grip is pressed.
     """
 
     at: float
@@ -42,17 +42,17 @@ class Heard:
 
 
 class Exchange:
-    """Exchanges messages about one device with the service, in a thread of its own.
+    """Sends forces to one device and receives its states, in a thread of its own.
 
     Args:
         service: Open connection to the service; this object closes it.
         device: Id of the device.
         first: State of the device at the start.
-        grip: Id of the only grip whose button counts; empty for none.
+        grip: Id of the grip whose button is used; empty for none.
 
     Attributes:
         heard: The newest state of the device.
-        trouble: Error that ended the exchange; None while it goes on.
+        trouble: Error that ended the thread; None while it runs.
         answers: Number of messages that the service has answered.
     """
 
@@ -74,12 +74,12 @@ class Exchange:
         self._thread.start()
 
     def give(self, force: Vec3) -> None:
-        """Set the force [N] that the next message sends; returns at once."""
+        """Set the force [N] that the next message sends; return at once."""
         self._force = force
         self._wake()
 
     def close(self) -> None:
-        """Send zero force, then end the exchange; waits for `LONGEST_CLOSE` at most."""
+        """Send zero force, then end the thread; this waits for `LONGEST_CLOSE` at most."""
         self._force, self._ends = ZERO, True
         self._wake()
         if threading.current_thread() is not self._thread:
@@ -114,7 +114,7 @@ class Exchange:
                 self._service.exchange(force_message(self._device, ZERO), SILENCE)
 
     def _turn(self, force: Vec3) -> None:
-        """Send one message and wait even for a late answer: each message has exactly one."""
+        """Send one message and wait even for a late answer: each message has exactly one answer."""
         text = self._service.exchange(force_message(self._device, force), GIVE_UP)
         while self._service.waiting():  # the service has sent more than one answer
             text = self._service.receive(SILENCE)
@@ -144,7 +144,7 @@ class Exchange:
 
 
 def check_status(arm: Arm) -> None:
-    """Raise DeviceError, with advice, for a device that cannot give force."""
+    """Raise DeviceError, with advice, if a device cannot give force."""
     status = arm.status
     if not status.get("power_supply", True):
         raise DeviceError(

@@ -1,4 +1,4 @@
-"""The Haply Inverse3 as a device of the loop, and the search for it."""
+"""The Haply Inverse3 as a device of the loop, and the functions that find and open one."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from cohaptic_drivers.haply.messages import (
 from cohaptic_drivers.haply.service import Service, ServiceGone, ServiceSilent
 
 _NAME = "haply"
-# Addresses of the service: the first by the overview of version 3.5, the second by default in the
-# settings of the service and in version 3.4.
+# Addresses of the service: the first is that of the overview of version 3.5, the second the default
+# in the settings of the service and in version 3.4.
 URLS = ("ws://127.0.0.1:10001", "ws://127.0.0.1:10000")
 _FIRST_ANSWER = 1.0  # s
 
@@ -42,7 +42,7 @@ class Inverse3:
     """An Inverse3 in its own frame: right, away from the user, up; origin at the mounting plate.
 
     Args:
-        exchange: Exchange of messages about the device; this object ends it.
+        exchange: Thread that exchanges messages about the device; this object ends it.
         clock: The clock of the exchange.
     """
 
@@ -52,7 +52,7 @@ class Inverse3:
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state; not fresh while the service is silent.
+        """Return the newest state of the tip; it is not fresh while the service is silent.
 
         Raises:
             DeviceError: The device or its service is gone, or the device cannot give force.
@@ -72,7 +72,7 @@ class Inverse3:
         )
 
     def write(self, force: Vec3) -> None:
-        """Send `force` [N] with the next message; raises as `read`."""
+        """Send `force` [N] with the next message; raise as `read`."""
         self._check()
         self._exchange.give(force)
 
@@ -81,7 +81,7 @@ class Inverse3:
         self._exchange.give((0.0, 0.0, 0.0))
 
     def close(self) -> None:
-        """Send zero force, then end the exchange; may be called twice."""
+        """Send zero force, then end the thread of the exchange; may be called twice."""
         if not self._closed:
             self._closed = True
             self._exchange.close()
@@ -94,10 +94,10 @@ class Inverse3:
 
 
 def connect(choice: DeviceChoice, clock: Clock) -> tuple[Service, Report]:
-    """Connect to the service; returns the connection and the first report of its devices.
+    """Connect to the service; return the connection and the first report of its devices.
 
     Raises:
-        DeviceError: Nothing answers at the address, or another program does.
+        DeviceError: Nothing answers at the address, or another program answers.
     """
     asked = choice.text("url")
     for url in (asked,) if asked else URLS:
@@ -117,10 +117,14 @@ def connect(choice: DeviceChoice, clock: Clock) -> tuple[Service, Report]:
 
 
 def choose(report: Report, wanted: str) -> Arm:
-    """State of the device that the user asked for, after a check that it can give force.
+    """Return the state of the device that the user chose, after a check that it can give force.
+
+    Args:
+        report: Report of the service.
+        wanted: Id of the device; empty for the only one.
 
     Raises:
-        DeviceError: There is no such device, several are there and none is named, or the device
+        DeviceError: There is no such device, there are several and `wanted` is empty, or the device
             cannot give force.
     """
     arms, known = report.arms, ", ".join(sorted(report.arms))
@@ -137,16 +141,18 @@ def choose(report: Report, wanted: str) -> Arm:
 
 
 def choose_grip(report: Report, wanted: str, *, clutch: bool) -> str:
-    """Id of the grip whose button counts; empty for none.
+    """Return the id of the grip whose button is used; empty for none.
 
-    A grip on another table must not be the switch of this hand.
+    A grip on another table must not be the switch of this hand. With "no", the button of the only
+    grip is used, but not as the switch.
 
     Args:
+        report: Report of the service.
         wanted: "no", "yes" for the only grip, or the id of a grip.
         clutch: Whether the clutch needs the button, even if the button is not the switch.
 
     Raises:
-        DeviceError: There is no such grip, or there are several and none is named.
+        DeviceError: There is no such grip, or there are several and `wanted` names none.
     """
     grips, known = report.grips, ", ".join(sorted(report.grips))
     if wanted not in ("no", "yes"):
@@ -162,7 +168,7 @@ def choose_grip(report: Report, wanted: str, *, clutch: bool) -> str:
 
 
 def open_inverse3(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the device of a configuration; raises DeviceError when that fails."""
+    """Find and open the device of a configuration; raise DeviceError if that fails."""
     clock = clock or SystemClock()
     service, report = connect(config.choice, clock)
     try:
@@ -185,7 +191,7 @@ def open_inverse3(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def find_arms(url: str = "") -> list[Found]:
-    """Devices that the service sees; raises DeviceError when the service does not run."""
+    """Return the devices that the service sees; raise DeviceError if the service does not run."""
     choice = DeviceChoice(_NAME, (("url", url),) if url else ())
     service, report = connect(choice, SystemClock())
     service.close()
@@ -204,7 +210,7 @@ def find_arms(url: str = "") -> list[Found]:
 
 
 def _first_report(service: Service, url: str) -> Report:
-    """Full report of the service, on request; raises DeviceError if it is not the service."""
+    """Request and return a full report; raise DeviceError if it is not from the service."""
     try:
         pushed = service.receive(_FIRST_ANSWER)
         if not knows_service(pushed):

@@ -21,7 +21,7 @@ HELLO = '{"session":{"configure":{"profile":{"name":"cohaptic"}},"force_render_f
 
 
 class GarbledReport(Exception):
-    """A message that is not a valid report of the service."""
+    """A message is not a valid report of the service."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,7 @@ class Arm:
         position: Position of its tip, right, away from the user, up [m].
         velocity: Velocity of its tip [m/s].
         status: Flags of the device, such as `calibrated` and `power_supply`.
-        frame: How the axes of the report differ from the usual ones, in words; empty if they do
-            not.
+        frame: How the report's axes differ from the usual ones, in words; empty if they do not.
     """
 
     id: str
@@ -45,11 +44,11 @@ class Arm:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """One message of the service.
+    """One message of the service: the states of all devices and grips.
 
     Args:
         arms: States of the devices, by id.
-        grips: Whether a button of each grip is held, by the id of the grip.
+        grips: Whether a button of each grip is pressed, by the id of the grip.
     """
 
     arms: dict[str, Arm]
@@ -57,7 +56,7 @@ class Report:
 
 
 def force_message(device: str, force: Vec3) -> str:
-    """Text of the command that gives `force` [N] to the hand."""
+    """Return the text of the command that gives `force` [N] to the hand."""
     x, y, z = force
     # Formatted here, because `json` takes ten times as long; repr of a finite float is JSON.
     return (
@@ -71,7 +70,7 @@ def decode(text: str, only: str = "") -> Report:
 
     Args:
         text: The message.
-        only: Id of the device in use, so that the states of other devices are not read and their
+        only: Id of the device in use, so that the states of other devices are skipped and their
             errors do not matter; empty to read all states.
 
     Raises:
@@ -100,7 +99,7 @@ def decode(text: str, only: str = "") -> Report:
 
 
 def knows_service(text: str) -> bool:
-    """Whether a first message comes from the Haply service and not from another program."""
+    """Return whether a first message comes from the Haply service, not from another program."""
     try:
         message = json.loads(text)
     except (ValueError, RecursionError):
@@ -148,6 +147,6 @@ def _frame(raw: dict[str, Any]) -> str:
 
 
 def _pressed(grip: dict[str, Any]) -> bool:
-    """Whether a button of a grip is held; each make of grip names its buttons differently."""
+    """Return whether a button of a grip is pressed; makes of grips name buttons differently."""
     state = grip.get("state", {})
     return bool(state.get("button") or any(state.get("buttons", {}).values()))

@@ -1,7 +1,8 @@
-"""A connection to the Haply service: sends a message and waits a limited time for the answer.
+"""A connection to the Haply service, which sends a message and waits a limited time for the answer.
 
-It uses the protocol of the `websockets` library without its threads and tasks, on a blocking
-socket: one thread does all the work, and a message wakes no other thread of this process.
+The connection uses the protocol of the `websockets` library without the library's threads and
+tasks, on a blocking socket: one thread does all the work, and a message wakes no other thread of
+this process.
 """
 
 from __future__ import annotations
@@ -27,13 +28,15 @@ class ServiceSilent(Exception):
 
 
 class Service:
-    """An open connection to the service.
+    """An open websocket connection to the service.
 
     Args:
+        url: URL of the service.
         clock: Clock for the time-outs.
 
     Raises:
         ConnectionRefusedError: Nothing listens at the URL.
+        OSError: The connection fails for another reason, such as a time-out.
         ServiceGone: The program that listens at the URL does not speak websocket.
     """
 
@@ -71,7 +74,7 @@ class Service:
         return self.receive(timeout)
 
     def send(self, text: str) -> None:
-        """Send a message; raises ServiceGone."""
+        """Send a message; raise ServiceGone if the connection has ended."""
         try:
             self._protocol.send_text(text.encode())
         except Exception as error:  # an error of the library, whose types are imported only on use
@@ -79,18 +82,18 @@ class Service:
         self._flush()
 
     def receive(self, timeout: float) -> str:
-        """Wait for the next message for `timeout` [s] and return it; raises as `exchange`."""
+        """Wait up to `timeout` [s] for the next message and return it; raise as `exchange`."""
         until = self._clock.now() + timeout
         while not self._whole:
             self._take(until)
         return self._whole.pop(0)
 
     def waiting(self) -> int:
-        """Number of messages that have come and that `receive` has not yet returned."""
+        """Return the number of arrived messages that `receive` has not yet returned."""
         return len(self._whole)
 
     def close(self) -> None:
-        """Close without waiting for the other end; may be called twice."""
+        """Close the connection without waiting for the other end; may be called twice."""
         try:
             self._protocol.send_close()
             self._flush()
@@ -109,9 +112,9 @@ class Service:
                 raise ServiceGone(one_line(str(self._protocol.handshake_exc)))
 
     def _take(self, until: float) -> None:
-        """Read and sort the data that come before `until` [s]; past it, only data already there.
+        """Read data until `until` [s] and collect messages; past it, read only data already there.
 
-        If this process stood still past `until`, the answer may have come meanwhile: the process
+        If this process stood still past `until`, the answer may have arrived meanwhile: the process
         was late, not the service.
         """
         if self._over:
@@ -134,7 +137,7 @@ class Service:
         if not data or self._protocol.close_expected():
             why = self._protocol.handshake_exc or "it closed the connection"
             self._over = one_line(str(why))
-            if not self._whole:  # messages from before the end are returned first
+            if not self._whole:  # return the messages from before the end first
                 raise ServiceGone(self._over)
         if left <= 0.0 and not self._whole:
             raise ServiceSilent

@@ -2,8 +2,8 @@
 
 The user moves the handle by hand along a ruler with the motor off. Then the motor nudges it, gently
 and for a moment, one way and then the other. With a wrong direction an object would pull the hand
-in instead of pushing back, so a motion of the handle that the motor did not cause (by its own
-weight, or by a hand on it) must not count.
+in instead of pushing back, so a motion of the handle that the motor did not cause (by the handle's
+own weight, or by a hand on it) must not count.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ _ENOUGH = 0.003  # m; the nudge ends after this motion
 _PERIOD = 0.001  # s
 _ANSWER = 0.5  # s to wait for a report
 _REST = 0.2  # s without a motion, after which the handle is at rest
-_UNSEEN = 0.05  # s; a longer gap between two looks (busy machine) does not prove that it rested
+_UNSEEN = 0.05  # s; a longer gap between two readings (busy machine) does not prove a rest
 _LONGEST_REST = 3.0  # s that the handle may take to come to rest
-_STILL = 0.1  # share of `_ENOUGH` by which a handle at rest may creep
+_STILL = 0.1  # fraction of `_ENOUGH` by which a handle at rest may creep
 
 
 def calibrate(
     link: BoardLink, board: Description, clock: Clock, ask: Callable[[str], None]
 ) -> list[str]:
-    """Measure a handle with the user's help; returns the lines of its file.
+    """Measure a handle with the user's help; return the lines of its file.
 
     Args:
-        link: Connection to the handle's board, without a current.
-        board: Description that the board gave of itself.
-        ask: Tells the user what to do, and returns when the user has done it.
+        link: Connection to the handle's board, with zero current.
+        board: Description that the board sent of itself.
+        ask: Function that tells the user what to do, and returns when the user has done it.
 
     Raises:
         DeviceError: The handle did not move as expected, or the board is gone.
@@ -63,7 +63,7 @@ def calibrate(
 
 
 def _counts(link: BoardLink, clock: Clock) -> int:
-    """Position of the handle, in counts; the request for it is a command of zero current."""
+    """Return the position of the handle in counts; a command of zero current requests it."""
     end = clock.now() + _ANSWER
     link.poll()
     while True:
@@ -77,7 +77,7 @@ def _counts(link: BoardLink, clock: Clock) -> int:
 
 
 def _way_of_motor(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
-    """1 where a positive current moves the handle toward growing counts, else -1; 0 if unknown."""
+    """Return the sign of the counts by which a positive current moves the handle; 0 if unknown."""
     ways = list[int]()
     for current in (amperes, -amperes):
         _await_rest(link, clock, max(1.0, _STILL * enough))
@@ -90,7 +90,7 @@ def _way_of_motor(link: BoardLink, clock: Clock, amperes: float, enough: float) 
 
 
 def _await_rest(link: BoardLink, clock: Clock, still: float) -> None:
-    """Return once the handle has moved by no more than `still` counts for `_REST`."""
+    """Wait until the handle has moved by no more than `still` counts for `_REST`."""
     end = clock.now() + _LONGEST_REST
     place = _counts(link, clock)
     since = looked = clock.now()
@@ -104,7 +104,7 @@ def _await_rest(link: BoardLink, clock: Clock, still: float) -> None:
 
 
 def _nudge(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
-    """Counts by which a growing current moves the handle, up to `enough`; 0 if it moves less."""
+    """Move the handle by a growing current; return its motion in counts, 0 if below `enough`."""
     start, begin = _counts(link, clock), clock.now()
     moved = 0
     with signals_put_off() as ended:

@@ -1,4 +1,4 @@
-"""Pure functions for the messages of a one-axis board and its host: frames with a checksum.
+"""Pure functions for the messages between a one-axis board and its host: frames with a checksum.
 
 The protocol is our own (`docs/reference/one-axis-board.md`). The board's side is
 `examples/one_axis_board/axis_core.c`, and the tests run this module against it.
@@ -27,13 +27,13 @@ _MOST_CURRENT = 32767  # mA; largest number that fits into a frame
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """Description that a board gives of itself.
+    """Limits and sensor of a board, as the board states them.
 
     Args:
         version: Version of the protocol.
-        limit: Largest current that the motor ever gets [A].
-        full: Current of the motor at full voltage, standing still [A].
-        watchdog: Silence of the host after which the motor is off [s].
+        limit: Largest current that the board ever gives the motor [A].
+        full: Current of the motor at full voltage while it stands still [A].
+        watchdog: Time without a command after which the board switches the motor off [s].
         ramp: Time in which the current limit rises from zero after a start or a silence [s].
         counts: Counts of the sensor per turn of the part that it measures.
     """
@@ -48,16 +48,17 @@ class Description:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Answer of a board to a force command.
+    """Answer of a board to a command.
 
     Args:
         sequence: Sequence number of the command, 0 to 255.
         time: Time on the board's clock, which wraps after 71 minutes [s].
         counts: Counts of the sensor.
         current: Current of the motor [A].
-        button: Whether the button is held.
-        faulty: Whether the sensor failed: there is no current until the board starts anew.
-        tripped: Whether the motor was off meanwhile, because no command had come.
+        button: Whether the button is pressed.
+        faulty: Whether the sensor failed: there is no current until the board starts again.
+        tripped: Whether the board had switched the motor off before this command, for lack of
+            commands.
         limited: Whether the current is less than the command asked for.
     """
 
@@ -72,12 +73,12 @@ class Report:
 
 
 def identify(sequence: int) -> bytes:
-    """Request for the board's description; it gives no force and does not reset the watchdog."""
+    """Encode a request for the description; it gives no force and does not reset the watchdog."""
     return _sealed(bytes([_IDENTIFY, sequence & 0xFF]))
 
 
 def command(sequence: int, amperes: float) -> bytes:
-    """Command for a motor current [A], positive toward growing counts; 0 if it is not finite."""
+    """Encode a motor current [A], positive toward growing counts; 0 if it is not finite."""
     wanted = 1e3 * amperes if math.isfinite(amperes) else 0.0
     milliamperes = round(max(-_MOST_CURRENT, min(_MOST_CURRENT, wanted)))
     return _sealed(struct.pack("<BBh", _FORCE, sequence & 0xFF, milliamperes))
@@ -95,7 +96,7 @@ class Reader:
         self.skipped = 0
 
     def take(self, data: bytes) -> list[Description | Report]:
-        """The frames that these bytes complete, in the order in which they came."""
+        """Return the frames that these bytes complete, in the order in which they came."""
         self._waiting += data
         found: list[Description | Report] = []
         at = 0
@@ -114,7 +115,7 @@ class Reader:
 
 
 def _read(frame: bytes) -> Description | Report | None:
-    """Decode a frame of the right length; None where its checksum or its magic is wrong."""
+    """Decode a frame of the right length; return None if its checksum or its magic is wrong."""
     if int.from_bytes(frame[-2:], "little") != crc16(frame[1:-2]):
         return None
     if frame[1] == _DESCRIPTION:
@@ -136,7 +137,7 @@ def _read(frame: bytes) -> Description | Report | None:
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16/CCITT-FALSE: polynomial 0x1021, start value 0xFFFF, no bits reversed."""
+    """Return the checksum CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, no bits reversed."""
     crc = 0xFFFF
     for byte in data:
         crc = (crc << 8 & 0xFFFF) ^ _TABLE[crc >> 8 ^ byte]

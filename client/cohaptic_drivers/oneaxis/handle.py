@@ -1,7 +1,7 @@
 """The handle of a one-axis board as a device in its own frame: right, away from the user, up.
 
-The handle moves and pushes along one axis only, through the object's middle: the part of a force
-across that axis is not felt.
+The handle moves and pushes only along one axis, through the object's middle: the hand does not feel
+the component of a force across that axis.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SILENCE = 0.02  # s; after a longer silence of the board its last counts are out
 GIVE_UP = 0.25  # s; after a longer silence the board counts as gone
 LETS_GO = 0.05  # s; silence of the host after which our firmware switches its motor off
 LIMIT = 0.5  # A; largest current that our firmware gives a Hapkit's motor
-COUNTS = 2048  # per turn of a Hapkit's motor, as `one_axis_board.ino` sets it
+COUNTS = 2048  # per turn of a Hapkit's motor, as set in `one_axis_board.ino`
 # s; one count is 0.01 to 0.1 mm, or up to 100 mm/s in a period of 1 ms; the filter leaves a fifth.
 _FILTER = 0.004
 # m between two reports; at 1 kHz that is 10 m/s, faster than a hand: the sensor has skipped, or the
@@ -31,14 +31,14 @@ _SHORTEST = 1e-4  # s; shortest time between two reports from which a velocity i
 
 
 class Link(Protocol):
-    """Connection to a board; no call waits for the board."""
+    """Connection to a board; none of its calls waits for the board."""
 
     def poll(self) -> Report | None:
-        """Newest report since the last call, or None; DeviceError when the board is gone."""
+        """Return the newest report since the last call; raise DeviceError if the board is gone."""
         ...
 
     def give(self, amperes: float) -> None:
-        """Send this motor current; raises as `poll`."""
+        """Send this motor current [A]; raise as `poll`."""
         ...
 
     def release(self) -> None:
@@ -55,7 +55,7 @@ class Handle:
 
     Args:
         link: Connection to its board; this object closes it.
-        board: Description that the board gave of itself.
+        board: Description that the board sent of itself.
         first: First report of the board.
         axis: Direction in which the hand presses; a unit vector of the device's frame.
         force: Whether the motor is used.
@@ -81,17 +81,18 @@ class Handle:
         # s; silence of the board, counted between reads and capped at `SILENCE` for each, because a
         # process that stood still could not hear the board.
         self._silent = 0.0
-        # Times at which the last report but one and the last one were read. While this process
-        # stood still, the last one may have waited in the port since the first of these times, so
+        # Times at which the last two reports were read, the older first. While this process stood
+        # still, the newer report may have waited in the port since the first of these times, so
         # the next report may be later by all the time since then, on the board's clock.
         self._heard = (-math.inf, -math.inf)
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state.
+        """Return the newest state of the handle at time `now` [s].
 
         Raises:
-            DeviceError: The board is gone or silent, started anew, or reports an impossible motion.
+            DeviceError: The board is gone or silent, started again, or reports an impossible
+                motion.
         """
         self._check_open()
         told = self._link.poll()
@@ -112,7 +113,7 @@ class Handle:
         )
 
     def write(self, force: Vec3) -> None:
-        """Apply the part of `force` [N] along the axis; raises as `read`."""
+        """Apply the component of `force` [N] along the axis; raise as `read`."""
         self._check_open()
         if not is_finite(force) or self.info.max_force == 0.0:
             force = ZERO
@@ -158,7 +159,12 @@ class Handle:
 
 
 def handle_info(unit: Unit, *, force: bool, board: Description | None = None) -> DeviceInfo:
-    """Abilities of a handle; with the values of our firmware if there is no description yet."""
+    """Return the abilities of a handle.
+
+    Args:
+        force: Whether the motor is used.
+        board: Description that the board sent; None to assume the values of our firmware.
+    """
     limit, per_turn, lets_go = (
         (LIMIT, COUNTS, LETS_GO) if board is None else (board.limit, board.counts, board.watchdog)
     )

@@ -1,4 +1,4 @@
-"""Connection to a one-axis board: a force goes out and a report comes back; no call waits for it.
+"""Connection to a one-axis board: a command goes out and a report comes back; no call waits for it.
 
 The board only answers commands, and switches its motor off by itself when no command comes.
 """
@@ -52,7 +52,7 @@ class BoardLink:
         self._closed = False
 
     def poll(self) -> Report | None:
-        """Newest report since the last call; None without one.
+        """Return the newest report since the last call; None without one.
 
         Raises:
             DeviceError: The port is gone, or the data from it are not of this protocol.
@@ -62,19 +62,19 @@ class BoardLink:
         return told
 
     def description(self) -> Description | None:
-        """Description that the board gave of itself; None before that. Raises as `poll`."""
+        """Return the description that the board has sent, or None; raise as `poll`."""
         self._hear()
         return self._described
 
     def ask(self) -> None:
-        """Ask the board for its description, which gives no force; raises as `poll`."""
+        """Request the board's description; the request gives no force. Raises as `poll`."""
         self._write(identify(self._next()))
 
     def give(self, amperes: float) -> None:
-        """Send this current if the last command has its report; a change to zero goes out at once.
+        """Send a current [A] if the last command has its report; send a change to zero at once.
 
-        This call reads the report itself, because the loop does not poll while it lets a hand go;
-        it therefore raises as `poll`.
+        This call reads the report itself, because the loop does not poll while it releases the
+        force; the call therefore raises as `poll`.
         """
         if amperes == 0.0 != self._given:
             self._send(0.0)
@@ -124,10 +124,10 @@ class BoardLink:
 
 
 def open_board(path: str, clock: Clock) -> tuple[BoardLink, Description, Report]:
-    """Open the board at a port; returns the connection, the description and the first report.
+    """Open the board at a port; return the connection, the description and the first report.
 
     Raises:
-        DeviceError: There is no port, it may not be opened, or another device answers.
+        DeviceError: There is no port, this user may not open it, or another device answers.
     """
     link = BoardLink(open_port(NAME, path, _VENDOR, baud=BAUD, cut=b""), clock)
     try:
@@ -148,12 +148,12 @@ def open_board(path: str, clock: Clock) -> tuple[BoardLink, Description, Report]
 
 
 def find_ports() -> list[Any]:
-    """Serial ports that may have such a board, by the makers of their USB chips."""
+    """Return the serial ports that may have such a board, by the makers of their USB chips."""
     return [each for each in list_ports(NAME) if each.vid in _VENDORS]
 
 
 def _answer(call: Callable[[], None], answer: Callable[[], Any], clock: Clock) -> Any:
-    """Repeat a call until an answer comes, as a starting board swallows calls; None without one."""
+    """Repeat a call until an answer comes, as a starting board loses calls; None without one."""
     end = clock.now() + FIRST_ANSWER
     while (called := clock.now()) < end:
         call()
@@ -166,7 +166,7 @@ def _answer(call: Callable[[], None], answer: Callable[[], Any], clock: Clock) -
 
 
 def _check(described: Description, path: str) -> None:
-    """Refuse firmware that this driver does not know, or that would hold a force for too long."""
+    """Raise DeviceError for firmware that is unknown, or that would hold a force for too long."""
     load = "load the one of examples/one_axis_board"
     if described.version != VERSION:
         problem = f"the firmware of the board at {path} speaks version {described.version}"

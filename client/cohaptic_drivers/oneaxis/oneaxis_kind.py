@@ -1,4 +1,4 @@
-"""Catalogue entry of the one-axis handles, and functions that find, open and calibrate one."""
+"""One-axis handles as the catalogue knows them; functions that find, open and calibrate one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _DOWN: Vec3 = (0.0, 0.0, -1.0)
 
 
 def open_oneaxis(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the handle of a configuration; raises DeviceError when that fails."""
+    """Find and open the handle of a configuration; raise DeviceError if that fails."""
     clock, choice = clock or SystemClock(), config.choice
     unit, force = read_unit(choice.text("unit")), _with_force(choice)
     link, board, first = open_board(_path_of(choice), clock)
@@ -36,7 +36,11 @@ def open_oneaxis(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def find_boards() -> list[Found]:
-    """Boards of this machine, each opened for its description; DeviceError without pyserial."""
+    """Return the boards of this machine; each is opened to read its description.
+
+    Raises:
+        DeviceError: pyserial is missing.
+    """
     found: list[Found] = []
     for path in (port.device for port in find_ports()):
         text = f"{NAME}:port={path}"
@@ -52,7 +56,7 @@ def find_boards() -> list[Found]:
 
 
 def calibrate_oneaxis(choice: DeviceChoice, clock: Clock, ask: Callable[[str], None]) -> list[str]:
-    """Measure a handle and return the lines of its file; raises DeviceError as `calibrate`."""
+    """Measure a handle and return the lines of its file; raise DeviceError as `calibrate`."""
     link, board, _ = open_board(_path_of(choice), clock)
     try:
         return calibrate(link, board, clock, ask)
@@ -79,12 +83,12 @@ def _with_force(choice: DeviceChoice) -> bool:
 
 
 def _axis_of(choice: DeviceChoice) -> Vec3:
-    """Direction in which the hand presses, in the device's frame."""
+    """Return the direction in which the hand presses, in the device's frame."""
     return _DOWN if choice.text("place") == "top" else _AWAY
 
 
 def _knock(choice: DeviceChoice) -> Vec3:
-    """Direction of a knock in the world: along the axis, which alone is felt, toward the hand."""
+    """Return the direction of a knock in the world: along the axis, toward the hand."""
     if _axis_of(choice) == _DOWN:
         return (0.0, 0.0, 1.0)
     turn = turn_of(choice)

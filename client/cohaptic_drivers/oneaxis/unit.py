@@ -1,8 +1,8 @@
-"""Radius, gear, sensor and motor of one handle as it was built, from a file.
+"""Radius, gear, sensor and motor of one particular handle, from a file.
 
-The lengths are roughly those of a Hapkit and only a start: `counts_per_metre` of a calibration
-replaces them. A wrong torque constant scales every force, and with a wrong direction a spring
-pushes the hand on and on, so without a file there is no force.
+The default lengths are roughly those of a Hapkit and only a start: `counts_per_metre` of a
+calibration replaces them. A wrong torque constant scales every force, and with a wrong direction a
+spring pushes the hand on and on, so without a file there is no force.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class Unit:
         gear: Turns of the motor for one turn of the handle: drum over capstan.
         counts_per_metre: Counts of the sensor per metre of the handle's arc; 0 to compute them from
             radius, gear and the counts per turn that the board reports.
-        sensor_direction: 1 where counts grow as the handle goes away from the user, else -1.
-        motor_direction: 1 where a positive current moves the handle away from the user, else -1.
-        torque_constant: Torque constant of the motor [N m/A]; 0 where it is not known, and then
-            there is no force.
+        sensor_direction: 1 if counts grow as the handle goes away from the user, else -1.
+        motor_direction: 1 if a positive current moves the handle away from the user, else -1.
+        torque_constant: Torque constant of the motor [N m/A]; 0 if it is unknown, and then there is
+            no force.
         friction: Friction of handle and motor, as the hand feels it [N].
         damping: Damping of handle and motor, as the hand feels it [N s/m].
         max_current: Largest current through the motor [A]; the board's own limit holds as well.
@@ -54,12 +54,16 @@ class Unit:
     travel: float = 0.08
 
     def counts(self, per_turn: int) -> float:
-        """Counts per metre of the handle's arc, with `per_turn` counts per turn of the motor."""
+        """Return the counts per metre of the handle's arc.
+
+        Args:
+            per_turn: Counts per turn of the motor, as the board reports them.
+        """
         told = self.counts_per_metre
         return told or per_turn * self.gear / (2.0 * math.pi * self.handle_radius)
 
     def current(self, force: float) -> float:
-        """Current [A] for a force away from the user [N]; 0 if the torque constant is unknown."""
+        """Return the current [A] for a force [N] away from the user; 0 without torque constant."""
         if self.torque_constant == 0.0:
             return 0.0
         torque = force * self.handle_radius / self.gear
@@ -67,12 +71,12 @@ class Unit:
         return max(-self.max_current, min(self.max_current, wanted))
 
     def most_force(self, board_limit: float) -> float:
-        """Largest force at the handle [N], with a board that gives at most `board_limit` [A]."""
+        """Return the largest force [N] on a board that gives at most `board_limit` [A]."""
         ampere = min(self.max_current, board_limit)
         return min(self.max_force, ampere * self.torque_constant * self.gear / self.handle_radius)
 
 
-# Key of the file: lowest and highest value. A direction has one of these two values.
+# Lowest and highest value for each key of the file. A direction has one of these two values.
 _LIMITS = {
     "handle_radius": (0.01, 0.5),
     "gear": (0.1, 200.0),
@@ -95,7 +99,7 @@ assert set(_LIMITS) == {each.name for each in fields(Unit)}
 
 
 def read_unit(path: str) -> Unit:
-    """Unit of a file; without a path, a unit that only senses.
+    """Read the unit from its file; without a path, return a unit that only senses.
 
     Raises:
         SettingError: The file cannot be read, lacks a key, or has an unknown key or invalid value.

@@ -1,8 +1,8 @@
 """Devices of Force Dimension and the Novint Falcon, through the maker's DHD library.
 
 Frame of the library: toward the user, the user's right, up, in metres and newtons. The library
-holds the last force for ever, so the driver sets the watchdog of the device's firmware, where there
-is one.
+holds the last force for ever, so the driver sets the watchdog in the device's firmware, if there is
+one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _FARTHEST = 1.0
 _WATCHDOG = 240
 _WATCHDOG_UNIT = 125e-6  # s
 
-# Largest force [N], stiffness [N/m] and damping [N s/m], by what others found usable (CHAI3D).
+# Largest force [N], stiffness [N/m] and damping [N s/m] that the authors of CHAI3D found usable.
 _MODELS = {
     "falcon": (8.0, 3000.0, 20.0),
     "omega": (12.0, 5000.0, 30.0),
@@ -41,13 +41,13 @@ _MODELS = {
 
 
 class ForceDimension:
-    """A device in its own frame: right, away from the user, up.
+    """A device of Force Dimension in its own frame: right, away from the user, up.
 
     Args:
         library: The maker's library.
-        number: Number that the library gave the open device.
-        info: Abilities without `lets_go`, which the watchdog decides.
-        clock: Clock that tells whether a write is late; None for the clock of the system.
+        number: Number by which the library identifies the open device.
+        info: Abilities without `lets_go`, which follows from the watchdog.
+        clock: Clock that shows whether a write is late; None for the system's clock.
     """
 
     def __init__(
@@ -71,7 +71,11 @@ class ForceDimension:
         self._vector = (ctypes.c_double(), ctypes.c_double(), ctypes.c_double())
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state; DeviceError when the device is gone or its position is impossible."""
+        """Return the newest state of the tip.
+
+        Raises:
+            DeviceError: The device is gone or closed, or its position is impossible.
+        """
         position = self._vector_of("dhdGetPosition")
         velocity = self._vector_of("dhdGetLinearVelocity")
         whole = is_finite(position) and is_finite(velocity)
@@ -81,7 +85,7 @@ class ForceDimension:
         return DeviceSample(position, velocity, buttons=int(button > 0))
 
     def write(self, force: Vec3) -> None:
-        """Give `force` [N]; raises DeviceError when the device is gone."""
+        """Give `force` [N] to the hand; raise DeviceError when the device is gone or closed."""
         if self._closed:
             raise DeviceError(_NAME, "it is closed", "open it again")
         now = self._clock.now()
@@ -129,8 +133,11 @@ class ForceDimension:
 
 
 def watchdog_of(library: ctypes.CDLL, number: int) -> int | None:
-    """Silence after which the device switches its forces off [125 us]; 0 for never, None if the
-    device does not tell it."""
+    """Return the silence after which the device switches its forces off [125 us].
+
+    The result is 0 if the device never does so, and None if the device or the library does not
+    tell.
+    """
     value = ctypes.c_ubyte()
     try:
         told = library.dhdGetWatchdog(ctypes.byref(value), ctypes.c_byte(number))
@@ -143,7 +150,7 @@ def set_watchdog(library: ctypes.CDLL, number: int, value: int) -> float:
     """Set the silence after which the device switches its forces off [125 us]; 0 for never.
 
     Returns:
-        The silence [s]; inf where the device or the library has no watchdog.
+        The silence [s]; inf for never, and if the device or the library has no watchdog.
     """
     try:
         library.dhdEnableExpertMode()
@@ -155,7 +162,11 @@ def set_watchdog(library: ctypes.CDLL, number: int, value: int) -> float:
 
 
 def find_forcedimension() -> list[Found]:
-    """Devices that the maker's library sees, not opened; DeviceError without the library."""
+    """Return the devices that the maker's library sees, without opening them.
+
+    Raises:
+        DeviceError: The library is missing.
+    """
     count = int(_library("").dhdGetDeviceCount())
     return [Found(f"{_NAME}:number={k + 1}", "the maker's library") for k in range(count)]
 
@@ -168,7 +179,7 @@ def _library(path: str) -> Any:
 
 
 def open_forcedimension(config: DeviceConfig) -> Placed:
-    """Open the device of a configuration; raises DeviceError when that fails."""
+    """Open the device of a configuration; raise DeviceError if that fails."""
     choice = config.choice
     library = _library(choice.text("library"))
     count = int(library.dhdGetDeviceCount())

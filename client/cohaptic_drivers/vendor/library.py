@@ -1,4 +1,4 @@
-"""Loads a maker's library, or says in one sentence why that failed."""
+"""Loads a library of a maker, or says in one sentence why that failed."""
 
 from __future__ import annotations
 
@@ -14,17 +14,16 @@ from cohaptic.written import at_home
 
 
 def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL:
-    """Load the library of a device.
+    """Load the maker's library for a device.
 
     Args:
         name: Name of the device.
-        files: Name of the library's file for each `sys.platform`; "" for all others.
-        path: Path of the file that the user gave; empty to let the system look.
-        where: Place where the user gets the library, for the error.
+        files: Name of the library's file for each `sys.platform`; the key "" is for all others.
+        path: Path of the file that the user typed; empty to let the system search for it.
+        where: Description for the error of where the user gets the library.
 
     Raises:
-        DeviceError: The library is missing, or it cannot be loaded, for the reason that the loader
-            gives.
+        DeviceError: The library is missing or cannot be loaded; the error states the reason.
     """
     file = str(at_home(Path(path))) if path else files.get(sys.platform, files[""])
     try:
@@ -43,7 +42,7 @@ def load(name: str, files: dict[str, str], path: str, where: str) -> ctypes.CDLL
 
 
 def function(library: ctypes.CDLL, device: str, name: str) -> Any:
-    """A function of a library; raises DeviceError when the library does not have it."""
+    """Return a function of a library; raise DeviceError if the library does not have it."""
     try:
         return getattr(library, name)
     except AttributeError as error:

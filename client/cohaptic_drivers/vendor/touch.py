@@ -1,8 +1,8 @@
 """3D Systems Touch and Phantoms, through the HD library of OpenHaptics.
 
-Frame of the library: right, up, toward the user, in millimetres. Its servo thread calls back once a
-millisecond. That call copies the state out and the force in, and is the watchdog: the force is zero
-if the loop has written nothing for `SILENCE`.
+Frame of the library: right, up, toward the user, in millimetres. The servo thread of the library
+calls this driver back once a millisecond. The callback copies the state out and the force in, and
+is the watchdog: the force is zero if the loop has written nothing for `SILENCE`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _FILES = {"win32": "hd.dll", "": "libHD.so"}
 _WHERE = "OpenHaptics and the driver of the device (support.3dsystems.com)"
 SILENCE = 0.02  # s; after a longer silence of servo thread or loop the hand feels no force
 GIVE_UP = 0.25  # s; after a longer silence of the servo thread the device counts as gone
-_FIRST = 2.0  # s to wait for the first call of the servo thread
+_FIRST = 2.0  # s to wait for the first callback of the servo thread
 _FARTHEST = 1.0  # m; an arm reaches half of it
 
 # Numbers of the library's interface, version 3.
@@ -40,7 +40,7 @@ _FAULTS = {
     0x0302: "it does not answer any more; see to its cable and power",
 }
 
-# Largest force [N], stiffness [N/m] and damping [N s/m], by what others found usable (CHAI3D).
+# Largest force [N], stiffness [N/m] and damping [N s/m] that the authors of CHAI3D found usable.
 _MODELS = {
     "touch": (3.3, 400.0, 4.0),
     "omni": (3.3, 700.0, 5.0),
@@ -54,11 +54,11 @@ class _ErrorInfo(ctypes.Structure):
 
 
 class Touch:
-    """A device in its own frame: right, away from the user, up.
+    """A Touch or Phantom in its own frame: right, away from the user, up.
 
     Args:
         library: The library of OpenHaptics.
-        handle: Handle of the device in the library.
+        handle: Number by which the library identifies the device.
         clock: Clock that times the silence of servo thread and loop.
     """
 
@@ -83,7 +83,11 @@ class Touch:
         return self._heard is not None
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state; DeviceError when the device is gone or its state is impossible."""
+        """Return the newest state of the tip.
+
+        Raises:
+            DeviceError: The device is gone or closed, or its state is impossible.
+        """
         heard = self._check()
         at, position, velocity, buttons = heard
         age = self._clock.now() - at
@@ -93,7 +97,7 @@ class Touch:
         return DeviceSample(position, velocity, buttons=buttons, fresh=age <= SILENCE)
 
     def write(self, force: Vec3) -> None:
-        """Apply `force` [N] with the next call of the servo thread; raises as `read`."""
+        """Apply `force` [N] in the next callback of the servo thread; raise as `read`."""
         self._check()
         self._given, self._at = force if is_finite(force) else ZERO, self._clock.now()
 
@@ -102,7 +106,7 @@ class Touch:
         self._given = ZERO
 
     def close(self) -> None:
-        """Set zero force, stop the servo thread, release the device; may be called twice."""
+        """Set the force to zero, stop the servo thread, release the device; may be called twice."""
         if not self._closed:
             self._given, self._closed = ZERO, True
             self._library.hdStopScheduler()
@@ -117,7 +121,7 @@ class Touch:
         return self._heard
 
     def _servo(self, _data: object) -> int:
-        """Callback of the servo thread: copies the state out and the force in."""
+        """Copy the state out and the force in; the servo thread calls this back."""
         library, handle = self._library, self._handle
         library.hdBeginFrame(handle)
         library.hdGetDoublev(_POSITION, self._position)
@@ -146,7 +150,7 @@ class Touch:
 
 
 def open_touch(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Open the device of a configuration; raises DeviceError when that fails."""
+    """Open the device of a configuration; raise DeviceError if that fails."""
     choice, clock = config.choice, clock or SystemClock()
     library = _library(choice.text("library"))
     name = choice.text("id")
@@ -171,7 +175,7 @@ def open_touch(config: DeviceConfig, clock: Clock | None = None) -> Placed:
 
 
 def find_touch() -> list[Found]:
-    """Check that OpenHaptics is here; returns no devices, because it cannot list them.
+    """Check that OpenHaptics is installed; return no devices, because OpenHaptics cannot list them.
 
     Raises:
         DeviceError: OpenHaptics is missing.

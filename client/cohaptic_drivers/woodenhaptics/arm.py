@@ -1,4 +1,4 @@
-"""An arm of this family as a device in its own frame, the same for all of its boards."""
+"""An arm of this family as a device in its own frame, for any of its boards."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _FASTEST = 1.5  # m/s; speed of the hand that is allowed besides `_JUMP`, after 
 
 
 class Link(Protocol):
-    """Connection to a board; no call waits for the board."""
+    """Connection to a board; none of its calls waits for the board."""
 
     def poll(self, now: float) -> Told | None:
-        """Newest report since the last call, or None; DeviceError when the board is gone."""
+        """Return the newest report since the last call; raise DeviceError if the board is gone."""
         ...
 
     def give(self, milliamps: Vec3) -> None:
-        """Send these motor currents; raises as `poll`."""
+        """Send these motor currents [mA]; raise as `poll`."""
         ...
 
     def release(self) -> None:
@@ -56,9 +56,10 @@ class WoodenArm:
         link: Connection to its board; this object closes it.
         first: First report of the board.
         force: Whether the motors are used.
-        home_here: Whether the arm is in its home pose now, whatever its counters say.
+        home_here: Whether the arm is in its home pose at the start, whatever its counters say.
         switch: Whether the board has a button.
-        lets_go: Time without a command after which the currents are switched off [s].
+        lets_go: Time without a command after which the board or its link switches the currents off
+            [s].
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class WoodenArm:
         self._closed = False
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state.
+        """Return the newest state of the tip at time `now` [s].
 
         Raises:
             DeviceError: The board is gone or silent, or its encoders report an impossible pose.
@@ -117,7 +118,7 @@ class WoodenArm:
         )
 
     def write(self, force: Vec3) -> None:
-        """Apply `force` [N] within the current limit of the motors; raises as `read`."""
+        """Apply `force` [N] within the current limit of the motors; raise as `read`."""
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
         if not self._force or not is_finite(force):
@@ -162,7 +163,13 @@ class WoodenArm:
 
 
 def arm_info(unit: Unit, *, force: bool, switch: bool, lets_go: float) -> DeviceInfo:
-    """Abilities of an arm with its board."""
+    """Return the abilities of an arm with its board.
+
+    Args:
+        force: Whether the motors are used.
+        switch: Whether the board has a button.
+        lets_go: Time without a command after which the currents are switched off [s].
+    """
     return DeviceInfo(
         NAME,
         max_force=unit.max_force if force else 0.0,

@@ -24,13 +24,13 @@ _WAIT = 10  # ms to wait for a report; then a command prompts the board
 # s; silence of the board after which it gets zero currents. The loop notices after `SILENCE` and
 # has let the hand go without a jerk by then; a report that is late by less costs no force.
 _LOST = 0.03
-_MOST_STALE = 128  # reports to read in one turn; twice the queue of Linux
+_MOST_STALE = 128  # reports that one turn reads at most; twice the queue of Linux
 _MOST_BAD = 20  # invalid reports in a row
 _JOIN = 0.25  # s for the thread to end
 
 
 class HidLink:
-    """Connection to a HID board.
+    """Connection to a HID board, with a thread of its own.
 
     Args:
         device: Open device; this object closes it.
@@ -49,14 +49,14 @@ class HidLink:
         self._thread.start()
 
     def poll(self, now: float) -> Told | None:
-        """The newest report since the last call; raises DeviceError when the board is gone."""
+        """Return the newest report since the last call; raise DeviceError if the board is gone."""
         if self._trouble is not None:
             raise self._trouble
         told, self._told = self._told, None
         return told
 
     def give(self, milliamps: Vec3) -> None:
-        """Send these currents with the next report; raises as `poll`."""
+        """Set the currents [mA] that the next report sends; raise as `poll`."""
         if self._trouble is not None:
             raise self._trouble
         self._given, self._at = milliamps, self._clock.now()
@@ -94,7 +94,7 @@ class HidLink:
             self._device.close()
 
     def _take(self) -> bool:
-        """Take the newest report; returns whether the board sent one.
+        """Read the queued reports and keep the newest; return whether the board sent a report.
 
         A board that waits for the host must get a command before it sends its first report.
         """
@@ -120,20 +120,22 @@ class HidLink:
 
 
 def hid_boards() -> list[Entry]:
-    """HID interfaces of this machine that have the USB ids of such boards."""
+    """List the HID interfaces of this machine that have the USB ids of such boards."""
     hid = hidapi(NAME)
     return [entry for vendor, product in PRODUCTS for entry in hid.enumerate(vendor, product)]
 
 
 def open_hid(generation: str, number: int, clock: Clock) -> tuple[HidLink, Reports]:
-    """Open a HID board of this machine; returns its connection and the layout of its reports.
+    """Open a HID board of this machine; return its connection and the layout of its reports.
 
     Args:
-        generation: Name of its generation, or "auto" to recognise it by the length of its reports.
-        number: Number of the board where there are several, from 1.
+        generation: Name of the board's generation, or "auto" to recognise it by the length of its
+            reports.
+        number: Number of the board if there are several, from 1.
+        clock: Clock for the connection.
 
     Raises:
-        DeviceError: There is no such board, it may not be opened, or it is another device.
+        DeviceError: There is no such board, this user may not open it, or it is another device.
     """
     entries = hid_boards()
     if not entries:

@@ -1,8 +1,8 @@
 """Pure functions from the counts of three encoders to the tip, and from its force to currents.
 
 The chain is computed in the frame of CHAI3D: toward the user, the user's right, up. Results are in
-the frame of cohaptic: right, away from the user, up.
-A Polhem v3 has a closed chain; its tip is computed in the frame of CHAI3D, too, from its base.
+the frame of cohaptic: right, away from the user, up. A Polhem v3 has a closed chain; its tip is
+computed in the frame of CHAI3D, too, from its base.
 """
 
 from __future__ import annotations
@@ -15,11 +15,15 @@ from cohaptic_drivers.woodenhaptics.unit import Unit
 
 # m; from the maintainers' host library of 2026
 _L0, _L1, _L2, _L3, _L4, _L5 = 0.034, 0.165, 0.025, 0.190, 0.034, 0.1308
-_STEP = 1e-5  # rad; step of the differences: rounding and curvature both cost 1e-10 of a length
+_STEP = 1e-5  # rad; step of finite differences: rounding and curvature both cost 1e-10 of a length
 
 
 def polhem_position(angles: Vec3) -> Vec3 | None:
-    """Position of a Polhem's tip [m]; None for angles at which the chain does not close."""
+    """Return the position of a Polhem's tip [m]; None for angles at which the chain does not close.
+
+    Args:
+        angles: Angles of the three joints [rad].
+    """
     t1, t2, t3 = angles
     a, s = _L0 + _L1 * math.cos(t2), _L1 * math.sin(t2)
     u, w = a - _L2 * math.cos(t3), s - _L2 * math.sin(t3)
@@ -38,7 +42,13 @@ def polhem_position(angles: Vec3) -> Vec3 | None:
 
 
 def polhem_jacobian(angles: Vec3) -> tuple[Vec3, Vec3, Vec3] | None:
-    """Jacobian of a Polhem's tip [m/rad], a column per angle; None as for `polhem_position`."""
+    """Return the Jacobian of a Polhem's tip [m/rad], a column per angle.
+
+    The result is None close to angles at which the chain does not close.
+
+    Args:
+        angles: Angles of the three joints [rad].
+    """
     columns: list[Vec3] = []
     for i in range(3):
         low, high = list(angles), list(angles)
@@ -56,7 +66,7 @@ Columns = tuple[Vec3, Vec3, Vec3]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Tip of an arm and its Jacobian, at some joint angles.
+    """Position of an arm's tip and its Jacobian, at some joint angles.
 
     Args:
         position: Position of the tip [m].
@@ -68,7 +78,7 @@ class Pose:
 
 
 def joint_angles(unit: Unit, counts: Vec3) -> Vec3:
-    """Angles of the three joints [rad] for counts of the encoders."""
+    """Return the angles of the three joints [rad] for these counts of the encoders."""
     a, b, c = (
         unit.directions[i]
         * (2.0 * math.pi)
@@ -81,7 +91,7 @@ def joint_angles(unit: Unit, counts: Vec3) -> Vec3:
 
 
 def pose_at(unit: Unit, angles: Vec3) -> Pose | None:
-    """Tip and Jacobian for joint angles [rad]; None for angles that the arm cannot have."""
+    """Return the pose for joint angles [rad]; None for angles that the arm cannot have."""
     if unit.kind == "polhem":
         position, jacobian = polhem_position(angles), polhem_jacobian(angles)
         if position is None or jacobian is None:
@@ -94,7 +104,7 @@ def pose_at(unit: Unit, angles: Vec3) -> Pose | None:
 
 
 def motor_currents(unit: Unit, jacobian: Columns, force: Vec3) -> Vec3:
-    """Motor currents [A] that apply `force` [N] at the tip.
+    """Return the motor currents [A] that apply `force` [N] at the tip.
 
     If one would exceed the unit's limit, all are scaled down alike: less force, same direction.
     """
@@ -112,7 +122,10 @@ def motor_currents(unit: Unit, jacobian: Columns, force: Vec3) -> Vec3:
 
 
 def resolution(unit: Unit) -> float:
-    """Largest motion of the tip per count in the home pose [m]; 0 if that pose is impossible."""
+    """Return the largest motion of the tip per count in the home pose [m].
+
+    The result is 0 if the home pose of the unit's file is impossible.
+    """
     pose = pose_at(unit, joint_angles(unit, (0.0, 0.0, 0.0)))
     if pose is None:
         return 0.0
@@ -124,7 +137,7 @@ def resolution(unit: Unit) -> float:
 
 
 def _serial_chain(lengths: Vec3, angles: Vec3) -> tuple[Vec3, Columns]:
-    """Tip [m] and Jacobian [m/rad] of two links in a parallelogram on a turning base.
+    """Return tip [m] and Jacobian [m/rad] of two links in a parallelogram on a turning base.
 
     The angles of both links are measured in the base.
     """

@@ -1,4 +1,4 @@
-"""Pure functions for the messages of the boards: lines of the serial, reports of the HID boards."""
+"""Pure functions for the messages of the boards: lines of the serial, reports of HID boards."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _FIELDS = 8  # fields of an answer: model, six counts, error
 _ANSWER = re.compile(rb"\[(-?\d{1,10}(?:,-?\d{1,10}){7})\]")
 _WRIST = 0b111  # error bits of the wrist's sensors, which the tip does not need
 
-# H2 and H3 report a held button as a count that no wrist reaches.
+# H2 and H3 report a pressed button as a count that no wrist reaches.
 _PRESSED = 5000
 
 
@@ -23,8 +23,8 @@ class Told:
 
     Args:
         counts: Counts of the three encoders.
-        button: Whether the button is held.
-        model: Number of the arm's kind; 0 where the board does not know it.
+        button: Whether the button is pressed.
+        model: Number of the arm's kind; 0 if the board does not know it.
         error: Bits of the errors that the board found in the last command; 0 for none.
     """
 
@@ -35,13 +35,13 @@ class Told:
 
 
 def command_line(milliamps: Vec3) -> bytes:
-    """Line that sends motor currents to the serial board."""
+    """Return the line that sends motor currents [mA] to the serial board."""
     a, b, c = (round(each) for each in milliamps)
     return f"[{a},{b},{c}]\n".encode().ljust(LINE, b"\0")
 
 
 def read_answer(line: bytes) -> Told | None:
-    """Read a line from the serial board; None if it is not an answer."""
+    """Read a line from the serial board; return None if it is not an answer."""
     found = _ANSWER.fullmatch(line.strip(b"\0\r\n "))
     if found is None:
         return None
@@ -51,7 +51,7 @@ def read_answer(line: bytes) -> Told | None:
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """Layout of the reports of a generation of HID boards.
+    """Layout of the reports of one generation of HID boards.
 
     Args:
         name: Name of the generation.
@@ -64,7 +64,7 @@ class Reports:
     waits: bool
 
     def decode(self, report: bytes) -> Told | None:
-        """Decode a report; None for one of another length."""
+        """Decode a report; return None for one of another length."""
         if len(report) != self.size:
             return None
         if not self.waits:
@@ -74,7 +74,7 @@ class Reports:
         return Told((a, b, c), button=d > _PRESSED)
 
     def encode(self, milliamps: Vec3) -> bytes:
-        """Report that sends motor currents, after the 0 that marks an unnumbered report."""
+        """Encode motor currents [mA] as a report, after the 0 that marks an unnumbered report."""
         a, b, c = (round(each) for each in milliamps)
         body = struct.pack("<3h", a, b, c)  # the fields after it are zero: command, attributes
         return b"\0" + body.ljust(self.size, b"\0")
@@ -88,9 +88,10 @@ GENERATIONS = {
 
 
 def input_size(descriptor: bytes) -> int:
-    """Length [bytes] of an unnumbered input report, from a descriptor (HID 1.11, section 6.2.2).
+    """Return the length of an unnumbered input report [bytes]; 0 if the descriptor is cut off.
 
-    Returns 0 for a descriptor that is cut off.
+    Args:
+        descriptor: HID report descriptor (HID 1.11, section 6.2.2).
     """
     size = count = bits = at = 0
     while at < len(descriptor):

@@ -41,7 +41,7 @@ class SerialLink:
         self._closed = False
 
     def poll(self, now: float) -> Told | None:
-        """Newest answer since the last call; None without one.
+        """Return the newest answer since the last call; None without one.
 
         Raises:
             DeviceError: The port is gone, or the data from it are not answers of this board.
@@ -51,10 +51,10 @@ class SerialLink:
         return told
 
     def give(self, milliamps: Vec3) -> None:
-        """Send currents if the last command has its answer; a change to zero goes out at once.
+        """Send currents [mA] if the last command has its answer; send a change to zero at once.
 
-        This call reads the answer itself, because the loop does not poll while it lets a hand go;
-        it therefore raises as `poll`.
+        This call reads the answer itself, because the loop does not poll while it releases the
+        force; the call therefore raises as `poll`.
         """
         if milliamps == ZERO != self._given:
             self._send(ZERO)
@@ -73,7 +73,7 @@ class SerialLink:
         attempt(NAME, lambda: self._port.write(command_line(milliamps)))
 
     def _hear(self) -> None:
-        """Read the answers that have come, and keep the newest."""
+        """Read the answers that have arrived, and keep the newest."""
         for line in self._lines():
             told = read_answer(line)
             if told is None or told.error:
@@ -107,21 +107,21 @@ class SerialLink:
 
 
 def find_ports() -> list[Any]:
-    """Serial ports that may have such a board, by their USB ids and names."""
+    """Return the serial ports that may have such a board, by their USB ids and names."""
     return [each for each in list_ports(NAME) if may_be_board(each)]
 
 
 def may_be_board(port: Any) -> bool:
-    """Whether a port is that of a Teensy and not of a Haply Inverse3, which has its USB id, too."""
+    """Return whether a port belongs to a Teensy and not to a Haply Inverse3 (same USB id)."""
     names = f"{port.product} {port.description} {port.manufacturer}".lower()
     return (port.vid, port.pid) == _TEENSY and "haply" not in names
 
 
 def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
-    """Open the board at a port and wait; returns its connection and its first answer.
+    """Open the board at a port and wait; return its connection and its first answer.
 
     Raises:
-        DeviceError: There is no port, it may not be opened, or another device answers.
+        DeviceError: There is no port, this user may not open it, or another device answers.
     """
     link = SerialLink(open_port(NAME, path, _VENDOR), clock)
     try:
@@ -136,7 +136,7 @@ def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
 
 
 def _first_answer(link: SerialLink, clock: Clock) -> Told | None:
-    """First answer to repeated commands, as the port may swallow the first; None without one."""
+    """Repeat a command of zero current, as the port may lose the first; None without an answer."""
     end = clock.now() + _FIRST_ANSWER
     while (now := clock.now()) < end:
         link.give(ZERO)

@@ -1,8 +1,8 @@
-"""Lengths, gears, encoders and motors of one arm as it was built, from its kind and a file.
+"""Lengths, gears, encoders and motors of one particular arm, from its kind and a file.
 
 The constants of the three kinds are those of the maintainers' host library of 2026. A wrong torque
 constant scales every force, and a wrong direction makes a spring push the wrong way, so a file of
-the unit at hand overrides them.
+the unit overrides them.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ class Unit:
 
     Args:
         kind: Kinematics of the arm: woodenhaptics, vintage or polhem.
-        model: Number of the kind that the serial board reports.
+        model: Number by which the serial board reports this kind.
         capstans: Diameters of the capstans, on the motors [mm].
         drums: Diameters of the drums, on the driven bodies [mm].
         lengths: Lengths of its links [m]; those of a Polhem are in `kinematics.py`.
         origin: Origin of the workspace, from the base [m]; toward the user, user's right, up.
         counts: Counts of each encoder per turn of its motor.
-        home: Counts of the home pose, to be added because the counters are zero there.
+        home: Counts in the home pose, which are added because the counters are zero there.
         torque_constants: Torque constants of the motors [N m/A].
-        directions: Directions of motor and encoder against the body, each 1 or -1.
+        directions: Signs of each motor and encoder relative to the driven body, each 1 or -1.
         max_current: Largest current through a motor [A].
         max_force: Largest force at the tip [N].
         max_stiffness: Largest stiffness that the arm renders stably [N/m].
         max_damping: Largest damping that the arm renders stably [N s/m].
-        confirmed: Whether the values come from a file for the very unit at hand.
+        confirmed: Whether the values come from a file for this particular arm.
     """
 
     kind: str
@@ -77,7 +77,7 @@ UNITS = {
     ),
 }  # fmt: skip
 
-# Key of the file: lowest and highest value of each number.
+# Lowest and highest value for each key of the file.
 _TRIPLES = {
     "capstans": (1.0, 100.0),
     "drums": (1.0, 1000.0),
@@ -98,7 +98,11 @@ _NUMBERS = {
 
 
 def read_unit(kind: str, path: str) -> Unit:
-    """Unit of a kind, with the values of its file in place of the usual ones; no path, no file.
+    """Return the unit of a kind, with the values of a file in place of the usual ones.
+
+    Args:
+        kind: Name of the kind, a key of `UNITS`.
+        path: Path of the file; empty for none.
 
     Raises:
         SettingError: The file cannot be read, or has an unknown key or an invalid value.

@@ -1,4 +1,4 @@
-"""Catalogue entry of the arms of this family, and the functions that find and open them."""
+"""The arms of this family as the catalogue knows them; functions that find and open them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FIRST_REPORT = 1.0  # s
 
 
 def open_wooden(config: DeviceConfig, clock: Clock | None = None) -> Placed:
-    """Find and open the arm of a configuration; raises DeviceError when that fails."""
+    """Find and open the arm of a configuration; raise DeviceError if that fails."""
     clock, choice = clock or SystemClock(), config.choice
     unit, force = _unit_of(choice), _with_force(choice)
     switch, lets_go = False, SERIAL_LETS_GO
@@ -107,7 +107,11 @@ def _info(choice: DeviceChoice) -> DeviceInfo:
 
 
 def find_arms() -> list[Found]:
-    """Boards of this machine, each opened to test it; DeviceError without pyserial or hidapi."""
+    """Return the boards of this machine; each is opened to test it.
+
+    Raises:
+        DeviceError: pyserial or hidapi is missing.
+    """
     return [*_find_serial([port.device for port in find_ports()]), *_find_hid()]
 
 

@@ -45,7 +45,7 @@ class AdminAddress:
 
 
 def admin_address(said: str, allow_hosts: tuple[str, ...] = ()) -> AdminAddress:
-    """Read the address of an admin port: `said` is a port, or an address and a port.
+    """Return the address in a text that consists of a port, or of an address and a port.
 
     Raises:
         SettingError: The text has neither form.
@@ -62,6 +62,7 @@ class AdminPort:
     """Admin port of one server, which a separate process serves.
 
     Attributes:
+        address: Address on which the port is opened.
         url: URL of the port after it was opened; empty before.
         process: Running process that serves the port; None if there is none.
     """
@@ -74,7 +75,7 @@ class AdminPort:
     _keeping: asyncio.Task[None] | None = None
 
     async def open(self) -> str:
-        """Open the port; returns its URL.
+        """Start the process that opens the port; return the URL of the port.
 
         Raises:
             SettingError: The port is not available.
@@ -97,7 +98,7 @@ class AdminPort:
         return 0 if self._writer is None else self._writer.transport.get_write_buffer_size()
 
     async def close(self) -> None:
-        """End the process."""
+        """End the process that serves the port."""
         if self._keeping is not None:
             self._keeping.cancel()
         await self._end()
@@ -133,7 +134,7 @@ class AdminPort:
         raise SettingError("admin port", address.port, "opened by a process, which has ended")
 
     async def _keep(self) -> None:
-        """Start the process again whenever it ends."""
+        """Start the process again whenever it has ended; never returns."""
         while True:
             if self._reader is not None:
                 with contextlib.suppress(OSError):

@@ -47,7 +47,7 @@ from cohaptic_server.shell.wire import Wire
 
 
 def serve_admin(end: socket.socket, host: str, port: int, allow_hosts: tuple[str, ...]) -> None:
-    """Main function of the process, which ends when the server does.
+    """Serve an admin port until the server ends; the main function of the process.
 
     Args:
         end: One end of a socket pair; the server writes lines into the other end.
@@ -77,7 +77,7 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
         return response(answer(plain(request), known, clock.now()))
 
     async def nobody(_: Wire) -> None:
-        """No request becomes a websocket."""
+        """Handle a websocket; this is never called, since no request becomes one."""
 
     try:
         settings = ServerSettings(host, port, allow_hosts=allow_hosts, room=None)
@@ -110,10 +110,11 @@ INDEX = (
 
 
 def answer(request: Request, known: Known, now: float) -> Answer:
-    """Make the response to a request; the client may be anybody who reaches the port.
+    """Return the response to a request; the client may be anybody who reaches the port.
 
     Args:
-        known: State of the server by its reports so far.
+        request: Method and target of the request.
+        known: State of the server according to its reports so far.
         now: Time [s].
     """
     if request.method not in ("GET", "HEAD"):
@@ -137,7 +138,7 @@ def answer(request: Request, known: Known, now: float) -> Answer:
 
 
 def status(known: Known, now: float) -> dict[str, Any]:
-    """Return all known state of the server as a JSON object, for programs."""
+    """Return everything that is known about the server as a JSON object, for programs."""
     health, idle = known.health, known.why_not_ticking(now)
     rooms: list[dict[str, Any]] = []
     for room in () if health is None else health.rooms:

@@ -1,7 +1,7 @@
 """Writes the known state of a server in the text format of Prometheus.
 
-Labels are words of this program, names of rooms, which the owner chooses, and seat numbers. Rooms
-and seats thus bound the number of time series, whatever names the users give.
+Labels are words of this program, names of rooms, which the owner chooses, and seat numbers. The
+numbers of rooms and of seats thus bound the number of time series, whatever names the users have.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class _Server(Collector):
     """Collector for the Prometheus library: yields the metrics that are known at one time.
 
     Args:
-        known: State of the server.
+        known: State of the server according to its reports so far.
         now: Time [s].
     """
 
@@ -165,7 +165,7 @@ def exposition(known: Known, now: float) -> bytes:
     """Return the metrics of a server as text for Prometheus.
 
     Args:
-        known: State of the server.
+        known: State of the server according to its reports so far.
         now: Time [s].
     """
     registry = CollectorRegistry(auto_describe=False)
@@ -207,7 +207,7 @@ def _seated(rooms: Mapping[str, RoomMetrics]) -> Iterable[tuple[str, UserMetrics
 
 
 def _buckets(counts: TimeCounts) -> Iterator[tuple[str, float]]:
-    """Buckets with cumulative counts, as the format requires."""
+    """Yield the upper edge of each bucket with the cumulative count, as the format requires."""
     below = 0
     for edge, count in zip((*TIME_EDGES, math.inf), counts.counts, strict=True):
         below += count

@@ -13,21 +13,21 @@ from cohaptic_server.room.member import Member
 from cohaptic_server.shell.server import CohapticServer
 
 EVERY = 1.0  # s between two reports of a room
-# Weight of the newest report in the smoothed share of lost samples: older values lose half of their
-# weight within two reports.
+# Weight of the newest report in the smoothed fraction of unused samples: older values lose half of
+# their weight within two reports.
 _NEW_SHARE = 0.3
 _STATM = Path("/proc/self/statm")
 
 
 @dataclass(slots=True)
 class _Seat:
-    """State of a user that is kept from one report to the next.
+    """What the next report needs to know about a user from earlier reports.
 
     Args:
-        number: Number of the seat.
-        seen, used: Sequence number of the newest sample, and number of used samples, at the last
-            report with new samples.
-        loss: Smoothed share of lost samples at that report.
+        number: Number of the seat, from 1.
+        seen: Sequence number of the newest sample at the last report with new samples.
+        used: Number of samples that ticks had used at that report.
+        loss: Smoothed fraction of samples that no tick has used, at that report.
     """
 
     number: int
@@ -44,7 +44,7 @@ class Gatherer:
         self._seats: dict[int, _Seat] = {}
 
     def gather(self) -> RoomMetrics:
-        """Return the metrics of the server now."""
+        """Return the metrics of the server at the present time."""
         server = self._server
         room, meters, gate, traffic = (
             server.room, server.meters, server.gate, server.gate.traffic,
@@ -124,7 +124,7 @@ def _processor_time() -> float:
 
 
 def _resident_memory() -> int:
-    """Resident memory of this process [bytes]; 0 if the system does not report it."""
+    """Return the resident memory of this process [bytes]; 0 if the system does not report it."""
     try:
         return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError, IndexError):

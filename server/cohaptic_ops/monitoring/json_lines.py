@@ -12,25 +12,25 @@ L = TypeVar("L", bound=BaseModel)
 
 
 class BadLine(ValueError):
-    """Error: a line is not a message of its channel."""
+    """Error: a line is not a message that its channel knows."""
 
 
 class JsonLines(Generic[L]):
     """Encodes and decodes the messages of one channel.
 
     Args:
-        kinds: All kinds of messages, distinguished by a field.
+        kinds: Union type of all messages, which a field `kind` distinguishes.
     """
 
     def __init__(self, kinds: TypeAdapter[L]) -> None:
         self._kinds = kinds
 
     def encode(self, line: L) -> bytes:
-        """Return a message as a line, with the newline."""
+        """Return a message as a line of JSON, with the newline."""
         return line.model_dump_json().encode() + b"\n"
 
     def decode(self, data: bytes) -> L:
-        """Return the message in a line.
+        """Return the message in a line of JSON.
 
         Raises:
             BadLine: The line is not a message of this channel.

@@ -1,4 +1,4 @@
-"""Keeps the reports of a server in its admin process, and judges the server's health. No I/O."""
+"""Stores the reports of a server in its admin process, and judges the server's health. No I/O."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class KnownRoom:
     Args:
         metrics: Metrics in the report.
         heard: Time at which the report came [s].
-        ticked: Time of the newest report that had more ticks than the report before it [s]; None
-            if there was no such report.
+        ticked: Time of the newest report that counted more ticks than the report before it [s];
+            None if there was no such report.
     """
 
     metrics: RoomMetrics
@@ -29,7 +29,7 @@ class KnownRoom:
     ticked: float | None
 
     def fresh(self, now: float) -> bool:
-        """Whether the report is not older than `STALE`."""
+        """Whether the report is at most `STALE` old."""
         return now - self.heard <= STALE
 
     def ticks(self, now: float) -> bool:
@@ -39,12 +39,12 @@ class KnownRoom:
 
 @dataclass(slots=True)
 class Known:
-    """Known state of a server and all its rooms.
+    """State of a server and all its rooms, according to the server's reports.
 
     Attributes:
         health: Health of the server; None before its first line.
         heard: Time at which the health came [s].
-        rooms: Newest reports by name of the room; only rooms that the server has.
+        rooms: Newest report of each room that the server has, by name of the room.
     """
 
     health: ServerHealth | None = None
@@ -65,7 +65,7 @@ class Known:
             self.rooms[line.room] = KnownRoom(line.metrics, now, ticked)
 
     def why_not_alive(self, now: float) -> list[str]:
-        """Reasons why the server does not count as alive; empty if it does."""
+        """Return the reasons why the server does not count as alive; empty if it does."""
         if self.health is None:
             return ["the server has not said anything yet"]
         if now - self.heard > STALE:
@@ -73,7 +73,7 @@ class Known:
         return []
 
     def why_not_ticking(self, now: float) -> dict[str, str]:
-        """Rooms that do not tick, each with the known reason."""
+        """Return the names of the rooms that do not tick, each with the known reason."""
         if self.health is None:
             return {}
         found: dict[str, str] = {}
@@ -90,10 +90,10 @@ class Known:
         return found
 
     def why_not_ready(self, now: float, room: str | None = None) -> list[str]:
-        """Reasons why the server, or one room, is not ready for people; empty if it is.
+        """Return the reasons why the server, or one room, is not ready for people; empty if it is.
 
         A server is ready if at least one room ticks or is idle, and no room is starting for the
-        first time. One broken room must not keep people from the others.
+        first time. One broken room must not keep people from the other rooms.
 
         Args:
             now: Time [s].

@@ -17,14 +17,14 @@ class _Line(BaseModel):
 
 
 class ServerLine(_Line):
-    """State of the server; replaces the state of the previous line."""
+    """Message with the state of the server; it replaces the previous such message."""
 
     kind: Literal["server"] = "server"
     health: ServerHealth
 
 
 class RoomLine(_Line):
-    """Metrics of a room; they replace the metrics of the room's previous line."""
+    """Message with the metrics of a room; it replaces the room's previous message."""
 
     kind: Literal["room"] = "room"
     room: str
@@ -36,7 +36,8 @@ class OpenLine(_Line):
 
     Args:
         url: URL of the admin port.
-        missing: Sentence for each address of its host name that this machine does not have.
+        missing: A sentence for each address of the port's host name that this machine does not
+            have.
     """
 
     kind: Literal["open"] = "open"
@@ -48,7 +49,7 @@ class RefusedLine(_Line):
     """Message from the process to the server, sent once: the admin port cannot be opened.
 
     Args:
-        name, value, limit: Fields of the `SettingError`.
+        name, value, limit: Fields of the `SettingError` that says why.
     """
 
     kind: Literal["refused"] = "refused"

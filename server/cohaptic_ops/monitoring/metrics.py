@@ -1,6 +1,6 @@
 """Metrics of a room and health of a server, as frozen values that pass between processes.
 
-The metrics of a user carry a seat number beside the name: over a day there may be any number of
+The metrics of a user have a seat number beside the name: over a day there may be any number of
 names, which strangers choose, while a room has a fixed number of seats.
 """
 
@@ -21,8 +21,8 @@ class TimeCounts(_Frozen):
     """A histogram of times.
 
     Args:
-        counts: Number of times in each bucket up to an edge of `TIME_EDGES`, then of longer times;
-            not cumulative.
+        counts: Number of times in each bucket, whose upper edges are `TIME_EDGES` [s], and last the
+            number of longer times; not cumulative.
         total: Sum of all times [s].
     """
 
@@ -37,13 +37,13 @@ class UserMetrics(_Frozen):
     """Metrics of a user who touches.
 
     Args:
-        seat: Lowest seat number that was free when the user came, from 1.
+        seat: Lowest seat number that no other user had when this user came, from 1.
         name: Name as the client gave it.
-        delay: Delay of the user's haptic loop, for which gains are chosen; None before it is
-            measured [s].
-        loss: Share of the user's recent samples that no tick has used, because newer samples came
-            in the same tick or there were too many, 0 to 1.
-        silence: Time since the user's newest message [s].
+        delay: Delay of the user's haptic loop, from which the server chooses the control gains [s];
+            None before the delay is measured.
+        loss: Fraction of the user's recent samples that no tick has used, because newer samples
+            came in the same tick or there were too many, 0 to 1.
+        silence: Time since the user's newest sample, or since joining [s].
         force: Force of the user on the body now [N].
         skipped: Number of patches so far that a newer patch replaced before they were sent.
         capabilities: Capabilities of the device as its client states them; None if it states none.
@@ -63,23 +63,23 @@ class RoomMetrics(_Frozen):
     """Metrics of a room.
 
     Args:
-        hz: Nominal ticks per second.
+        hz: Nominal number of ticks per second.
         ticks, missed, left_out, slept: Numbers of ticks, as `TickMeters` counts them.
         cost: Histogram of the durations of the ticks.
         lateness: Histogram of the delays with which the ticks started.
-        users: Users who touch.
+        users: Metrics of the users who touch.
         max_users: Number of users who may touch at once.
         waiting: Number of people who wait for a seat.
         watchers, max_watchers: Number of watchers, and their largest number at once.
-        lag: Lag of the room: delay with which the body gets forces [s].
-        coupling: Spectral radius of the coupling between the users' hands.
+        lag: Lag of the room: time constant of the filter for forces on the body (science 3.8) [s].
+        coupling: Spectral radius of the coupling matrix of the users' hands (science 3.8).
         margin: Stability margin of the coupled hands; None if the hands do not couple.
         limited: Number of times that a user's force was limited in a tick, by reason.
         refused: Numbers of refused sessions and requests, by cause.
-        spent: Numbers of connections and responses refused for a spent budget, by budget.
+        spent: Numbers of connections and responses refused because of a rate limit, by limit.
         connections: Number of open connections.
-        received, sent: Bytes received and sent.
-        processor: Processor time of the process [s].
+        received, sent: Numbers of bytes received and sent.
+        processor: Processor time that the process has used [s].
         memory: Resident memory of the process [bytes]; 0 if it is unknown.
     """
 
@@ -112,9 +112,10 @@ class RoomHealth(_Frozen):
     """State of a room and its process.
 
     Args:
+        name: Name of the room.
         state: State of the room: idle, starting, open, broken or stopped.
         problem: Reason why the room is broken; empty if it is not.
-        restarts: Number of restarts of the room's process so far.
+        restarts: Number of times that the room's process has ended so far.
     """
 
     name: str

@@ -18,13 +18,13 @@ _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the 
 _WIDE = 100  # columns from which on there is space for less important values
 _GOOD, _ODD, _BAD = "green", "yellow", "red"
 NONE = "-"
-# Delay [s] above which a user feels that the object lags; share of unused samples above which the
-# user loses contact with the object.
+# Delay [s] above which a user feels that the object lags; fraction of unused samples above which
+# the user loses contact with the object.
 _LONG_DELAY, _MUCH_LOSS = 0.3, 0.5
 
 
 class RoomStatus(BaseModel):
-    """A room in the answer of `/status`; further fields of a newer server are ignored."""
+    """State of one room in the response to `/status`; a newer server may add fields (ignored)."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -38,7 +38,7 @@ class RoomStatus(BaseModel):
 
 
 class Status(BaseModel):
-    """The answer of `/status`."""
+    """The response to `/status`: the state of the server and of its rooms."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -53,11 +53,11 @@ class Status(BaseModel):
 
 
 def overview(status: Status, before: Status | None, width: int) -> RenderableType:
-    """Draw a headline, and the tables of rooms and users.
+    """Return a drawing with a headline, and tables of rooms and users.
 
     Args:
         status: Newest status.
-        before: Earlier status; ticks are counted from there on. None counts from the start.
+        before: Earlier status from which on ticks are counted; None counts from the start.
         width: Width of the terminal [columns].
     """
     earlier = {} if before is None else {room.name: room.metrics for room in before.rooms}
@@ -74,7 +74,7 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
 
 
 def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetrics | None:
-    """Return the newest metrics, with the tick counters counted from an earlier report on."""
+    """Return the newest metrics, with ticks and times counted from an earlier report on."""
     if now is None or before is None or before.ticks >= now.ticks:
         return now
     changes = {
@@ -87,10 +87,13 @@ def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetri
 
 
 def quantile(times: TimeCounts, q: float) -> float | None:
-    """Quantile of counted times, interpolated linearly within its bucket [s]; None without times.
+    """Return a quantile of a histogram of times [s]; None if the histogram is empty.
+
+    The quantile is interpolated linearly within its bucket.
 
     Args:
-        q: Share of the times that lie below, 0 to 1.
+        times: Histogram.
+        q: Fraction of the times that lie below the quantile, 0 to 1.
     """
     wanted, below = q * sum(times.counts), 0.0
     if not wanted:

@@ -60,7 +60,7 @@ class Reporter:
         self._gatherer = Gatherer(server)
 
     async def keep(self) -> None:
-        """Report periodically until cancelled, and at once when the server begins to end."""
+        """Report every `EVERY` until cancelled, and at once when the server begins to end."""
         ending = self._server.ending
         while True:
             self.report()
@@ -72,7 +72,7 @@ class Reporter:
                         await ending.wait()
 
     def report(self) -> None:
-        """Report once."""
+        """Send the health of the server and the metrics of its room once."""
         server, name = self._server, self._server.settings.room or MAIN
         sources = server.gate.sources
         health = ServerHealth(

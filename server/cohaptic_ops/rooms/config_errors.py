@@ -12,7 +12,7 @@ from cohaptic.errors import CohapticError, one_line
 
 
 class ConfigError(CohapticError):
-    """Error of a configuration file that cannot be used.
+    """Error: a configuration file cannot be used.
 
     Args:
         path: Path of the configuration file.
@@ -32,11 +32,11 @@ class ConfigError(CohapticError):
 
 
 class KeyProblem(ValueError):
-    """Error of a value in a table that accepts any key, such as `limits`.
+    """Error: a value is invalid in a table that accepts any key, such as `limits`.
 
     Args:
         key: Key in the table.
-        value: Value as it was given.
+        value: Value in the configuration.
         limit: Condition that the value must meet.
     """
 
@@ -48,12 +48,12 @@ class KeyProblem(ValueError):
 def problems_of(
     error: ValidationError, prefix: str, divider: str, environment: Mapping[str, str]
 ) -> list[str]:
-    """Make one sentence for each invalid key of a configuration.
+    """Return one sentence for each invalid key of a configuration.
 
     Args:
         error: Error of pydantic, which may concern several keys.
         prefix: Prefix of the environment variables.
-        divider: Separator of the parts in the name of a variable.
+        divider: Separator of the parts in the name of an environment variable.
         environment: Environment variables, from which a value may come instead of the file.
     """
     names = {name.upper() for name in environment}

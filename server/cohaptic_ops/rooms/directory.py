@@ -19,15 +19,15 @@ from cohaptic.errors import CohapticError
 
 @dataclass(frozen=True, slots=True)
 class Lease:
-    """Lease of a room.
+    """Right of one process to be the owner of a room until a given time.
 
     Args:
         room: Name of the room.
-        holder: Unique name of the owner; each process has another one, also of the same room.
+        holder: Unique name of the owner; every process has another one, also of the same room.
         epoch: Fencing token, higher than the token of every earlier owner; from 1.
         until: Time at which the lease ends unless it is renewed, on the clock of the caller [s].
-        url: URL of the room for clients; empty for a process of this machine, which gets its
-            connections handed over.
+        url: URL of the room for clients; empty for a process of this machine, to which connections
+            are handed over.
     """
 
     room: str
@@ -38,7 +38,7 @@ class Lease:
 
 
 class LeaseError(CohapticError):
-    """Error: a room has another owner, or the lease of a room has run out.
+    """Error: a room has another owner, or its lease has run out.
 
     Args:
         room: Name of the room.
@@ -54,7 +54,7 @@ class LeaseError(CohapticError):
 
 
 class Directory(Protocol):
-    """Interface of a record of owners; all methods but `owner` may wait for a store.
+    """Interface of a directory of owners; all methods but `owner` may wait for a remote store.
 
     Times are on the clock of the caller [s].
     """
@@ -65,7 +65,7 @@ class Directory(Protocol):
         ...
 
     def owner(self, room: str, now: float) -> Lease | None:
-        """Lease of the owner that is known here, without waiting; None if there is no owner."""
+        """Return the owner's lease, as known here without waiting; None if there is no owner."""
         ...
 
     async def claim(self, room: str, holder: str, now: float, url: str = "") -> Lease:

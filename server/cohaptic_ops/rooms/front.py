@@ -1,10 +1,11 @@
 """Hands each connection to the room that the path of its request names.
 
 The front peeks at the first bytes of a request (MSG_PEEK) and leaves them to the room, which reads
-the whole request. The door holds connections without a request. Nothing here waits for a peer or a
-room.
+the whole request. Connections without a request wait at the door. This module never waits for a
+peer or a room.
 
-The server itself answers with the list of rooms, and with the reason why a room cannot be entered.
+If no room takes a connection, the server itself answers, with the list of rooms or with the reason
+why the room cannot be entered.
 """
 
 from __future__ import annotations
@@ -43,9 +44,15 @@ class Place(Protocol):
     """A receiver of connections: a room, or the server's own `Site`."""
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Take over a connection; returns whether that worked.
+        """Take over a connection; return whether that worked.
 
-        A place that has taken a connection has to report its source when the connection ends.
+        A place that has taken a connection must report the connection's source when the connection
+        ends.
+
+        Args:
+            connection: Socket of the connection.
+            number: Number that identifies the connection.
+            source: Network address against whose rate limits the connection counts.
         """
         ...
 
@@ -91,7 +98,7 @@ class Front:
                 self._look(connection, self._gate.source_of_peer(peer))
 
     def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
-        """Look at a request and hand it over, or look again if its first line is incomplete."""
+        """Hand a connection over, or look again later if the request's first line is incomplete."""
         seen: bytes | None
         try:
             seen = connection.recv(MOST, socket.MSG_PEEK)
@@ -124,13 +131,13 @@ _BEGINS = re.compile(rb"[A-Z]{1,16}(?: [\x21-\x7e]*(?: [HTP/1.0]{0,8}\r?)?)?")
 
 
 def target_of(seen: bytes) -> str | None:
-    """Read the path and query of a request.
+    """Return the target (path and query) in the first bytes of a request.
 
     Args:
         seen: First bytes of the connection.
 
     Returns:
-        Path and query; empty if no request can begin with these bytes; None while the first line is
+        Target; empty if no request can begin with these bytes; None while the first line is
         incomplete.
     """
     line, end, _ = seen[:MOST].partition(b"\n")
@@ -143,7 +150,7 @@ def target_of(seen: bytes) -> str | None:
 
 
 class Site:
-    """Answers the connections that no room takes.
+    """HTTP service of the server itself, for the connections that no room takes.
 
     Args:
         settings: Settings that all rooms share.
@@ -170,7 +177,7 @@ class Site:
         self._listener: Listener | None = None
 
     async def start(self) -> None:
-        """Start to serve connections that are handed over."""
+        """Start to serve the connections that are handed over."""
         self._door, inner = handing_pair()
         door = HandedDoor(inner, self._gate, self._ended)
         self._listener = await serve_doors(
@@ -185,7 +192,7 @@ class Site:
             self._door.close()
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection to this site; returns whether it was handed over."""
+        """Hand a connection to this site; return whether it was handed over."""
         if self._door is None or not hand_over(self._door, connection, number):
             return False
         self._handed[number] = source

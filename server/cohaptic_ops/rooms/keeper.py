@@ -1,4 +1,4 @@
-"""Keeps the process of one room alive: starts and restarts it, and hands connections to it."""
+"""Keeps the process of one room running: starts and restarts it, and hands connections to it."""
 
 from __future__ import annotations
 
@@ -53,9 +53,11 @@ class House:
 
     Args:
         directory: Records which process owns each room.
+        clock: Clock of the supervisor.
         left: Called with the source of each connection that has ended.
-        changed: Called with the keeper of a room that has begun, ended or reported.
+        changed: Called with a keeper whose room has begun, ended or reported.
         make_process: Class of room processes, from `room_processes`.
+        style: Style of the rooms' log.
         protect: Makes the access control of a room, in the room's process.
         measured: Called with the name and the metrics of a room; None without an admin port.
     """
@@ -76,8 +78,8 @@ class _Entrance:
 
     Args:
         ours, theirs: Ends of the pair in this process and in the room's process.
-        handed: Sources of the connections that were handed over and have not ended, by the numbers
-            of the connections.
+        handed: Source of each connection that was handed over and has not ended, by number of the
+            connection.
     """
 
     ours: socket.socket
@@ -89,6 +91,7 @@ class Keeper:
     """Keeps the process of one room running, and hands connections to it.
 
     Args:
+        settings: Settings of the room's server.
         build: Makes the body of the room, in the room's process.
         house: Objects and functions that all keepers share.
         idle: Time after which the process of an empty room ends, to start again on demand [s]; None
@@ -101,7 +104,7 @@ class Keeper:
         problem: Reason why the room is broken; empty if it is not.
         report: Newest report of the room's process; None before the first.
         lease: Lease of the room's process; None without a process.
-        restarts: Counts the ends of the room's processes so far, with the back-off.
+        restarts: Number of ends of the room's processes, from which the back-off follows.
         process: Newest process; None before the first.
         first: Event that is set when the room is open, broken or idle for the first time.
     """
@@ -130,12 +133,15 @@ class Keeper:
 
     @property
     def told_state(self) -> str:
-        """State for the admin port; a start on demand counts as idle, to keep the server ready."""
+        """State for the admin port; a room that starts on demand counts as idle while it starts.
+
+        So the server stays ready meanwhile.
+        """
         starts = self.state == "starting" and self._idle is not None
         return "idle" if starts else self.state
 
     def take(self, connection: socket.socket, number: int, source: str) -> bool:
-        """Hand a connection to the room, and start an idle room; returns whether this worked."""
+        """Hand a connection to the room, and start an idle room; return whether this worked."""
         now = self._house.clock.now()
         self._emptied = None
         if self.state == "broken":
@@ -151,12 +157,12 @@ class Keeper:
         return True
 
     def allow(self, allow: Allow) -> None:
-        """Tell the room how many users and watchers it may seat."""
+        """Send the room the numbers of users and watchers whom it may seat."""
         if self._channel is not None:
             self._channel.tell(allow)
 
     def read_again(self) -> None:
-        """Let the room read its key files again; a room that starts reads them anyway."""
+        """Make a running room read its key files again; a room that starts reads them anyway."""
         if self._channel is not None:
             self._channel.tell(ReadAgain())
 
@@ -197,19 +203,19 @@ class Keeper:
         self.first.set()
 
     def stop(self) -> None:
-        """Let the room close its clients' connections and end; `keep` then returns."""
+        """Tell the room to close its clients' connections and to end; `keep` then returns."""
         self._end_keeping()
         if self._channel is not None:
             self._channel.tell(Stop())
 
     def kill(self) -> None:
-        """Kill the room's process now."""
+        """Kill the room's process now; `keep` then returns."""
         self._end_keeping()
         if self._hold is not None:
             self._hold.kill()
 
     def _has_entrance(self) -> bool:
-        """Make an entrance if there is none; returns False if no file descriptors are left."""
+        """Make an entrance if there is none; return False if no file descriptors are left."""
         if self._entrance is None:
             with contextlib.suppress(OSError):
                 self._entrance = _Entrance(*handing_pair())
@@ -275,7 +281,10 @@ class Keeper:
             await self._end(entrance)
 
     async def _watch(self, gone: asyncio.Event) -> None:
-        """Return when the process has ended, or has not reported for the term of its lease."""
+        """Renew the lease until the process has ended, or has not reported for a lease's duration.
+
+        The method also tells the process to end when the room has been empty for its idle time.
+        """
         house = self._house
         assert self.lease is not None
         look_every = min(_LONGEST_LOOK, house.directory.duration / _LOOKS)
@@ -323,7 +332,7 @@ class Keeper:
         return now - self._emptied >= self._idle
 
     async def _end(self, entrance: _Entrance | None) -> None:
-        """Kill a process, and release its channel, entrance and lease for the next process."""
+        """Kill the process, and close or release its channel, entrance and lease."""
         house, hold = self._house, self._hold
         self._hold = None
         if hold is not None:
@@ -341,7 +350,7 @@ class Keeper:
         house.changed(self)
 
     def _shut(self, entrance: _Entrance | None) -> None:
-        """Close an entrance; all its connections count as ended."""
+        """Close an entrance, and count all its connections as ended."""
         if entrance is None:
             return
         entrance.ours.close()

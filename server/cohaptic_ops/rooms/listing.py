@@ -22,9 +22,10 @@ class RoomState:
     """State of a room, as the list of rooms shows it.
 
     Args:
+        name: Name of the room.
         title: Title for people; if it is empty they see the name.
-        state: State of the room: open, full, idle (starts when somebody comes), starting, broken
-            or stopped.
+        state: State of the room: open, full, idle (starts when somebody comes), starting, broken or
+            stopped.
         users, max_users: Number of users who touch, and their largest number at once.
         watchers, max_watchers: Number of watchers, and their largest number at once.
     """
@@ -39,10 +40,10 @@ class RoomState:
 
 
 def room_of(target: str, rooms: Sequence[str]) -> str | None:
-    """Name of the room that a request is for; None if the server itself answers the request.
+    """Return the name of the room that a request is for; None if the server itself answers it.
 
     Args:
-        target: Path and query.
+        target: Path and query of the request.
         rooms: Names of all rooms.
     """
     name, path = split_path(target)
@@ -58,9 +59,10 @@ def room_of(target: str, rooms: Sequence[str]) -> str | None:
 def answer(
     request: Request, rooms: Sequence[RoomState], *, listed: bool = True, base: str = ""
 ) -> Answer:
-    """Make the response to a request for no room, or for a room that accepts nobody now.
+    """Return the response to a request for no room, or for a room that accepts nobody now.
 
     Args:
+        request: Method, target and accepted encodings of the request.
         rooms: States of all rooms.
         listed: Whether anybody may know which rooms there are.
         base: Path below which a proxy offers the server.
@@ -85,7 +87,7 @@ def answer(
 def turned_away(
     target: str, rooms: Sequence[RoomState], *, listed: bool = True
 ) -> tuple[CloseCode, str]:
-    """Close code and reason for a websocket that no room accepts.
+    """Return the close code and the reason for a websocket that no room accepts.
 
     Args:
         target: Path and query of the request.
@@ -104,7 +106,7 @@ def turned_away(
 
 
 def why_not(name: str, rooms: Sequence[RoomState]) -> str:
-    """Reason why a room accepts nobody at present; empty if there is no room of this name."""
+    """Return the reason why a room accepts nobody now; empty if there is no room of this name."""
     states = {room.name: room.state for room in rooms}
     if name not in states:
         return ""
@@ -175,7 +177,7 @@ POLICY = (
 
 
 def as_page(rooms: Sequence[RoomState]) -> bytes:
-    """Return the HTML page on which people choose a room."""
+    """Return the HTML of the page on which people choose a room."""
     items = "".join(_item(room) for room in rooms)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

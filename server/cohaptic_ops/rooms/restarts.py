@@ -11,11 +11,13 @@ LASTING = 10.0  # s; an end after a longer time counts as the first in a row
 
 @dataclass(frozen=True, slots=True)
 class Restarts:
-    """Counts the restarts of one process; the first has no pause, since users wait.
+    """Number of ends of one process, from which the back-off follows.
+
+    The first restart has no pause, since users wait.
 
     Args:
-        in_a_row: Number of ends since the last process that was ready for `LASTING`, including the
-            end of that process.
+        in_a_row: Number of ends since a process last ran for `LASTING` or longer, including the end
+            of that process.
         count: Number of all ends so far.
     """
 
@@ -23,7 +25,7 @@ class Restarts:
     count: int = 0
 
     def ended(self, ready: float | None, now: float) -> Restarts:
-        """Count an end of the process.
+        """Return the counters after one more end of the process.
 
         Args:
             ready: Time since which the process was ready [s]; None if it never was.

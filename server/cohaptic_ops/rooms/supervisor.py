@@ -1,9 +1,10 @@
 """Runs a server with many rooms: its doors, the processes of the rooms, and the shared seats.
 
-The rooms share a total number of seats, and each room holds some of them. A room may seat as many
-people as it holds seats, without a question to the supervisor. The sum of the held seats never
-exceeds the total, even if messages between the processes are lost or late: if a room has to hold
-fewer seats, it first reports the smaller number, and only then another room gets the freed seats.
+The rooms share a total number of seats, and each room holds some of them: the supervisor has
+assigned these seats to the room. A room may seat as many people as it holds seats, without asking
+the supervisor. The sum of the held seats never exceeds the total, even if messages between the
+processes are lost or late: if a room has to hold fewer seats, it first reports the smaller number,
+and only then another room gets the freed seats.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from cohaptic_server.shell.listener import open_doors, url_of
 
 @dataclass(frozen=True, slots=True)
 class Seats:
-    """Seats of one room.
+    """Seats that the supervisor has assigned to one room.
 
     Args:
         most: Largest number of seats that the room can use.
@@ -56,11 +57,11 @@ class Seats:
 
 
 class SeatPool:
-    """Shares the seats of a server among its rooms.
+    """Divides the seats of a server among its rooms.
 
     Args:
         total: Number of seats.
-        most: Largest number of seats that each room can use, by name.
+        most: Largest number of seats that each room can use, by name of the room.
     """
 
     def __init__(self, total: int, most: Mapping[str, int]) -> None:
@@ -80,8 +81,9 @@ class SeatPool:
 
         Args:
             room: Name of the room.
-            held: Seats that the room holds; the known number is lowered to it, but never raised.
-            used: Seats that are taken.
+            held: Number of seats that the room holds; the known number is lowered to it, but never
+                raised.
+            used: Number of taken seats.
             serial: Serial number of the newest message that the room had read. If a newer message
                 is still on its way, the known number of held seats stays.
         """
@@ -90,12 +92,12 @@ class SeatPool:
         self._rooms[room] = replace(seats, held=known, used=max(0, used))
 
     def lose(self, room: str) -> None:
-        """Take back all seats of a room whose process has ended."""
+        """Take all seats back from a room whose process has ended."""
         seats = self._rooms[room]
         self._rooms[room] = Seats(seats.most, serial=seats.serial)
 
     def share(self, among: Collection[str]) -> dict[str, int]:
-        """Share the seats anew; returns the new number of seats of each room where it changes.
+        """Divide the seats anew; return the new number of seats of each room where it changes.
 
         People keep the seats that they have. The rooms that can use more seats share the remaining
         ones equally; if the division leaves a remainder, the first rooms get one more.
@@ -121,7 +123,7 @@ class SeatPool:
 
 
 def _fair(wants: Mapping[str, int], amount: int) -> dict[str, int]:
-    """Share `amount` equally, but give nobody more than the number in `wants`."""
+    """Divide `amount` equally, but give no name more than its number in `wants`."""
     shares = dict.fromkeys(wants, 0)
     while amount > 0:
         open_ = [name for name in wants if shares[name] < wants[name]]
@@ -144,15 +146,16 @@ class Supervisor:
     """Runs a server with many rooms.
 
     Args:
+        config: Configuration of the server and its rooms.
         builds: Functions that make the bodies, in the processes of the rooms, by name of the room.
-        style: Style of the log of the rooms.
+        style: Style of the rooms' log.
         protect: Makes the access control of a room, in the room's process.
 
     Attributes:
         keepers: Keepers of the rooms, by name.
         users, watchers: Seats of users and of watchers in all rooms together.
         admin: Admin port that gets reports; None without one.
-        draining: Whether the server is ending and lets nobody in any more.
+        draining: Whether the server is ending and admits nobody any more.
     """
 
     def __init__(
@@ -204,7 +207,7 @@ class Supervisor:
         self._beside: list[asyncio.Task[None]] = []
 
     async def start(self) -> str:
-        """Listen, and open the rooms; returns the URL when each room is open, broken or idle.
+        """Listen, and start the rooms; return the URL when each room is open, broken or idle.
 
         Raises:
             SettingError: The address or port is not available.
@@ -225,15 +228,15 @@ class Supervisor:
         return url
 
     async def run(self) -> None:
-        """Wait until all keepers have ended; raises the error of a keeper that fails by a bug."""
+        """Wait until all keepers have ended; raise the error of a keeper that has failed."""
         await asyncio.gather(*self._keeping)
 
     def states(self) -> list[RoomState]:
-        """State of each room, for the list of rooms."""
+        """Return the state of each room, for the list of rooms."""
         return [self._state(keeper) for keeper in self.keepers.values()]
 
     async def drain(self) -> None:
-        """Let nobody in any more, let the rooms end, and kill rooms that do not end in time."""
+        """Admit nobody any more, tell the rooms to end, and kill rooms that do not end in time."""
         self.draining = True
         self._report()
         front, self._front = self._front, None
@@ -258,7 +261,7 @@ class Supervisor:
         self.gate.report(after=0.0)
 
     def read_again(self) -> None:
-        """Let all rooms read their key files again, even if the files seem unchanged."""
+        """Make all rooms read their key files again, even if the files seem unchanged."""
         for keeper in self.keepers.values():
             keeper.read_again()
 
@@ -283,7 +286,7 @@ class Supervisor:
         )  # fmt: skip
 
     def _changed(self, keeper: Keeper) -> None:
-        """Update the seats after a room has begun, ended, or reported."""
+        """Update the numbers of seats after a room has begun, ended, or reported."""
         name, report = keeper.name, keeper.report
         if keeper.lease is None:
             self._begun.discard(name)
@@ -346,7 +349,7 @@ class Supervisor:
 
 
 def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> list[str]:
-    """Modules for the starter to import, so that the processes of rooms need not import them.
+    """Return the modules for the starter to import, so that rooms need not import them.
 
     Args:
         called: Functions that rooms call in their processes; their modules are imported.

@@ -26,7 +26,7 @@ def _address(said: str) -> str:
 
 
 class Table(BaseModel):
-    """A table of the configuration file; a number is accepted where a text is expected."""
+    """A table of the configuration file; where a text is expected, a number is accepted as well."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
 
@@ -34,9 +34,9 @@ class Table(BaseModel):
 class AccessTable(Table):
     """Access control; names and meanings are as for the options of `cohaptic serve`.
 
-    Without `state`, bans and used tokens are kept for as long as the server runs.
+    Without `state`, bans and used tokens are stored only for as long as the server runs.
 
-    TLS is left to a proxy, since the server has to read the name of the room from the request, in
+    A proxy has to do TLS, since the server has to read the name of the room from the request, in
     plain text, before it hands the connection to a process.
     """
 

@@ -19,10 +19,10 @@ from cohaptic_server.access.remembered import MOST_USED, Used
 
 
 class UsedTokens:
-    """Names of tokens that were used and have not expired yet.
+    """Memory of single-use tokens that were used and have not expired yet.
 
     Args:
-        most: Largest number of names that are remembered.
+        most: Largest number of tokens that are remembered.
     """
 
     def __init__(self, most: int = MOST_USED) -> None:
@@ -33,7 +33,7 @@ class UsedTokens:
         return len(self._ends)
 
     def recall(self, jti: str, ends: float) -> None:
-        """Mark a token as used, as an earlier process has accepted it; arguments as in `use`."""
+        """Mark a token as used because an earlier process accepted it; arguments as in `use`."""
         if len(self._ends) < self._most:
             self._ends[jti] = ends
 
@@ -42,21 +42,24 @@ class UsedTokens:
 
         Args:
             jti: Name of the token.
-            ends: Time from which the token is refused for its age in any case [s].
-            now: Time [s].
+            ends: Unix time from which the token is refused as expired [s].
+            now: Unix time [s].
 
         Raises:
-            Denied: As for `check`.
+            Denied: The token was used before, or too many tokens are remembered.
         """
         self.check(jti, now)
         self._ends[jti] = ends
 
     def check(self, jti: str, now: float) -> None:
-        """Raise Denied if a token was used before, or too many tokens are remembered.
+        """Check that a token can still be used.
 
         Args:
             jti: Name of the token.
-            now: Time [s].
+            now: Unix time [s].
+
+        Raises:
+            Denied: The token was used before, or too many tokens are remembered.
         """
         if self._ends.get(jti, now) > now:
             raise Denied("the token was used before, and it is good for one time")
@@ -74,17 +77,17 @@ SESSION_LIFE = 12 * 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Guest:
-    """A person who may come in.
+    """A person whom the server admits, as `Admission.admit` identifies the person.
 
     Args:
         grants: Actions that the person is allowed.
         sub: Identity that the token states; empty without a token.
         session: Name of the session; empty without a token.
-        invitation: Name of the invitation that the session began with; empty without one.
+        invitation: Name of the invitation that began the session; empty without a token.
         since: Time at which the session began, Unix time [s].
         until: Time at which that invitation ends, Unix time [s]; None if unknown.
-        spends: Time until which the single-use token has to be remembered as used, Unix time [s];
-            None without a single-use token. `Admission.begin` uses the token up.
+        spends: Time until which a single-use token has to be remembered once `Admission.begin` has
+            marked it as used, Unix time [s]; None without a single-use token.
     """
 
     grants: Grants = OPEN
@@ -100,7 +103,7 @@ ANYBODY = Guest()
 
 
 def session_over() -> Denied:
-    """Error that refuses or ends a session whose invitation ended too long ago."""
+    """Return the error that refuses or ends a session whose invitation ended too long ago."""
     return Denied("the session has ended with its invitation")
 
 
@@ -113,13 +116,13 @@ class Admission:
         single_use: Whether an invitation can be used only once.
         session_valid: Time that a session lasts after its invitation has ended [s]; None if a
             connected session has no end.
-        draw: Function that draws a random name that nobody can guess.
-        keep: Function that stores each used single-use token for later processes; None for no
-            storage.
+        draw: Function that returns a new random name that nobody can guess.
+        keep: Function that stores the record of a used single-use token for later processes; None
+            for no storage.
 
     Attributes:
-        ring: Accepted keys; another ring replaces them when keys are rotated.
-        admits_anybody: Whether a client without a token may come in.
+        ring: As the argument; another key ring replaces it when keys are rotated.
+        admits_anybody: As the argument.
         keep: As the argument; a server with a state file sets this attribute.
     """
 
@@ -146,12 +149,14 @@ class Admission:
         self.keep = keep
 
     def recall(self, used: Used) -> None:
-        """Mark a token as used because an earlier process has accepted it."""
+        """Mark a single-use token as used because an earlier process has accepted it."""
         if self._used is not None:
             self._used.recall(used.jti, used.ends)
 
     def admit(self, token: str | None, room: str, now: float) -> Guest:
-        """Return the guest whom a token identifies; only `begin` uses up a single-use token.
+        """Verify the token of a client, and return the guest whom the token identifies.
+
+        A single-use token stays usable until `begin`.
 
         Args:
             token: Token of the first message; None without a token.
@@ -191,7 +196,7 @@ class Admission:
         return Guest(grants, claims.sub, self._draw(), claims.jti, now, claims.exp, spends)
 
     def begin(self, guest: Guest, now: float) -> None:
-        """Use up the single-use token of a guest who now has a seat or a place in the queue.
+        """Mark the single-use token of a guest as used, when the guest joins the room or its queue.
 
         Args:
             guest: Guest that `admit` returned.
@@ -204,7 +209,7 @@ class Admission:
             self.keep(Used(jti=guest.invitation, ends=guest.spends))
 
     def ends(self, guest: Guest) -> float:
-        """Time at which a connected guest has to leave, Unix time [s]; infinite for no end."""
+        """Return when a connected guest has to leave, Unix time [s]; infinite for no end."""
         if self._session_valid is None or not guest.session:
             return float("inf")
         # `since` is a lower bound of the unknown end: apart from differences between clocks, the

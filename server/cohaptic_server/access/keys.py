@@ -1,13 +1,13 @@
-"""Access by tokens: the keys that sign them, the error that refuses a client, and their grants.
+"""Access by tokens: the keys that sign tokens, the grants in tokens, and the error `Denied`.
 
-The keys form a JWK set (RFC 7517): all keys are accepted, and the first key signs. To rotate keys,
-the owner puts a new key in front, and removes the old key after its tokens have expired.
-
-The error refuses entry to a client, or an action that the client's grants do not allow.
+The keys form a JWK set (RFC 7517): tokens of all keys are accepted, and the first key signs. To
+rotate keys, the owner puts a new key in front, and removes the old key after its tokens have
+expired.
 
 The grants of a token are for one room and form one object among its claims (the form that LiveKit
 uses). A token allows only the actions that it states. An unknown name is an error and is not
-ignored, since otherwise a misspelt limit would have no effect.
+ignored, since otherwise a misspelt limit would have no effect. `Denied` refuses entry to a client,
+or an action that the client's grants do not allow.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Key:
     Args:
         kid: Name of the key, which tokens carry.
         secret: Secret, at least as long as the hash of the algorithm.
-        algorithm: The only algorithm that the key is used with, whatever a token says.
+        algorithm: The only algorithm that may be used with the key, whatever a token says.
         issuer: Name of the issuer that signs with the key.
 
     Raises:
@@ -100,11 +100,11 @@ class KeyRing:
         return self.keys[0]
 
     def find(self, kid: str) -> Key | None:
-        """Key of this name; None if there is no such key."""
+        """Return the key of this name; None if there is no such key."""
         return next((key for key in self.keys if key.kid == kid), None)
 
     def rotated(self, key: Key, keep: int = MOST_KEYS - 1) -> KeyRing:
-        """Key ring with a new key in front, followed by the newest `keep` of the present keys."""
+        """Return a key ring with a new key in front of the newest `keep` of the present keys."""
         return KeyRing((key, *self.keys[:keep]))
 
 
@@ -125,7 +125,7 @@ def read_keys(text: str | bytes) -> KeyRing:
 
 
 def write_keys(ring: KeyRing) -> str:
-    """JWK set of a key ring as text, for a file that only its owner may read."""
+    """Return a key ring as the text of a JWK set, for a file that only its owner may read."""
     return (
         _JwkSet(
             keys=[
@@ -175,7 +175,7 @@ class Denied(RemoteProtocolError):
 
 
 def forbidden(problem: str, advice: str = ASK) -> Denied:
-    """Refusal of a client whose identity is known but who lacks the right."""
+    """Return the error that refuses a client who is known but lacks the right."""
     return Denied(problem, advice, CloseCode.FORBIDDEN)
 
 
@@ -194,7 +194,7 @@ class Grants(BaseModel):
         can_view: Right to watch the scene.
         room_create: Right to make rooms.
         room_admin: Right to mute, remove and ban users, and to freeze and reset the object.
-        room_record: Right to record what others do.
+        room_record: Right to record the actions of other users.
         can_inject_latency: Right to inject latency, if the server allows it.
         max_force: Limit on this user's force on the body [N]; None for no limit.
     """
@@ -219,7 +219,7 @@ class Grants(BaseModel):
     max_force: Annotated[float, Field(ge=0.0, le=100.0)] | None = None
 
     def hold_in(self, room: str) -> bool:
-        """Whether the grants are for a room of this name."""
+        """Check whether the grants apply to a room of this name."""
         if self.room.endswith("*"):
             return room.startswith(self.room[:-1])
         return room == self.room

@@ -26,11 +26,11 @@ class _Record(BaseModel):
 
 
 class Used(_Record):
-    """Record of a single-use token that was used.
+    """Record that a single-use token was used.
 
     Args:
         jti: Name of the token.
-        ends: Time from which the token is refused for its age in any case [s].
+        ends: Time from which the token is refused as expired [s].
     """
 
     kind: Literal["used"] = "used"
@@ -39,11 +39,11 @@ class Used(_Record):
 
 
 class Removal(_Record):
-    """Record of a user whom an administrator has put out of the room.
+    """Record that an administrator has put a user out of the room.
 
     Args:
         session: Name of the user's session; empty for a user without a token.
-        invitation: Name of the invitation that the session began with; empty without one.
+        invitation: Name of the invitation that began the session; empty without a token.
         name: Name of the user in the room.
         source: Source (address or network) whose budgets the user's connection spent.
         at: Time at which the user was put out [s].
@@ -59,15 +59,15 @@ class Removal(_Record):
     until: Time | None
 
     def counts(self, wall: float) -> bool:
-        """Whether the removal still keeps the user out at a Unix time [s]."""
+        """Check whether the removal still keeps the user out at the Unix time `wall` [s]."""
         return self.until is None or wall < self.until
 
 
 class Pardon(_Record):
-    """Lets all users come back who were put out under this name before.
+    """Record that all users who were put out under one name before may come back.
 
     Args:
-        name: Name of a `Removal`.
+        name: Name of these users, as in `Removal`.
         at: Time of the pardon [s].
     """
 
@@ -81,12 +81,12 @@ _RECORDS: TypeAdapter[Record] = TypeAdapter(Annotated[Record, Field(discriminato
 
 
 def encode(record: Record) -> bytes:
-    """Line of a record, including the end of line."""
+    """Return the line of a record in the journal, including the end of line."""
     return record.model_dump_json().encode() + b"\n"
 
 
 def decode(line: bytes) -> Record | None:
-    """Record in a line; None for an invalid line, for example one cut off by a power failure."""
+    """Return the record in a line; None if it is invalid, such as cut off by a power failure."""
     if len(line) > LONGEST:
         return None
     try:
@@ -96,9 +96,10 @@ def decode(line: bytes) -> Record | None:
 
 
 def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
-    """Records that still have an effect at a Unix time [s], bounded in number.
+    """Return the records that still have an effect at the Unix time `wall` [s].
 
-    Used tokens come first, then removals; both keep the order of `records`.
+    Used tokens come first, then removals, each in the order of `records`. If there are more than
+    `MOST_USED` or `MOST_REMOVED`, the newest are returned.
     """
     used: dict[str, Used] = {}
     removals: list[Removal] = []

@@ -1,4 +1,4 @@
-"""Makes and verifies signed tokens: JWT (RFC 7519) with grants; the time is an argument.
+"""Makes and verifies signed tokens: JWT (RFC 7519) with grants. The time is an argument.
 
 The key alone determines the algorithm, whatever the token says, and a token must have all claims of
 a fixed list. A token states an identity (`sub`), an end (`exp`) and grants (`haptic`). Verification
@@ -43,12 +43,12 @@ Time = Annotated[float, Field(ge=0.0, le=1e12)]
 
 
 class Session(BaseModel):
-    """Name and times of a session, as its token states them.
+    """Name and times of a session, as a session token states them.
 
     Args:
         sid: Name of the session.
         began: Time at which the session began, Unix time [s].
-        invitation: Name (`jti`) of the invitation that the session began with.
+        invitation: Name (`jti`) of the invitation that began the session.
         until: End of that invitation, Unix time [s]; None in a token of an earlier version.
     """
 
@@ -61,10 +61,10 @@ class Session(BaseModel):
 
 
 class Claims(BaseModel):
-    """Claims of a token; further claims, of other services, are ignored.
+    """Claims of a token; claims for other services are ignored.
 
     Args:
-        sub: Identity of the owner.
+        sub: Identity of the person to whom the token was issued.
         jti: Name of this token.
         iat: Time at which the token was made, Unix time [s].
         exp: Time at which the token expires, Unix time [s].
@@ -85,7 +85,7 @@ class Claims(BaseModel):
 
 
 def sign(claims: Claims, key: Key, audience: str = AUDIENCE) -> str:
-    """Make a signed token with these claims."""
+    """Sign a token with these claims, and return it as text."""
     said: dict[str, Any] = claims.model_dump(exclude_none=True, exclude={"haptic"})
     said |= {"iss": key.issuer, "aud": audience, "iat": int(claims.iat), "exp": int(claims.exp)}
     said["haptic"] = claims.haptic.model_dump(by_alias=True, exclude_defaults=True)
@@ -101,7 +101,7 @@ def verify(token: str, ring: KeyRing, now: float) -> Claims:
         now: Unix time [s].
 
     Raises:
-        Denied: The token was not signed with one of the keys, is not valid now, or is incomplete.
+        Denied: No key of the ring signed the token, or the token is incomplete or not valid now.
     """
     if len(token) > MAX_TOKEN:
         raise Denied(f"the token has {len(token)} characters, more than {MAX_TOKEN}", _WRONG)

@@ -1,4 +1,4 @@
-"""The interface of an elastic body. A new kind of body is one file that implements `Body`."""
+"""The interface of an elastic body: a new kind of body is one file that implements `Body`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """A force on a patch of surface: a contact has a radius and a pressure profile (science 3.5).
+    """A force on the surface, distributed over the vertices under a contact (science 3.5).
 
     Args:
         vertices: Vertices under the contact, shape (k,).
@@ -54,7 +54,7 @@ class LoadArrays(NamedTuple):
 
     @classmethod
     def of(cls, loads: Sequence[Load]) -> LoadArrays:
-        """Returns the given loads as arrays."""
+        """Return the given loads as arrays."""
         if isinstance(loads, Loads):
             return loads.arrays
         bounds = np.zeros(len(loads) + 1, dtype=np.int64)
@@ -109,11 +109,11 @@ class Loads(Sequence[Load]):
 
 
 class Response(Protocol):
-    """The response of a body to loads. A value may be computed when it is first read."""
+    """The response of a body to loads; its values may be computed when they are first read."""
 
     @property
     def compliance(self) -> Floats:
-        """Contact compliance C, shape (c, c) [m/N].
+        """Compliance C between the contacts of the loads, shape (c, c) [m/N].
 
         C_ij is the displacement of contact i along its direction per unit force at contact j;
         displacement and force are weighted by the pressure profile.
@@ -122,7 +122,7 @@ class Response(Protocol):
 
     @property
     def energy(self) -> float:
-        """Elastic energy stored by the loads [J]."""
+        """Elastic energy that the loads have stored in the body [J]."""
         ...
 
     @property
@@ -134,26 +134,26 @@ class Response(Protocol):
         ...
 
     def at(self, vertices: Ints) -> Floats:
-        """Displacement of some vertices under all loads, shape (k, 3) [m]."""
+        """Return the displacement of some vertices under all loads, shape (k, 3) [m]."""
         ...
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices without some of the loads (science 3.3).
+        """Return the displacement of some vertices without some of the loads (science 3.3).
 
         Args:
-            loads: Loads to leave out.
+            loads: Range of the loads to leave out.
             forces: Forces to subtract from those loads, shape (l,) [N].
-            vertices: Vertices whose displacement is wanted, shape (k,).
+            vertices: Vertices whose displacement the caller needs, shape (k,).
 
         Returns:
-            Shape (k, 3) [m].
+            Displacement, shape (k, 3) [m].
         """
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class DenseResponse:
-    """A response that stores all vertices, for bodies of up to a few thousand vertices.
+    """A response that stores the values of all vertices, for up to a few thousand vertices.
 
     Args:
         displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
@@ -173,17 +173,17 @@ class DenseResponse:
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), np.float64))
 
     def at(self, vertices: Ints) -> Floats:
-        """Displacement of some vertices, shape (k, 3) [m]."""
+        """Return the displacement of some vertices under all loads, shape (k, 3) [m]."""
         return np.asarray(self.displacement[vertices])
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices without some of the loads, shape (k, 3) [m]."""
+        """Return the displacement of some vertices without some of the loads, shape (k, 3) [m]."""
         first, last, _ = loads.indices(len(self.fields))
         known = np.array([0, len(vertices)])
         return self.without_own(np.array([first, last]), forces, known, vertices)
 
     def without_own(self, spans: Ints, forces: Floats, starts: Ints, vertices: Ints) -> Floats:
-        """Displacement of each user's vertices without that user's loads; see `without_own`."""
+        """Return each user's free surface at some vertices, as the function `without_own` does."""
         left = np.empty((len(vertices), 3))
         subtract_own(self.displacement, self.fields, spans, forces, starts, vertices, left)
         return left
@@ -192,17 +192,17 @@ class DenseResponse:
 def without_own(
     response: Response, spans: Ints, forces: Floats, starts: Ints, vertices: Ints
 ) -> Floats:
-    """Displacement of some vertices for each user, without the loads of that user (science 3.3).
+    """Return the displacement of some vertices for each user, without that user's loads (3.3).
 
     Args:
         response: Response of the body to the loads of all users.
         spans: First load of each of n users, then the end of the last user's loads, (n + 1,).
         forces: Forces to subtract from these loads, shape (spans[n] - spans[0],) [N].
         starts: Start of each user's part of `vertices`, then the end of the last part, (n + 1,).
-        vertices: Vertices whose displacement is wanted, user after user, shape (k,).
+        vertices: Vertices at which the displacement is computed, user after user, shape (k,).
 
     Returns:
-        Shape (k, 3) [m].
+        Displacement, shape (k, 3) [m].
     """
     if isinstance(response, DenseResponse):
         return response.without_own(spans, forces, starts, vertices)
@@ -214,7 +214,7 @@ def without_own(
 
 
 class Body(Protocol):
-    """An elastic body that accepts forces and returns positions (an admittance, section 1).
+    """An elastic body that gets forces and returns displacements (an admittance, section 1).
 
     Every implementation keeps the invariants of science 3.6: C is symmetric and positive definite,
     a rigid motion stores no energy, and the hands' work is never less than the energy stored.
@@ -237,7 +237,7 @@ class Body(Protocol):
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
-        """Returns the body's response to `loads` in one tick.
+        """Return the body's response to `loads` in one tick.
 
         Args:
             loads: Loads of the present contacts; a load of zero force has a compliance, too.
@@ -249,10 +249,10 @@ class Body(Protocol):
 
 @runtime_checkable
 class Prefetching(Protocol):
-    """A body that responds better if it knows which vertices will be touched soon."""
+    """A body that responds better if it knows which vertices fingers will press soon."""
 
     def prefetch(self, vertices: Ints) -> None:
-        """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
+        """Announce the vertices that sliding fingers will press soon, shape (k,)."""
         ...
 
 
@@ -267,12 +267,12 @@ class Wrapping(Protocol):
 
 
 def elastic_of(body: Body) -> Body:
-    """Returns the elastic body inside a wrapper that adds viscosity or mass, or `body` itself."""
+    """Return the elastic body inside a wrapper that adds viscosity or mass, or `body` itself."""
     return body.elastic if isinstance(body, Wrapping) else body
 
 
 class SwingingResponse(Response, Protocol):
-    """Response of a body with mass. A hand feels a share of the swing; each user sees all of it."""
+    """Response of a body with mass: hands feel a share of the swing, and users see all of it."""
 
     @property
     def along(self) -> Floats:
@@ -281,14 +281,14 @@ class SwingingResponse(Response, Protocol):
 
     @property
     def felt(self) -> float:
-        """Share of the swing that is shown to hands, 0 to 1."""
+        """Share of the swing that hands feel, 0 to 1."""
         ...
 
     def showing(self, share: float) -> Response:
-        """Returns a copy of the response for the next tick, with a new value of `felt`.
+        """Return a copy of the response for the next tick, with a new value of `felt`.
 
         Args:
-            share: Share of the swing that is shown to hands, 0 to 1.
+            share: Share of the swing that hands feel, 0 to 1.
         """
         ...
 
@@ -299,9 +299,9 @@ class Swings(Protocol):
 
     @property
     def swing(self) -> Swing:
-        """Largest swing of any mode, relative to its static amplitude, for each frequency."""
+        """Largest swing of any mode per static amplitude, for each frequency of the force."""
         ...
 
     def swinging(self, response: Response) -> SwingingResponse | None:
-        """Returns the response if this body made it; None for a response of another body."""
+        """Return the response if this body made it; None for a response of another body."""
         ...

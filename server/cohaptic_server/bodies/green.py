@@ -1,8 +1,9 @@
 """Green's functions of a body, encoded for a web page, and the name under which it caches them.
 
-The displacement of a linear body is a sum over vertices: the displacement for a unit force on a
-vertex, times the force on it. A page that has these functions needs only the forces. The functions
-depend on the body alone: their name is a hash of the body, so a copy from any server stays valid.
+A Green's function is the displacement of all vertices for a unit force on one vertex. The
+displacement of a linear body is the sum of these functions, each times the force on its vertex. A
+page that has these functions needs only the forces. The functions depend on the body alone: their
+name is a hash of the body, so a copy from any server stays valid.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from cohaptic_server.numeric import Floats, Ints
 _HEAD = struct.Struct("<f")
 _UNITS = 2**15 - 1
 _SIGNATURE = (
-    8  # vertices pressed together to identify a body: every function depends on the whole body
+    8  # vertices with a force, to identify a body: every function depends on the whole body
 )
 
 
@@ -34,11 +35,14 @@ class GreenSource(Protocol):
         ...
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force along x, y, z on one, (3, n, 3) [m/N]."""
+        """Return the displacement of all vertices per unit force on one, (3, n, 3) [m/N].
+
+        The first axis is the direction of the force: x, y, z.
+        """
         ...
 
     def identity(self) -> bytes:
-        """Bytes that differ between bodies of one mesh with different stiffness or support."""
+        """Return bytes that differ between bodies of one mesh if stiffness or support differs."""
         ...
 
 
@@ -51,12 +55,12 @@ class Linear(Protocol):
         ...
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Returns the equilibrium of the body under `loads`."""
+        """Return the equilibrium of the body under `loads`."""
         ...
 
 
 class Superposition:
-    """Green's functions of a linear body, from its responses to unit forces.
+    """Green's functions of a linear body, computed as its responses to unit forces.
 
     Args:
         body: A linear body without memory; `respond` must not change it.
@@ -71,17 +75,23 @@ class Superposition:
         return self._body.mesh
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force along x, y, z on one, (3, n, 3) [m/N]."""
+        """Return the displacement of all vertices per unit force on one, (3, n, 3) [m/N].
+
+        The first axis is the direction of the force: x, y, z.
+        """
         return self._spread(np.array([vertex]), np.ones(1))
 
     def identity(self) -> bytes:
-        """Encoded displacement of all vertices under forces on a few of them, from one solve."""
+        """Return the encoded displacement of all vertices under forces on a few, from one solve."""
         n = len(self.mesh.vertices)
         vertices = np.unique(np.linspace(0, n - 1, _SIGNATURE).astype(np.int64))
         return encode_block(self._spread(vertices, np.arange(1.0, len(vertices) + 1.0)))
 
     def _spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """Displacement under forces `weights` [N] along x, y, z on `vertices`, (3, n, 3) [m]."""
+        """Return the displacement of all vertices under some forces, (3, n, 3) [m].
+
+        The forces on `vertices` are `weights` [N], in three load cases along x, y and z.
+        """
         loads = [Load(vertices, weights, axis, 0.0) for axis in np.eye(3)]
         return self._body.respond(loads).fields
 
@@ -91,12 +101,12 @@ class HasGreen(Protocol):
     """A body that may be described by its Green's functions."""
 
     def green_source(self) -> GreenSource | None:
-        """Source of the Green's functions; None if the displacement is not a sum of them."""
+        """Return the source of the functions; None if the displacement is not a sum of them."""
         ...
 
 
 def green_source(body: Body) -> GreenSource | None:
-    """Returns the source of a body's Green's functions; None if they do not describe the body."""
+    """Return the source of a body's Green's functions; None if they do not describe the body."""
     return body.green_source() if isinstance(body, HasGreen) else None
 
 
@@ -112,14 +122,17 @@ def encode_block(green: Floats) -> bytes:
 
 
 def decode_block(data: bytes) -> Floats:
-    """Returns the Green's functions that `encode_block` encoded, shape (3, n, 3) [m/N]."""
+    """Return the Green's functions that `encode_block` encoded, shape (3, n, 3) [m/N]."""
     (scale,) = _HEAD.unpack_from(data)
     units = np.frombuffer(data, "<i2", offset=_HEAD.size).astype(np.float64)
     return np.asarray(scale * units.reshape(3, -1, 3))
 
 
 def model_name(source: GreenSource) -> str:
-    """Name of a body's Green's functions: a hash of mesh and `identity`, 32 hexadecimal digits."""
+    """Return the name of a body's Green's functions: a hash of 32 hexadecimal digits.
+
+    The hash covers the mesh and `identity`.
+    """
     content = hashlib.sha256()
     content.update(source.mesh.vertices.astype("<f4").tobytes())
     content.update(source.mesh.faces.astype("<u4").tobytes())

@@ -1,10 +1,11 @@
-"""Hyperelastic bodies: their interface to the Newton iteration, and the energy of rubber.
+"""Hyperelastic bodies: their interface to the Newton iteration, and the material of rubber.
 
 `newton.py` uses the interface; `balloon/rubber_balloon.py` and `rubber_solid/rubber_tetrahedra.py`
 implement it.
 
 The rubber is compressible and neo-Hookean, and only an infinite energy could invert it. The energy
-per volume of the body at rest, with the deformation gradient F and its determinant J, is
+W per volume of the body at rest, with the deformation gradient F, its determinant J, and Lame's
+constants lambda and mu, is
 
     W = mu / 2 (|F|^2 - 3) - mu ln J + lambda / 4 (J^2 - 1 - 2 ln J)        (Ciarlet, Geymonat 1982)
 
@@ -45,11 +46,18 @@ class TangentSolver(Protocol):
     """A factored tangent stiffness."""
 
     def displacements(self, b: Floats) -> Floats:
-        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
+        """Solve for the displacements of the unknowns under forces on them.
+
+        Args:
+            b: Forces in c load cases, shape (c, size) [N].
+
+        Returns:
+            Displacements, shape (c, size) [m].
+        """
         ...
 
     def step(self, b: Floats) -> Floats:
-        """Displacements as in `displacements`, accurate enough for a step of Newton's method."""
+        """Solve as `displacements` does, only as exactly as a step of Newton's method needs."""
         ...
 
 
@@ -57,7 +65,7 @@ S = TypeVar("S", bound=DeformedState)
 
 
 class Hyperelastic(Protocol[S]):
-    """A body that gives its stored energy E(x), its residual forces and its tangent stiffness."""
+    """A body with a stored energy E(x), from which residual forces and tangent stiffness follow."""
 
     @property
     def dof(self) -> Ints:
@@ -66,11 +74,11 @@ class Hyperelastic(Protocol[S]):
 
     @property
     def stiffenings(self) -> tuple[float, ...]:
-        """Rising amounts of stiffening to try when the tangent is indefinite."""
+        """Rising amounts of stiffening that make an indefinite tangent positive definite."""
         ...
 
     def displaced(self, state: S, step: Floats, external: Floats) -> S | None:
-        """Returns the state after a step, with the body's constraints satisfied.
+        """Return the state after a step, with the body's constraints satisfied.
 
         Args:
             state: State before the step.
@@ -78,18 +86,18 @@ class Hyperelastic(Protocol[S]):
             external: Nodal forces of the contacts, shape (n, 3) [N].
 
         Returns:
-            None if the body allows no state at the new positions.
+            The new state; None if the body allows no state at the new positions.
         """
         ...
 
     def residual(self, state: S, external: Floats) -> Floats:
-        """External forces less internal forces, shape (n, 3) [N]."""
+        """Return the external forces less the internal forces, shape (n, 3) [N]."""
         ...
 
     def factor_tangent(
         self, state: S, stiffening: float, b: Floats
     ) -> tuple[TangentSolver, Floats]:
-        """Factor the tangent, and solve with it.
+        """Factor the tangent stiffness, and solve with the factor.
 
         Args:
             state: The deformed body.
@@ -106,7 +114,12 @@ class Hyperelastic(Protocol[S]):
 
 
 def total_energy(state: DeformedState, external: Floats) -> float:
-    """Total potential energy of a body under dead loads, E(x) - external . x [J]."""
+    """Return the potential energy of a body under dead loads, E(x) - external . x [J].
+
+    Args:
+        state: The deformed body, with its stored energy E and its positions x.
+        external: Nodal forces of the contacts, shape (n, 3) [N].
+    """
     return state.energy - float((external * state.x).sum())
 
 
@@ -124,5 +137,5 @@ class NeoHookean:
 
     @classmethod
     def of(cls, moduli: Moduli) -> NeoHookean:
-        """Returns the material that has these moduli at small strains."""
+        """Return the material that has these moduli at small strains."""
         return cls(moduli.mu, moduli.lame)

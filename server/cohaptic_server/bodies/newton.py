@@ -1,27 +1,28 @@
-"""Equilibrium of a hyperelastic body, tick by tick, and its surface without one user's forces.
+"""Equilibrium of a hyperelastic body, tick by tick, and the free surfaces of its users.
 
-Each tick takes a few steps of Newton's method, which minimises  E(x) - external . x  over the
-positions that the body allows (`hyperelastic.py`). A step that does not lower this energy enough is
-shortened (Armijo's rule), so that the energy never rises. The tangent at the end of a tick starts
-the next tick: a tick with a moving hand costs one or two factorisations, a tick with a resting hand
-none.
+Each tick takes a few steps of Newton's method, which minimises  E(x) - external . x,  the stored
+energy E less the work of the external forces, over the positions x that the body allows
+(`hyperelastic.py`). A step that does not lower this energy enough is shortened (Armijo's rule), so
+that the energy never rises. The tangent at the end of a tick starts the next tick: a tick with a
+moving hand costs one or two factorisations, a tick with a resting hand none.
 
 If the tangent is indefinite (a body under a load that it cannot carry, on its way to another
 shape), the iteration steps with a stiffened tangent, which still gives a descent direction. The
 compliance then comes from the last stable tangent: a stiffened tangent would understate the
-compliance, which is unsafe (science 3.3). A stable tangent that is about to become
-indefinite is nearly singular and overstates the compliance: 3,000 times the compliance at rest was
-seen, which put the surface without a finger's force 68 m away. Such a tangent is used for a step,
-but not for the compliance.
+compliance, which is unsafe (science 3.3). A stable tangent that is about to become indefinite is
+nearly singular and overstates the compliance: 3,000 times the compliance at rest was seen, which
+put the surface without a finger's force 68 m away. Such a tangent is used for a step, but not for
+the compliance.
 
 A user's free surface is the one without that user's own forces (science 3.12). On a linear body it
-does not depend on those forces. Under finite deformation it does: u - C f, with u and C of the
-deformed state, bends as the force f grows. A pressing finger then turns its own contact, receives
-the turn a loop delay later, and swings. Therefore a user's free surface also leaves out the
-displacement beyond the tangent, r = u - sum C f, in proportion to that user's share of the dent at
-each place. A user who is alone gets the resting surface. The surface is then shifted as a whole
-along the force, so that in this direction the contact point stays at u - C f: this is the step of
-Newton's method, which any other position would spoil.
+does not depend on those forces. Under finite deformation it does: u - C f, with the displacement u
+and the compliance C of the deformed body, bends as the user's force f grows. A pressing finger then
+turns its own contact, receives the turn a loop delay later, and swings. Therefore a user's free
+surface also leaves out a part of the displacement beyond the tangent, r = u - (sum of C f over all
+loads): the part is the user's share of the dent at each vertex. The free surface of a single user
+is the resting surface. The surface is then shifted as a whole along the force, so that in this
+direction the contact point stays at u - C f: this is the step of Newton's method, which any other
+position would spoil.
 """
 
 from __future__ import annotations
@@ -45,26 +46,26 @@ from cohaptic_server.numeric import Floats, Ints
 
 MAX_MOVE = 0.02  # m; limit of a vertex's motion per axis in a tick, a hand of 1.2 m/s at 60 Hz
 MAX_STEPS = 2  # steps in a tick, each followed by a new tangent
-# m; after a step shorter than this, the old tangent is kept within this distance of its positions:
-# its error is micrometres.
+# m; after a step shorter than this, the tangent is not renewed while the body is within this
+# distance of the tangent's positions: the error is micrometres.
 CHORD = 2e-4
 CONVERGED = 1e-10  # m; a shorter step is not taken
 _TRIALS = 6  # number of step lengths that the line search tries
 _BACKTRACK = 0.4  # factor from one of these lengths to the next
-# Largest trusted ratio of a load's compliance to its compliance on the body at rest. In sessions on
-# rubber the ratio was 0.8 to 1.7 in 99 of 100 ticks; a thin part that is bent round may have a few
-# times more.
+# A tangent is trusted up to this ratio of a load's compliance to its compliance on the body at
+# rest. In sessions on rubber the ratio was 0.8 to 1.7 in 99 of 100 ticks; a thin part that is bent
+# round may have a few times more.
 SOFTENING = 8.0
-_LOOKED_AT = 2.0  # growth over `Iterate.believed` that calls for a comparison with rest
+_LOOKED_AT = 2.0  # growth over `Iterate.believed` that causes a comparison with the body at rest
 _ARMIJO = 1e-4  # least accepted share of the energy decrease that the slope predicts
 
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """A factored tangent of the body at given positions.
+    """The factored tangent of a body at some positions.
 
     Args:
-        x: Positions at which the tangent was taken, shape (n, 3) [m].
+        x: Positions of the nodes, shape (n, 3) [m].
         solver: Factor of the tangent.
         stable: True for the exact tangent; False for a stiffened tangent, or one whose renewal
             failed.
@@ -96,7 +97,7 @@ class Iterate(Generic[S]):
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A tangent with the displacements that were solved for when it was factored.
+    """A new tangent with the displacements that were computed when it was factored.
 
     Args:
         tangent: The factored tangent.
@@ -111,12 +112,12 @@ class Solved:
 
 @dataclass(frozen=True, eq=False)
 class Moved(Generic[S]):
-    """The result of a tick.
+    """The result of the iteration in one tick.
 
     Args:
-        iterate: The iteration at the end of the tick.
-        fields: Displacement of every node per unit force of each load, by the newest stable tangent
-            that is trusted, shape (c, n, 3) [m/N].
+        iterate: State of the iteration at the end of the tick.
+        fields: Displacement of every node per unit force of each load, from the newest stable
+            tangent that is trusted, shape (c, n, 3) [m/N].
     """
 
     iterate: Iterate[S]
@@ -130,8 +131,8 @@ class TickLimits:
     Args:
         steps: Largest number of steps, each followed by a new tangent.
         move: Largest displacement of any vertex along an axis [m].
-        chord: Length of a step, and distance from the tangent's positions, within which the
-            tangent is kept [m].
+        chord: Length of a step, and distance from the tangent's positions, up to which the tangent
+            is not renewed [m].
     """
 
     steps: int = MAX_STEPS
@@ -143,15 +144,19 @@ class NewtonIteration(Generic[S]):
     """The Newton iteration of one body, tick by tick.
 
     Args:
-        body: Energy, residual and tangent.
-        limits: Limits of a tick; the defaults if not given.
+        body: The hyperelastic body.
+        limits: Limits of the iteration within a tick; None takes the defaults.
     """
 
     def __init__(self, body: Hyperelastic[S], limits: TickLimits | None = None) -> None:
         self._body, self._limits = body, limits or TickLimits()
 
     def at_rest(self, state: S) -> Iterate[S] | None:
-        """Returns the iteration at an equilibrium; None if the equilibrium is not stable."""
+        """Return the iteration at an equilibrium; None if the equilibrium is not stable.
+
+        Args:
+            state: The body in equilibrium without external forces.
+        """
         nothing = np.zeros_like(state.x)
         solved = self._solved(state, nothing, nothing[None][:0], (0.0,))
         return None if solved is None else Iterate(state, solved.tangent, solved.tangent, 0.0)
@@ -211,7 +216,7 @@ class NewtonIteration(Generic[S]):
     def _believed(
         self, stable: Tangent, fields: Floats, shares: Floats, start: Iterate[S], rest: Iterate[S]
     ) -> tuple[Tangent, Floats, float]:
-        """Returns the tangent for the compliance, its fields and the new `Iterate.believed`.
+        """Return the tangent for the compliance, its fields and the new `Iterate.believed`.
 
         The compliances are compared with those of the tangent at rest. The comparison costs a
         solve, and is made only if a compliance has grown well beyond `start.believed`.
@@ -230,36 +235,36 @@ class NewtonIteration(Generic[S]):
         return stable, fields, max(start.believed, float(own.max()))
 
     def fields(self, tangent: Tangent, shares: Floats) -> Floats:
-        """Displacement of every node per unit force of each load.
+        """Return the displacement of every node per unit force of each load.
 
         Args:
             tangent: Tangent with which to solve.
             shares: Nodal forces of each load per unit of its force, shape (c, n, 3).
 
         Returns:
-            Shape (c, n, 3) [m/N].
+            Fields of the loads, shape (c, n, 3) [m/N].
         """
         if not len(shares):
             return np.zeros_like(shares)
         return self._spread(tangent.solver.displacements(self._unknown(shares)), shares)
 
     def _step(self, tangent: Tangent, residual: Floats) -> Floats:
-        """Newton step under the forces `residual`, shape (n, 3) [m]."""
+        """Return the Newton step under the forces `residual`, shape (n, 3) [m]."""
         force = residual[None]
         return np.asarray(self._spread(tangent.solver.step(self._unknown(force)), force)[0])
 
     def _unknown(self, forces: Floats) -> Floats:
-        """Values of the unknowns in nodal values (c, n, 3), in solver order, shape (c, size)."""
+        """Return the values of the unknowns among nodal values (c, n, 3), shape (c, size)."""
         return np.asarray(forces.reshape(len(forces), -1)[:, self._body.dof])
 
     def _spread(self, values: Floats, like: Floats) -> Floats:
-        """Inverse of `_unknown`: nodal values in the shape of `like`, zero at fixed nodes."""
+        """Return nodal values, in the shape of `like`, of the unknowns; 0 at fixed nodes."""
         spread = np.zeros_like(like)
         spread.reshape(len(like), -1)[:, self._body.dof] = values
         return spread
 
     def _search(self, state: S, step: Floats, start: S, external: Floats, slope: float) -> S | None:
-        """Returns the state after the longest tried step that lowers the energy enough, or None."""
+        """Return the state after the longest tried step that lowers the energy enough, or None."""
         left = self._limits.move - float(np.abs(state.x - start.x).max())
         length = min(1.0, max(0.0, left) / max(float(np.abs(step).max()), 1e-300))
         energy = total_energy(state, external)
@@ -294,11 +299,12 @@ class NewtonIteration(Generic[S]):
 
 
 def _own_compliance(fields: Floats, shares: Floats) -> Floats:
-    """Displacement of each load's contact along the force, per unit force, shape (c,) [m/N]."""
+    """Return the displacement of each load's contact along its unit force, shape (c,) [m/N]."""
     return np.asarray(np.einsum("cni,cni->c", shares, fields))
 
 
-# m; in a dent far smaller than this all shares are near 0, so that none jumps when a force begins.
+# m; in a dent far smaller than this the shares of all users are near 0, so that no share jumps when
+# a force begins.
 _NO_DENT = 1e-6
 
 
@@ -313,7 +319,17 @@ class FiniteResponse(DenseResponse):
     loads: Sequence[Load]
 
     def without_own(self, spans: Ints, forces: Floats, starts: Ints, vertices: Ints) -> Floats:
-        """Displacement of some vertices for each user, without that user's loads and part of r."""
+        """Return each user's free surface at some vertices, shape (k, 3) [m].
+
+        The surface is without the user's loads, and without the user's part of r (the displacement
+        beyond the tangent, see the module's head).
+
+        Args:
+            spans: First load of each of n users, then the end of the last user's loads, (n + 1,).
+            forces: Forces to subtract from these loads [N].
+            starts: Start of each user's part of `vertices`, and the end of the last one, (n + 1,).
+            vertices: Vertices at which the displacement is computed, user after user, shape (k,).
+        """
         left = super().without_own(spans, forces, starts, vertices)
         users = zip(pairwise(spans.tolist()), pairwise(starts.tolist()), strict=True)
         for (first, last), (a, b) in users:
@@ -322,12 +338,12 @@ class FiniteResponse(DenseResponse):
         return left
 
     def _own_beyond_tangent(self, first: int, last: int, vertices: Ints) -> Floats:
-        """A user's part of r, less the contact's motion along the force in this part, (k, 3) [m].
+        """Return a user's part of r, less its motion of the contact along the force, (k, 3) [m].
 
         Args:
             first, last: Index of the user's first load, which acts along the normal, and the index
                 after the user's last load.
-            vertices: Vertices whose displacement is wanted, shape (k,).
+            vertices: Vertices at which the part is computed, shape (k,).
         """
         load = self.loads[first]
         every = np.concatenate([vertices, load.vertices])

@@ -1,12 +1,14 @@
 """The paper's one-dimensional object (section 7): a rigid plate on a spring with a damper.
 
-A flat plate in the y-z plane faces +x and moves along its normal as a whole. The force f of a tick
-moves the plate from its position x to x+ at the next tick, eqs. (6) and (9):
+A flat plate in the y-z plane faces +x and moves along its normal as a whole. On a spring of
+stiffness K_o with the damping B_o, the force f of a tick moves the plate from its position x to x+
+at the next tick, eqs. (6) and (9):
 
     (K_o + B_o) x+ = f + B_o x.
 
-All contacts share one motion, so C_ij = 1 / (K_o + B_o) for every pair. C is symmetric. With two or
-more contacts it is only semidefinite, because two points of a rigid plate cannot move apart.
+All contacts share one motion, so the compliance C_ij is 1 / (K_o + B_o) for every pair. C is
+symmetric. With two or more contacts C is only semidefinite, because two points of a rigid plate
+cannot move apart.
 """
 
 from __future__ import annotations
@@ -58,7 +60,7 @@ class Spring:
     """A rigid plate on a spring, as a `Body`.
 
     Args:
-        settings: Stiffness, damping and size; the defaults if not given.
+        settings: Stiffness, damping and size; None takes the defaults.
 
     Attributes:
         mesh: Surface of the plate at rest.
@@ -73,7 +75,7 @@ class Spring:
         self.contact_radius = self.settings.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Returns the plate's state one period after `loads` act, from its position in `before`."""
+        """Return the plate's state one period after `loads` act, from its position in `before`."""
         k_o, b_o = self.settings.k_o, self.settings.b_o
         n = len(self.mesh.vertices)
         # Component of each force along the plate's motion: less than 1 for an oblique force.
@@ -91,7 +93,11 @@ class Spring:
 
 
 def plate(side: float, cells: int) -> tuple[Floats, Ints]:
-    """Mesh of a square in the y-z plane, centred at the origin, that faces +x.
+    """Return the mesh of a square in the y-z plane, centred at the origin, that faces +x.
+
+    Args:
+        side: Side of the square [m].
+        cells: Number of cells along a side; each is cut into two triangles.
 
     Returns:
         Vertices ((cells + 1)^2, 3) [m] and faces (2 cells^2, 3).

@@ -1,4 +1,4 @@
-"""Loops that compute fields of loads, compliances of contacts, and fields without own loads."""
+"""Loops that compute the fields of loads, compliances, and each user's free surface."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def seen_by(
     directions: Floats,
     C: Floats,
 ) -> None:
-    """Compute the displacement of each contact along its direction per unit force of each load.
+    """Compute the compliance matrix: the displacement of each contact per unit force of each load.
 
     Args:
         fields: Fields of the loads, shape (c, 3 n) [m/N].
         starts, ends: As in `superpose`.
         vertices: As in `superpose`.
         weights: As in `superpose`.
-        directions: As in `superpose`.
+        directions: As in `superpose`; a contact's displacement counts along its own direction.
         C: Receives the compliances, C[displaced contact, load], shape (c, c) [m/N].
     """
     for i in range(C.shape[0]):
@@ -94,10 +94,10 @@ def subtract_own(
         displacement: Displacement of every vertex under all loads, shape (n, 3) [m].
         fields: Fields of the loads, shape (c, n, 3) [m/N].
         spans: First load of each of u users, then the end of the last user's loads, (u + 1,).
-        forces: Forces to leave out, load after load from spans[0]; loads beyond the last force
-            stay, shape (l,) [N].
+        forces: Forces to leave out, one for each load from load spans[0] on; loads beyond the last
+            force stay, shape (l,) [N].
         starts: Start of each user's part of `vertices`, then the end of the last part, (u + 1,).
-        vertices: Vertices whose displacement is wanted, user after user, shape (k,).
+        vertices: Vertices at which the displacement is computed, user after user, shape (k,).
         left: Receives the displacement, shape (k, 3) [m].
     """
     for user in range(starts.shape[0] - 1):

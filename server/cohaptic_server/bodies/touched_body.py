@@ -1,7 +1,7 @@
-"""A body with the mesh from which mesh patches are cut, and a table of vertex compliances.
+"""A body with its touch mesh, from which mesh patches are cut, and a table of vertex compliances.
 
-Mesh and table are computed on first use and at most once: the table may take a minute, and a room
-without mesh patches does not need the table.
+Touch mesh and table are computed on first use and at most once: the table may take a minute, and a
+room without mesh patches does not need the table.
 
 Compiled loops choose the window of a patch: the vertices round a contact that the patch needs.
 """
@@ -25,7 +25,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ContactWindows:
-    """The search for windows on a surface and its touch mesh, and the arrays for its results.
+    """A search for windows on a surface and its touch mesh, with the arrays for its results.
 
     Args:
         search: Search for one window at a time.
@@ -33,7 +33,7 @@ class ContactWindows:
             `search.count` entries are valid.
         fitted: Vertices of the window that are in the touch mesh and face the same way as the
             contact, as indices into `vertices`, shape (n,); the first `search.fits` are valid.
-        touched: Vertices of the touch mesh that a patch carries, rising, shape (t,); the first
+        touched: Vertices of the touch mesh that a patch contains, rising, shape (t,); the first
             `search.carries` are valid.
         carried: The vertices in `touched` as indices into `vertices`, shape (t,).
     """
@@ -46,7 +46,7 @@ class ContactWindows:
 
     @classmethod
     def on(cls, mesh: SurfaceMesh, touch: TouchMesh) -> ContactWindows:
-        """Returns the search on a whole surface and its touch mesh."""
+        """Return a search on a whole surface and its touch mesh."""
         n, t = len(mesh.vertices), len(touch.vertices)
         vertices, fitted = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
         touched, carried = touch.found, np.zeros(t, dtype=np.int64)
@@ -64,16 +64,16 @@ class ContactWindows:
         return cls(search, vertices, fitted, touched, carried)
 
 
-# As a share of the largest C_ii: a negative C_ii this small is a rounding error at a held vertex.
+# As a share of the largest C_ii: a negative C_ii this small is a rounding error at a fixed vertex.
 _ROUNDING = 1e-6
 
 
 @runtime_checkable
 class Surveyed(Protocol):
-    """A body that computes its compliance table faster than with one response per vertex."""
+    """A body that computes its table of compliances faster than by one response per vertex."""
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
+        """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N]."""
         ...
 
 
@@ -85,7 +85,7 @@ class TouchedBody:
 
     @cached_property
     def prefetching(self) -> Prefetching | None:
-        """The body if it uses the vertices that will be touched soon, else None."""
+        """The body if it uses announcements of vertices that fingers will press, else None."""
         return self.body if isinstance(self.body, Prefetching) else None
 
     @cached_property
@@ -100,27 +100,29 @@ class TouchedBody:
 
     @cached_property
     def windows(self) -> ContactWindows:
-        """Search for windows round contacts, for patches that carry more than a plane."""
+        """Search for windows round contacts, for patches that contain more than a plane."""
         return ContactWindows.on(self.body.mesh, self.mesh)
 
     @cached_property
     def touch_compliance(self) -> Floats:
-        """`vertex_compliance` of the touch mesh, limited to the protocol's range, (t,) [m/N]."""
+        """Compliance at the vertices of the touch mesh, within the protocol's range, (t,) [m/N]."""
         return np.minimum(self.vertex_compliance[self.mesh.vertices], MAX_COMPLIANCE)
 
     @cached_property
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex of the whole surface, shape (n,) [m/N].
+        """Compliance of a contact centred at each vertex of the whole surface, shape (n,) [m/N].
 
-        The table holds for the body at rest; the client scales it by the c_ii of each patch.
+        The table is that of the body at rest; the client scales it by the compliance `c_ii` at the
+        contact of each patch.
         """
         return vertex_compliance(self.body)
 
 
 def vertex_compliance(body: Body) -> Floats:
-    """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N].
+    """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N].
 
-    Zero means that the vertex is held. A `Surveyed` body's own table is returned unchanged.
+    This is the diagonal entry C_ii of the compliance matrix for a contact centred at the vertex; 0
+    means that the vertex is fixed. A `Surveyed` body's own table is returned unchanged.
 
     Raises:
         BodyError: A press moves the surface under it outwards.

@@ -1,15 +1,17 @@
 """Kelvin-Voigt damping, B_o in proportion to K_o, for any elastic body.
 
-The elastic part carries the loads with a lag,
+A body of stiffness K_o and damping B_o consists of an elastic part and a damper in parallel. The
+forces that the elastic part carries follow the loads with a lag,
 
     carried+ = (loads + b carried) / (1 + b),    b = B_o / K_o = relaxation time / simulation period
 
-which for a linear body is eq. (9), (K_o + B_o) x+ = f + B_o x, and for a nonlinear body damps each
-state of strain by its own stiffness. The reported compliance is that of the steady state: a control
-law that relied on K_o + B_o, the stiffness within one tick, would be unstable under delay for
-B_o >= K_o (science 3.3: a C below half of the true one).
+For a linear body this is eq. (9), (K_o + B_o) x+ = f + B_o x, with the force f and the position x.
+In a nonlinear body each state of strain is damped in proportion to its own stiffness. The reported
+compliance C is that of the steady state: a control law that relied on K_o + B_o, the stiffness
+within one tick, would be unstable under delay for B_o >= K_o (science 3.3: a C below half of the
+true one).
 
-Linear and nonlinear bodies share this lag (`lagged`); `Viscous` is a linear body with it.
+Linear and nonlinear bodies share this lag (`lagged`); `Viscous` adds it to a linear body.
 """
 
 from __future__ import annotations
@@ -26,7 +28,12 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def check_damping(damping: float) -> None:
-    """Refuse a ratio B_o / K_o that is negative, or so large that hands under delay sway for long.
+    """Raise an error for a ratio B_o / K_o outside of 0 to 2.
+
+    With a larger ratio, hands with a delay would oscillate for long.
+
+    Args:
+        damping: Ratio of damping to stiffness, the body's relaxation time in ticks.
 
     Raises:
         SettingError: The ratio is outside of 0 to 2.
@@ -36,7 +43,7 @@ def check_damping(damping: float) -> None:
 
 
 def lagged(applied: Floats, carried: Floats, damping: float) -> Floats:
-    """Forces that the elastic part of a Kelvin-Voigt body carries at the end of a tick [N].
+    """Return the forces that the elastic part of the body carries at the end of a tick [N].
 
     Args:
         applied: Forces applied in this tick, any shape [N].
@@ -51,7 +58,7 @@ _NEGLIGIBLE = 1e-3  # share of `DecayingLoad.peak` below which a decaying load i
 
 @dataclass(frozen=True, slots=True)
 class DecayingLoad:
-    """A present or past load with the part of its force that the elastic body still carries.
+    """A present or past load, with the force of it that the elastic body still carries.
 
     Args:
         load: The load, with the carried force.
@@ -64,7 +71,7 @@ class DecayingLoad:
 
 @dataclass(frozen=True, eq=False)
 class ViscousResponse:
-    """A response to the present loads and to what remains of earlier loads.
+    """Response to the present loads and to earlier loads whose forces still decay.
 
     Args:
         elastic: Response of the elastic body to the carried loads.
@@ -92,23 +99,23 @@ class ViscousResponse:
         return self.elastic.displacement
 
     def at(self, vertices: Ints) -> Floats:
-        """Displacement of some vertices, shape (k, 3) [m]."""
+        """Return the displacement of some vertices, shape (k, 3) [m]."""
         return self.elastic.at(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices without some of the present loads, shape (k, 3) [m]."""
+        """Return the displacement of some vertices without some present loads, shape (k, 3) [m]."""
         return self.elastic.without(loads, forces, vertices)
 
 
 class Viscous:
     """A linear elastic body with damping, as a `Body`.
 
-    The lag acts on the loads and not on the displacement, so that the elastic body may compute a
-    few vertices alone.
+    The lag acts on the loads and not on the displacement, so that the elastic body may compute the
+    displacement of a few vertices only.
 
     Args:
         elastic: A linear body: the displacements under several loads add up.
-        damping: B_o / K_o at the simulation period of the server.
+        damping: Ratio B_o / K_o of damping to stiffness at the simulation period of the server.
 
     Attributes:
         name: Name of the elastic body.
@@ -123,7 +130,7 @@ class Viscous:
         self.contact_radius = elastic.contact_radius
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ViscousResponse:
-        """Move part of the way from the state of `before` to the equilibrium under `loads`."""
+        """Return the response one tick after `before`, closer to the equilibrium under `loads`."""
         b, earlier = self.damping, list[DecayingLoad]()
         previous: Response | None = None
         if isinstance(before, ViscousResponse):
@@ -147,12 +154,12 @@ class Viscous:
         return ViscousResponse(response, len(loads), carried)
 
     def prefetch(self, vertices: Ints) -> None:
-        """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
+        """Announce the vertices that sliding fingers will press soon, shape (k,)."""
         if isinstance(self.elastic, Prefetching):
             self.elastic.prefetch(vertices)
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
+        """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N]."""
         return vertex_compliance(self.elastic)
 
 

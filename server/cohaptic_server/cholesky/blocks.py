@@ -1,7 +1,7 @@
-"""The product of a sparse symmetric matrix of 3x3 blocks with vectors.
+"""Product of a sparse symmetric matrix of 3x3 blocks with vectors.
 
-The module is compiled where a compiler is at hand (`blocks.pxd` has the types). Indices are those
-of an `Analysis` and are not checked here.
+The module is compiled if a compiler is available (`blocks.pxd` has the types). Indices are those of
+an `Analysis` and are not checked here.
 """
 
 from __future__ import annotations
@@ -10,12 +10,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def multiply(blocks: Floats, starts: Ints, rows: Ints, x: Floats, out: Floats) -> None:
-    """Multiply a symmetric matrix by the columns of `x`.
+    """Multiply a sparse symmetric matrix by the columns of `x`.
 
     Args:
-        blocks: Blocks on and below the diagonal, shape (e, 9); diagonal blocks are symmetric.
-        starts: First block of each column, which is the diagonal block, shape (n + 1,).
-        rows: Row of each block, shape (e,).
+        blocks: Blocks on and below the diagonal, column after column, each row by row, shape
+            (e, 9); diagonal blocks are symmetric.
+        starts: Index of the first block of each of n block columns, the diagonal block, shape
+            (n + 1,).
+        rows: Block row of each block, shape (e,).
         x: Vectors, one in each column, shape (3 n, r).
         out: Receives the product, shape (3 n, r).
     """

@@ -1,6 +1,6 @@
 """Elimination of the fronts of a sparse symmetric matrix of 3x3 blocks.
 
-The module is compiled where a compiler is at hand (`elimination.pxd` has the types), and then runs
+The module is compiled if a compiler is available (`elimination.pxd` has the types), and then runs
 without the global interpreter lock, so that two threads can eliminate fronts that do not depend on
 each other. Indices are those of an `Analysis` and are not checked here. Dense matrices are stored
 column by column.
@@ -36,7 +36,7 @@ def eliminate(
     values: AnyFloats,
     routines: Ints,
 ) -> int:
-    """Factor a range of fronts one after the other.
+    """Assemble and eliminate a range of fronts, one after the other.
 
     Args:
         begin: Index of the first front.
@@ -51,7 +51,7 @@ def eliminate(
         for k in range(begin, end):
             load_front(k, table, where, children, starts, places, blocks, updates, values)
             width, height, at = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2], table[k, 3]
-            # Where parts of the mesh do not touch, the separator between them has no nodes.
+            # The separator between parts of the mesh that are not coupled has no nodes.
             if width > 0 and dense.cholesky(routines, values, at, width) != 0:
                 return 1
             if height > 0:
@@ -73,19 +73,15 @@ def load_front(
     updates: AnyFloats,
     values: AnyFloats,
 ) -> None:
-    """Assemble a front before its elimination: blocks of the matrix and its children's updates.
+    """Fill the columns of a front's own unknowns, from the matrix and from its children's updates.
 
     Args:
         k: Index of the front.
-        table: `Analysis.table`; the next four arrays belong to the same analysis.
-        where: Row in the parent and end of the run, for the border nodes of all fronts.
-        children: Children of all fronts.
-        starts: First block of each column.
-        places: Row of each block within the front.
+        table, where, children, starts, places: Arrays of these names in the `Analysis`.
         blocks: Blocks of the matrix, each row by row, shape (e, 9).
         updates: Workspace that holds the lower triangles of the children's updates.
-        values: Values of the factor; the front's part is set to the lower triangle of its own
-            unknowns and to the rows of its border.
+        values: Values of the factor. The front's part of them is set: first the block of its own
+            unknowns, of which the lower triangle is valid, then the rows of its border.
     """
     first, last, start = table[k, 0], table[k, 1], table[k, 3]
     width, height = 3 * (last - first), 3 * table[k, 2]
@@ -125,7 +121,10 @@ def load_front(
 
 
 def add_updates(k: int, table: Ints, where: Ints, children: Ints, updates: AnyFloats) -> None:
-    """Add the children's updates of a front's border to its update; arguments as `load_front`."""
+    """Add to a front's update the entries of its children's updates that belong to its border.
+
+    The arguments are those of `load_front`.
+    """
     width, height = 3 * (table[k, 1] - table[k, 0]), 3 * table[k, 2]
     for c in range(table[k, 7], table[k, 8]):
         child = children[c]

@@ -1,9 +1,10 @@
-"""A sparse Cholesky factor by fronts, K = L D L', computed once for many solves.
+"""A sparse Cholesky factor K = L D L' of a stiffness matrix K, computed once for many solves.
 
-The method is multifrontal (Duff, Reid 1983; Liu 1992) on the tree of `symbolic.py`: each part is
-a dense front of its own nodes and its border to ancestors, so that LAPACK does all arithmetic.
-L has the block K21 K11^-1 of each front, and D the blocks K11 as Cholesky factors: backward
-substitution needs L alone, so D is read only where there is a force.
+The method is multifrontal (Duff, Reid 1983; Liu 1992) on the tree of `symbolic.py`: each part of
+the mesh becomes a dense front over its own unknowns (index 1) and its border (index 2), so that
+LAPACK does all arithmetic. L contains the block K21 K11^-1 of each front, and D contains the blocks
+K11 as Cholesky factors. Backward substitution needs L alone, so D is read only in fronts that a
+force reaches.
 
 Forces act on the surface only, and only its displacement is needed. In forward substitution a force
 reaches the fronts on its own path to the root; in backward substitution only fronts on the paths to
@@ -26,13 +27,14 @@ from cohaptic_server.numeric import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class FactorFront:
-    """A dense block of the factor.
+    """The part of a factor that belongs to one front.
 
     Args:
         own: Degrees of freedom that are eliminated in this front, shape (a,).
         border: Degrees of freedom of ancestors to which the own ones are coupled, shape (b,).
         lower: Cholesky factor of the own block, shape (a, a).
-        carry: Force on the border per force on each own degree of freedom, K21 K11^-1, (b, a).
+        carry: Block K21 K11^-1 of L: force that each own degree of freedom passes to the border,
+            per unit of force on it, shape (b, a).
         parent: Index of the parent front; -1 at the root.
         retained: Whether the front or a descendant has a retained node; if not, `lower` and `carry`
             are empty.
@@ -96,7 +98,7 @@ class Factor:
         return x
 
     def path(self, nodes: Ints) -> list[int]:
-        """Fronts from `nodes` (k,) up to the root, children before parents."""
+        """Return the fronts of `nodes` (k,) and all their ancestors, children before parents."""
         path: set[int] = set()
         starts: list[int] = np.unique(self.front_of[nodes]).tolist()
         for k in starts:
@@ -107,7 +109,7 @@ class Factor:
 
 
 class FactorReader(Protocol):
-    """Reference to a stored factor, for a new process to read the factor from."""
+    """A stored factor that a new process can read."""
 
     @property
     def bytes(self) -> int:
@@ -115,7 +117,7 @@ class FactorReader(Protocol):
         ...
 
     def read(self) -> Factor:
-        """Return the factor, whose numbers are mapped into memory and not copied.
+        """Return the factor; its numbers are mapped into memory and not copied.
 
         Raises:
             BodyError: The stored data are not an intact factor.
@@ -124,5 +126,5 @@ class FactorReader(Protocol):
         ...
 
     def problem(self) -> str:
-        """Return why the factor from `read` is no longer reliable; an empty string if it is."""
+        """Return why the factor from `read` can no longer be relied on; empty if it still can."""
         ...

@@ -1,4 +1,4 @@
-"""A Cholesky factor in a file or in shared memory, and its conversion to arrays and back.
+"""Stores a Cholesky factor in a file or in shared memory, as arrays, and reads it back.
 
 The numbers of a factor lie in one flat array, front after front: `lower` column by column, as
 LAPACK takes it without a copy, then `carry` row by row. Numbers in single precision halve the
@@ -6,8 +6,8 @@ memory and the time of a solve; a factor stays in double precision if a later st
 
 A shared factor is in single precision, and a second process maps it instead of copying it. Sending
 a factor of 1 GB to a process takes seconds and keeps it in memory twice. Here the whole factor lies
-in shared memory, and only its place is sent. A new process may be sent only little data in any
-case: if it died before it had read all data, the sender would wait for ever.
+in shared memory, and only a reference to it is sent. A new process may be sent only little data in
+any case: if the process died before it had read all data, the sender would wait for ever.
 """
 
 from __future__ import annotations
@@ -54,19 +54,27 @@ def indices_of(factor: Factor) -> dict[str, npt.NDArray[Any]]:
 
 
 def count_values(factor: Factor) -> int:
-    """Return how many numbers a factor has."""
+    """Return how many numbers `lower` and `carry` of all fronts contain."""
     return sum(front.lower.size + front.carry.size for front in factor.fronts)
 
 
 def stored_bytes(fronts: npt.NDArray[Any]) -> int:
-    """Bytes of a factor's numbers in single precision, from the factor's array `fronts`."""
+    """Return the size of a factor's numbers in single precision [bytes].
+
+    Args:
+        fronts: Array `fronts` of the factor, as `indices_of` makes it.
+    """
     table = np.asarray(fronts, dtype=np.int64).reshape(-1, 4)
     own, border, kept = table[:, 0], table[:, 1], table[:, 3] != 0
     return 4 * int((own * (own + border))[kept].sum())
 
 
 def copy_values(factor: Factor, out: npt.NDArray[Any]) -> None:
-    """Copy the numbers of a factor to `out`, rounded to its precision, shape (count_values,)."""
+    """Copy the numbers of a factor to `out`, rounded to its precision.
+
+    Args:
+        out: Array of shape (count_values(factor),).
+    """
     start = 0
     for front in factor.fronts:
         for block in (front.lower.T, front.carry):
@@ -75,7 +83,10 @@ def copy_values(factor: Factor, out: npt.NDArray[Any]) -> None:
 
 
 def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
-    """Return the factor from `to_arrays`; its numbers may be read-only, or map a file.
+    """Rebuild a factor from the arrays that `to_arrays` returned.
+
+    Args:
+        arrays: Arrays by name; `values` may be read-only, or map a file.
 
     Raises:
         BodyError: The arrays do not fit together.
@@ -136,7 +147,7 @@ def _within(indices: Ints, count: int) -> bool:
 
 
 class SharedFactor:
-    """A factor in shared memory, as a `FactorReader`.
+    """A factor in shared memory, which a new process can read without a copy (`FactorReader`).
 
     Args:
         factor: Factor of any precision; its numbers are copied once.

@@ -1,20 +1,20 @@
-"""Cholesky factorisation for solves on a part of the nodes, and compliances of presses from it.
+"""Cholesky factorisation for solves on the retained nodes, and compliances of presses from it.
 
 The matrix is sparse, symmetric and positive definite. If neither a front nor its descendants have a
 retained node, the front is discarded after its elimination, since no later solve needs it. All
-arithmetic is done in place, in the array of the factor and in the updates that their parents have
-not taken yet. `plan.py` computes the size of this memory in advance, and no other array of the size
+arithmetic is done in place, in the array of the factor and in the updates that wait for their
+parent fronts. `plan.py` computes the size of this memory in advance, and no other array of the size
 of a front exists.
 
-Forward substitution alone gives the compliances of presses,
+A press is a set of forces on a few nodes, in one direction, that sum to 1. Forward substitution
+alone gives the compliance between two presses f and g, for the matrix K = L D L' (`factor.py`):
 
-    f' K^-1 g = sum over the fronts of y_f' y_g,    y = lower^-1 (L^-1 f) of each front
+    f' K^-1 g = sum over the fronts of y_f' y_g,    y_f = lower^-1 (L^-1 f) in each front
 
-A press is a set of forces on a few nodes, in one direction, that sum to 1. A press reaches only the
-fronts on its path to the root, and needs no backward substitution: its self-compliance takes a
-fraction of the time that its displacement field would take. Many presses are eliminated at a time,
-in all three directions, so that BLAS does the arithmetic; a front handles only the presses that
-reach it.
+A press reaches only the fronts on its path to the root, and needs no backward substitution: its
+self-compliance takes a fraction of the time that its displacement field would take. Many presses
+are substituted at a time, in all three directions, so that BLAS does the arithmetic; a front
+handles only the presses that reach it.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ _PAGES = 2**18  # bytes; smaller arrays come from the heap
 
 
 class _Front(NamedTuple):
-    """The blocks of a front, which change in place; only one half of a symmetric block is valid.
+    """The blocks of a front, which change in place; a symmetric block has one valid half.
 
     Args:
         lower: Lower half of the front's own block, by columns, shape (a, a).
         carry: Block of the border's rows and the own columns, by rows, shape (b, a).
-        update: Upper half of the update that the border gets, by rows, shape (b, b).
+        update: Upper half of the front's update to its border, by rows, shape (b, b).
     """
 
     lower: Floats
@@ -64,8 +64,9 @@ def factorise(
     Args:
         matrix: The matrix, shape (3 n, 3 n).
         points: Position of each node, shape (n, 3) [m].
-        retained: Nodes that forces act on and whose displacement is observed, shape (n,).
-        progress: Receives the completed share of the arithmetic, from 0 to 1.
+        retained: Whether a node is retained, since forces act on it and its displacement is
+            observed, shape (n,).
+        progress: Receives the completed fraction of the arithmetic, from 0 to 1.
         plan: Result of `plan_of` for this matrix, points and nodes; None computes it.
 
     Raises:
@@ -114,7 +115,10 @@ def _eliminate(
 
 
 def _assemble(front: _Front, matrix: sp.csr_array, own: Ints, border: Ints, local: Ints) -> None:
-    """Write the matrix's columns of the own unknowns to a front, and each place to `local`."""
+    """Write the columns of a front's own unknowns from the matrix to the front.
+
+    `local` is set to the position in the front of each own and border unknown.
+    """
     a = len(own)
     local[own], local[border] = np.arange(a), a + np.arange(len(border))
     rows = matrix[own]
@@ -132,7 +136,7 @@ def _add(front: _Front, update: Floats, at: Ints) -> None:
     Args:
         front: Front of the parent.
         update: Update of the child, whose upper half is valid, shape (c, c).
-        at: Places of the child's border in the parent's front, rising, shape (c,).
+        at: Positions of the child's border in the parent's front, rising, shape (c,).
     """
     a = len(front.lower)
     count = int((at < a).sum())
@@ -148,7 +152,7 @@ def _add(front: _Front, update: Floats, at: Ints) -> None:
 
 
 def _partial_factor(front: _Front) -> None:
-    """Eliminate a front's own unknowns: compute L11, K21 K11^-1 and the border's update."""
+    """Eliminate a front's own unknowns: compute its `lower`, its `carry` and its `update`."""
     lower, right = front.lower, front.carry.T
     if not len(lower):  # a part without own nodes: BLAS takes no empty arrays
         return
@@ -165,7 +169,7 @@ def _partial_factor(front: _Front) -> None:
 
 
 def _zeros(count: int) -> Floats:
-    """Return zeros that take memory when written, and give it back when released.
+    """Return zeros in pages that take memory when written, and return it when released.
 
     Numpy takes some arrays from a heap, where released arrays leave gaps: 0.15 of a large factor.
     """
@@ -181,7 +185,7 @@ def _routines() -> tuple[Any, Any, Any]:
     return potrf, trsm, syrk
 
 
-Report = Callable[[float], None]  # receives the completed share, up to 1
+Report = Callable[[float], None]  # receives the completed fraction of the work, up to 1
 
 
 class _Reached(NamedTuple):
@@ -189,7 +193,7 @@ class _Reached(NamedTuple):
 
     Args:
         presses: Presses that reach the front, rising, shape (m,).
-        y: Solution of each press in x, y, z, shape (a, 3 m).
+        y: Vector lower^-1 (L^-1 f) for each press f in x, y and z, shape (a, 3 m).
     """
 
     presses: Ints
@@ -202,7 +206,7 @@ class _Passed(NamedTuple):
     Args:
         rows: Degrees of freedom of the front's border, shape (b,).
         presses: Presses that reach the front, shape (m,).
-        forces: Forces by each press in x, y, z, shape (b, 3 m).
+        forces: Forces from each press in x, y and z, shape (b, 3 m).
     """
 
     rows: Ints
@@ -213,16 +217,16 @@ class _Passed(NamedTuple):
 def self_compliance(
     factor: Factor, shares: sp.csr_array, progress: Report = lambda share: None
 ) -> Floats:
-    """Compute the self-compliance of each press.
+    """Compute the self-compliance of each press: its own mean displacement per unit of force.
 
     Args:
-        factor: Factor of K.
+        factor: Factor of the stiffness matrix.
         shares: Share of each node in the force of each press, zero if not retained, shape (n, r).
-        progress: Receives the completed share of the work.
+        progress: Receives the completed fraction of the work.
 
     Returns:
-        Displacement by 1 N in x, y, z, averaged over the press; symmetric, zero for a press without
-        nodes, shape (r, 3, 3) [m/N].
+        Displacement by 1 N in x, y and z, averaged over the press; symmetric, zero for a press
+        without nodes, shape (r, 3, 3) [m/N].
     """
     out = np.zeros((shares.shape[1], 3, 3))
     for presses, y in _solved_fronts(factor, shares, progress):
@@ -242,11 +246,12 @@ def mutual_compliance(
     """Compute the compliance between all pairs of presses.
 
     Args:
-        factor: Factor of K.
+        factor: Factor of the stiffness matrix.
         shares, progress: As in `self_compliance`.
 
     Returns:
-        Displacement of a press in x, y, z by 1 N on another; symmetric, shape (3 r, 3 r) [m/N].
+        Mean displacement of each press in x, y and z by 1 N on each press; symmetric, shape
+        (3 r, 3 r) [m/N].
     """
     out = np.zeros((3 * shares.shape[1], 3 * shares.shape[1]))
     for presses, y in _solved_fronts(factor, shares, progress):
@@ -280,7 +285,7 @@ def _gather(
     Args:
         shares: Share of each node in the force of each press.
         passed: Forces that the front's children pass on.
-        local: Scratch, shape (3 n,).
+        local: Scratch memory for positions in a front, shape (3 n,).
 
     Returns:
         The presses that reach the front, shape (m,); forces on its own unknowns, shape (a, 3 m),
@@ -298,7 +303,7 @@ def _gather(
         own[3 * row + axis, 3 * column + axis] = rows.data
     local[front.own], local[front.border] = np.arange(a), a + np.arange(b)
     for one in passed:
-        # Borders are in order of elimination: a child's begins with own unknowns of its parent.
+        # A border is in order of elimination: a child's begins with own unknowns of the parent.
         at = local[one.rows]
         count = int((at < a).sum())
         _add_forces(own, at[:count], presses, one, one.forces[:count])
@@ -317,7 +322,12 @@ def _add_forces(
 
 
 def solve_lower(lower: AnyFloats, right: AnyFloats) -> AnyFloats:
-    """Return lower^-1 right for a triangular matrix `lower`; `right` is overwritten."""
+    """Solve `lower` x = `right` for x, shape (a, r); `right` is overwritten.
+
+    Args:
+        lower: Lower triangular matrix, shape (a, a).
+        right: Right-hand sides, shape (a, r).
+    """
     # `right` is stored by rows: BLAS gets its transpose, so nothing is copied.
     trsm = cast(Any, scipy.linalg.get_blas_funcs("trsm", (lower, right)))
     solved = trsm(1.0, lower, right.T, side=1, lower=1, trans_a=1, overwrite_b=1)

@@ -1,8 +1,7 @@
 """Plans a factorisation from the pattern of the matrix alone: order, memory and arithmetic.
 
-The number of bytes is exact and known before the arithmetic begins: each front's blocks have their
-place in one array, and the order of elimination determines which updates exist at one time
-(Liu 1992).
+The number of bytes is exact and known before the arithmetic begins: all fronts' blocks lie in one
+array, and the order of elimination determines which updates exist at one time (Liu 1992).
 """
 
 from __future__ import annotations
@@ -26,7 +25,8 @@ class Plan:
     Args:
         parts: Nodes that each front eliminates, and its children.
         borders: Nodes of ancestors to which each front is coupled, in order of elimination.
-        kept: Whether a front or a descendant has a retained node, shape (fronts,).
+        kept: Whether the factor stores a front, since the front or a descendant has a retained
+            node, shape (fronts,).
         parents: Index of each front's parent, -1 at the root, shape (fronts,).
         work: Floating-point operations up to the end of each front, shape (fronts,).
         factor_bytes: Bytes of the factor.
@@ -58,7 +58,8 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
     Args:
         graph: Graph that links nodes with a nonzero 3x3 block, and each node to itself, (n, n).
         points: Position of each node, shape (n, 3) [m].
-        retained: Nodes that forces act on and whose displacement is observed, shape (n,).
+        retained: Whether a node is retained, since forces act on it and its displacement is
+            observed, shape (n,).
     """
     parts = _split_leaves(dissect(points, graph), retained)
     borders = borders_of(graph, parts)
@@ -83,7 +84,7 @@ def plan_of(graph: sp.csr_array, points: Floats, retained: Mask) -> Plan:
 
 
 def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple[int, int]:
-    """Bytes of the factor, and the largest number of bytes in use at one time."""
+    """Return the size of the factor and the largest size in use at one time [bytes]."""
     updates = border**2
     factor = live = peak = 0.0
     for k, part in enumerate(parts):
@@ -96,7 +97,9 @@ def _memory(parts: list[Part], own: Floats, border: Floats, kept: Mask) -> tuple
 
 
 def _split_leaves(parts: list[Part], retained: Mask) -> list[Part]:
-    """Split each leaf: its retained nodes become the parent of the others, which no solve needs.
+    """Split each leaf, so that its retained nodes become the parent of its other nodes.
+
+    The front of the other nodes can then be discarded, since no solve needs it.
 
     Args:
         parts: Parts, children before their parents.

@@ -1,9 +1,9 @@
-"""The Cholesky factor of a matrix whose pattern was analysed before: K = L L', by fronts.
+"""A sparse Cholesky factor K = L L' of a matrix K whose pattern was analysed before.
 
 The factor of `factor.py` is for a linear solid: it is computed once, and a tick solves for a few
-nodes. Here the matrix is factored in many ticks and solved for all unknowns; everything that the
-pattern determines is computed in advance (`symbolic.py`). LAPACK does the dense arithmetic, in
-single or in double precision. Two threads take the two halves of a large matrix
+nodes. Here a new matrix is factored in many ticks and solved for all unknowns; `symbolic.py`
+computes in advance everything that the pattern determines. LAPACK does the dense arithmetic, in
+single or in double precision. Two threads factor the two halves of a large matrix
 (`side_by_side.py`).
 
 The root may be left unfactored. The factor then holds the root's Schur complement, the matrix with
@@ -35,7 +35,7 @@ class Indefinite(BodyError):
 class Workspace:
     """The memory in which matrices of one pattern are factored, one at a time.
 
-    A factor that is no longer in use leaves its memory to the next factor: fresh memory costs a
+    The next factor reuses the memory of a factor that has ended, since fresh memory would cost a
     fifth of the time of a factorisation.
 
     Args:
@@ -44,9 +44,9 @@ class Workspace:
 
     Attributes:
         dtype: Type of the values.
-        updates: Schur complements of fronts that their parents have not taken yet.
-        routines: Routines of BLAS and LAPACK for this precision (`dense.py`).
-        halves: `Analysis.halves`, one for each of two threads; (0, 0) for a small factor.
+        updates: Memory for the updates that fronts leave to their parents.
+        routines: Addresses of routines of BLAS and LAPACK for this precision (`dense.routines`).
+        halves: `Analysis.halves`, one half for each of two threads; (0, 0) for a small factor.
         scratch_rows: Largest number of rows in the border of a front.
     """
 
@@ -60,7 +60,7 @@ class Workspace:
         self._free = list[AnyFloats]()
 
     def take(self) -> AnyFloats:
-        """Return memory for the values of a factor."""
+        """Return memory for the values of one factor, shape (`analysis.values`,)."""
         return self._free.pop() if self._free else np.empty(self.analysis.values, self.dtype)
 
     def give_back(self, values: AnyFloats) -> None:
@@ -116,7 +116,10 @@ class Refactored:
         return self._values.nbytes
 
     def solve(self, b: Floats) -> AnyFloats:
-        """Return solutions, (size, r), for right-hand sides `b`, in the factor's precision."""
+        """Solve for right-hand sides `b`, shape (size, r); the solutions have the same shape.
+
+        The solutions are in the factor's precision.
+        """
         count = b.shape[1]
         # BLAS takes longer for three columns than for four, the width of its registers.
         width = count if count < _LANES else -(-count // _LANES) * _LANES
@@ -125,14 +128,18 @@ class Refactored:
         return x[:, :count]
 
     def forward(self, b: Floats) -> AnyFloats:
-        """Return y of L y = b; the rows of an unfactored root hold b - L21 y instead."""
+        """Solve L y = b and return y, shape (size, r).
+
+        If the root is unfactored, its rows hold b minus the contributions of y instead.
+        """
         return self._forward(b, b.shape[1])
 
     def _forward(self, b: Floats, width: int) -> AnyFloats:
-        """Does the same as `forward` for `width` columns; those beyond the columns of `b` are 0."""
+        """Return the result of `forward`, with columns of zeros added up to `width` columns."""
         (size, count), (first, second) = b.shape, self._workspace.halves
         analysis = self._workspace.analysis
-        # The second half subtracts from unknowns shared by both halves in rows behind all others.
+        # Both threads subtract from the unknowns that the halves share; the second one does so in
+        # extra rows behind all others.
         shared = int(analysis.table[second, 0]) if second else size // 3
         x: AnyFloats = np.zeros((2 * size - 3 * shared, width), dtype=self._values.dtype)
         x[:size, :count] = b
@@ -161,7 +168,7 @@ class Refactored:
             both(lambda: run(0, first), lambda: run(first, second))
 
     def _scratch(self, width: int) -> tuple[AnyFloats, Ints]:
-        """Return scratch memory for the rows of a border, and the routines of `dense.py`."""
+        """Return scratch memory for the border of any front, and the routines of `dense.py`."""
         rows: AnyFloats = np.empty(
             (max(1, self._workspace.scratch_rows), width), self._values.dtype
         )

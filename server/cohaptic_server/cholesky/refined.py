@@ -1,4 +1,4 @@
-"""A factor in single precision that solves as exactly as a factor in double precision.
+"""A factor in single precision whose solutions are as accurate as those in double precision.
 
 Single precision halves the time and the memory of a factor. The errors of its solutions, 1e-6 to
 1e-4, are removed by conjugate gradients with the factor as preconditioner, mostly in one iteration
@@ -57,7 +57,10 @@ class Refined:
             self._factor = self._double = Refactored(workspaces.double, blocks)
 
     def checked(self, b: Floats) -> Floats:
-        """Return solutions, shape (size, r), for right-hand sides `b` (size, r).
+        """Solve for right-hand sides `b`, shape (size, r), as accurately as in double precision.
+
+        Returns:
+            Solutions, shape (size, r).
 
         Raises:
             Indefinite: The matrix turns out not to be positive definite.
@@ -84,7 +87,7 @@ class Refined:
         return np.asarray(self._factor.solve(b / size) * size, dtype=np.float64)
 
     def _conjugate_gradients(self, b: Floats) -> Floats | None:
-        """Solve for all columns; None if one does not converge or meets no positive curvature."""
+        """Return solutions; None if a column does not converge or a curvature is not positive."""
         analysis, factor = self._workspaces.single.analysis, self._factor
         size = _norms(b)
         r = b / size
@@ -109,6 +112,6 @@ class Refined:
 
 
 def _norms(b: Floats) -> Floats:
-    """Norms of columns, 1 for a zero one; columns are divided by them to fit single precision."""
+    """Return the norm of each column, or 1 for a zero column, to scale it to single precision."""
     size = np.sqrt(np.einsum("ic,ic->c", b, b))
     return np.where(size > 0.0, size, 1.0)

@@ -1,6 +1,6 @@
-"""Forward and backward substitution through the fronts of a factor.
+"""Forward and backward substitution through the fronts of a factor K = L L'.
 
-The module is compiled where a compiler is at hand (`substitution.pxd` has the types), and then runs
+The module is compiled if a compiler is available (`substitution.pxd` has the types), and then runs
 without the global interpreter lock, as `elimination.py` does. Indices are those of an `Analysis`
 and are not checked here.
 """
@@ -40,12 +40,12 @@ def forward(
         begin: Index of the first front.
         end: Index after the last front.
         table: `Analysis.table`.
-        borders: Border nodes of all fronts, as in `Analysis`.
-        shared: First node whose rows of `x` fronts write `shift` rows further down.
-        shift: Offset of these rows; 0 to write them in place.
+        borders: `Analysis.borders`, the border nodes of all fronts.
+        shared: First of the nodes whose rows of `x` are updated `shift` rows further down.
+        shift: Offset of these rows; 0 to update them in place.
         values: Values of the factor.
         x: Right-hand sides, replaced by y, shape (3 n or more, r).
-        scratch: Scratch, shape (at least the largest height of a front, r).
+        scratch: Scratch memory, shape (at least the largest height of a front, r).
         routines: Result of `dense.routines`.
     """
     with cython.nogil:

@@ -1,12 +1,12 @@
 """Symbolic analysis of a sparse Cholesky factor: everything that the pattern alone determines.
 
 Nested dissection gives an order of elimination that keeps the Cholesky factor of a solid sparse. A
-thin set of nodes cuts the mesh in two halves that do not touch; each half is cut again, down to
-leaves. Eliminating the halves before their separator fills O(n^(4/3)) entries in three dimensions
-(George 1973; Lipton, Rose, Tarjan 1979), a fraction of the entries that a minimum degree order
-fills. Planes cut the mesh: several planes near the median, at right angles to the part's principal
-axes, are tried, and the one with the smallest separator, weighted by the balance of the halves, is
-taken.
+thin set of nodes, the separator, cuts the mesh in two halves without an edge between them; each
+half is cut again, down to leaves. If the halves are eliminated before their separator, the factor
+of n nodes in three dimensions has O(n^(4/3)) entries (George 1973; Lipton, Rose, Tarjan 1979), a
+fraction of the entries after a minimum degree order. Planes cut the mesh: several planes near the
+median, at right angles to the part's principal axes, are tried, and the one with the smallest
+separator, weighted by the balance of the halves, is taken.
 
 Each part of this tree becomes a dense front over the part's own nodes and their border: the nodes
 of ancestors to which the own nodes are coupled. A matrix whose entries change and whose pattern
@@ -42,7 +42,7 @@ class Part:
 
     Args:
         own: Nodes of the mesh that this part eliminates, shape (k,).
-        children: Indices of the parts at the top of the two halves; empty for a leaf.
+        children: Indices of the parts that separate the two halves in turn; empty for a leaf.
     """
 
     own: Ints
@@ -105,7 +105,7 @@ def _cut(points: Floats, graph: sp.csr_array, nodes: Ints, side: Sides) -> Cut:
 
 
 def _separate(graph: sp.csr_array, first: Ints, second: Ints, side: Sides) -> Cut:
-    """Return the halves without the fewest nodes that touch every edge between the two.
+    """Take the fewest nodes that touch every edge between two halves as their separator.
 
     The edges between the halves are a bipartite graph, whose smallest vertex cover follows from a
     maximum matching (König 1931).
@@ -143,7 +143,7 @@ def _separate(graph: sp.csr_array, first: Ints, second: Ints, side: Sides) -> Cu
 
 
 def _ranges(starts: AnyInts, counts: AnyInts) -> Ints:
-    """Return the integers of several ranges, one range after the other."""
+    """Return the integers of several ranges, each with its start and count, one after the other."""
     return np.asarray(
         np.arange(int(counts.sum())) + np.repeat(starts - np.cumsum(counts) + counts, counts)
     )
@@ -156,7 +156,7 @@ _LEAF = 24
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """A dense block of the factor, as a pattern; nodes are numbered in the order of elimination.
+    """The pattern of one front; nodes are numbered in the order of elimination.
 
     Args:
         first: First node that is eliminated in this front.
@@ -187,21 +187,22 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """The analysis of a pattern, ready for the numerical factorisation.
+    """The analysis of a pattern: everything that a numerical factorisation needs in advance.
 
     Args:
         order: Nodes in the order of elimination, shape (n,).
-        starts: First block of each column, which is the diagonal block, shape (n + 1,).
-        rows: Row of each block, rising within a column, shape (e,).
-        places: Row of each block, counted within the front of the block's column, shape (e,).
+        starts: Index of the first block of each block column, the diagonal block, shape (n + 1,).
+        rows: Block row of each block, rising within a column, shape (e,).
+        places: Row of each block within the front of the block's column, in nodes, shape (e,).
         fronts: Fronts, children before their parents; the last one is the root.
-        table: Numbers of each front for the compiled loops: first, last, length of the border,
-            start, update, first place in `where`, inner, first child, end of the children; shape
-            (f, 9). The parent eliminates `inner` nodes of the front's border.
+        table: Numbers of each front for the compiled loops, shape (f, 9): first, last, number of
+            border nodes, start and update, as in `Front`; index of its first row in `where`; number
+            of its border nodes that the parent eliminates; index of its first child in `children`,
+            and index after its last child.
         where: For each border node of each front, the node's row in the parent, in nodes, and the
             index in the border at which the node's run of successive rows ends, shape (w, 2).
-        children: Children of all fronts, front after front.
-        borders: Borders of all fronts, each at the same index as in `where`, shape (w,).
+        children: Indices of the children of all fronts, front after front.
+        borders: Border nodes of all fronts, each at the same index as in `where`, shape (w,).
         halves: (i, j): the fronts 0 to i - 1 and the fronts i to j - 1 are the two subtrees of the
             first separator and do not depend on each other; (0, 0) if there is no separator.
         values: Number of values of the factor.
@@ -263,7 +264,7 @@ def analyse(
     Args:
         elements: Nodes of each element, negative if fixed, shape (m, k).
         points: Position of each node, shape (n, 3) [m].
-        root: Nodes that are eliminated last, some but not all; None leaves the choice free.
+        root: Nodes that are eliminated last, some but not all; None lets the dissection choose.
         leaf: Largest number of nodes of a part that is not cut any further.
     """
     n = len(points)
@@ -322,7 +323,7 @@ def analyse(
 
 
 def _halves(parts: list[Part]) -> tuple[int, int]:
-    """`Analysis.halves`, for the separator nearest to the root that has two children."""
+    """Return `Analysis.halves` for the separator nearest to the root that has two children."""
     k = len(parts) - 1
     while len(parts[k].children) == 1:
         k = parts[k].children[0]
@@ -331,7 +332,12 @@ def _halves(parts: list[Part]) -> tuple[int, int]:
 
 
 def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
-    """Entries of `Analysis.where` for rows of one front; no run goes beyond the `inner` rows."""
+    """Return the rows of `Analysis.where` for one front; no run crosses the index `inner`.
+
+    Args:
+        where: Row in the parent of each border node of the front, in nodes, shape (k,).
+        inner: Number of these nodes that the parent eliminates.
+    """
     k = len(where)
     begins = np.ones(k + 1, dtype=np.bool_)
     begins[1:k] = np.diff(where) != 1
@@ -344,10 +350,13 @@ def _with_ends_of_runs(where: Ints, inner: int) -> Ints:
 def _places_of_updates(
     parts: list[Part], borders: list[Ints], halves: tuple[int, int]
 ) -> tuple[list[int], int]:
-    """Assign each front's update the first gap of the workspace that fits; returns its size, too.
+    """Place the update of each front in the first gap of the workspace that is large enough.
 
     An update exists from the elimination of its front to that of the parent. The two halves of the
-    tree have separate places, since two threads may eliminate them at the same time.
+    tree have separate regions, since two threads may eliminate them at the same time.
+
+    Returns:
+        Index in the workspace at which each update begins, and the size of the workspace.
     """
     live: dict[int, tuple[int, int]] = {}
     places: list[int] = []
@@ -369,7 +378,7 @@ def _places_of_updates(
 
 
 def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
-    """Graph that links nodes that share an element, and each node to itself, shape (n, n).
+    """Return the graph that links nodes that share an element, and each node to itself, (n, n).
 
     Args:
         elements: Nodes of each element, negative if fixed, shape (m, k).
@@ -384,7 +393,7 @@ def graph_of_elements(elements: Ints, n: int) -> sp.csr_array:
 
 
 def _around(root: Ints, points: Floats, graph: sp.csr_array, leaf: int) -> list[Part]:
-    """Dissects the nodes outside of `root`, and appends `root` as the last part."""
+    """Dissect the nodes outside of `root`, and append `root` as the last part."""
     rest = np.setdiff1d(np.arange(len(points)), root)
     parts = [
         Part(rest[part.own], part.children)
@@ -394,12 +403,12 @@ def _around(root: Ints, points: Floats, graph: sp.csr_array, leaf: int) -> list[
 
 
 def dofs(nodes: Ints) -> Ints:
-    """Return the three degrees of freedom of each node, shape (3 k,)."""
+    """Return the three degrees of freedom of each of k nodes, shape (3 k,)."""
     return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
 def graph_of(matrix: sp.csr_array) -> sp.csr_array:
-    """The graph of coupled nodes of a matrix of 3x3 blocks, shape (n, n)."""
+    """Return the graph that links nodes with a nonzero 3x3 block in a matrix, shape (n, n)."""
     n = matrix.shape[0] // 3
     rows = np.repeat(np.arange(3 * n, dtype=np.int32) // 3, np.diff(matrix.indptr))
     ones = np.ones(matrix.nnz, dtype=np.int8)
@@ -408,10 +417,10 @@ def graph_of(matrix: sp.csr_array) -> sp.csr_array:
 
 
 def borders_of(graph: sp.csr_array, parts: list[Part]) -> list[Ints]:
-    """Find the nodes of ancestors to which each part is coupled when it is eliminated.
+    """Find the border of each part: nodes of ancestors that its elimination couples to it.
 
     Returns:
-        Border of each part, its nodes in order of elimination.
+        Border of each part, with its nodes in the order of elimination.
     """
     position = np.empty(graph.shape[0], dtype=np.int64)
     position[np.concatenate([part.own for part in parts])] = np.arange(graph.shape[0])

@@ -1,4 +1,4 @@
-"""The type of a factor's values, which are in single or in double precision."""
+"""The type of a factor's values: arrays in single or in double precision."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Command-line options for the access control and the encryption of a server.
 
-A server accepts connections from other machines only if its owner has decided who may come in.
-Durations, such as 10m, are read here too.
+A server accepts connections from other machines only if its owner has decided who may come in. This
+module also reads durations, such as 10m.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _LONGEST = 400 * 86400.0  # s; a key is rotated sooner
 
 
 def seconds_of(option: str, said: str, least: float = 1.0) -> float:
-    """Convert the duration in the text of an option to seconds [s].
+    """Convert the duration in an option's text, such as 10m, to seconds.
 
     Args:
         option: Name of the option, for the error.
@@ -56,7 +56,7 @@ InsecureKeyFile = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class AccessOptions:
-    """Access options, as they were given; each field is one option of the command line."""
+    """Access options as the user has written them; each field is one option of the command line."""
 
     keys: Annotated[
         Path | None,
@@ -105,7 +105,7 @@ class AccessOptions:
         """Read the files that these options name, and return the settings of access control.
 
         Args:
-            host: Host that the server listens on.
+            host: Host name or address that the server listens on.
 
         Raises:
             SettingError: The options do not fit together, or a file cannot be used.
@@ -158,10 +158,10 @@ class AccessOptions:
 
 
 def in_words_of(protection: Protection, host: str) -> list[str]:
-    """Sentences for the log about who may reach a server, encryption and the certificate.
+    """Return sentences for the log about access, missing encryption and the certificate.
 
     Args:
-        host: Host that the server listens on.
+        host: Host name or address that the server listens on.
     """
     lines: list[str] = []
     exposed = Exposure(host, behind_proxy=bool(protection.proxies))
@@ -190,12 +190,12 @@ class Exposure:
     """Checks that the owner of a reachable server has decided on access and encryption.
 
     Args:
-        host: Host that the server listens on.
+        host: Host name or address that the server listens on.
         keys: Whether the server has keys for tokens.
         open: Whether the owner lets in anybody (--open).
         tls: Whether the server has a certificate.
         insecure: Whether the owner accepts a server without TLS (--insecure).
-        behind_proxy: Whether strangers come in through a proxy.
+        behind_proxy: Whether a proxy forwards connections of strangers to the server.
     """
 
     host: str
@@ -207,7 +207,7 @@ class Exposure:
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches the server directly."""
+        """Whether only programs on this machine can connect to the server directly."""
         try:
             return ipaddress.ip_address(self.host.strip("[]")).is_loopback
         except ValueError:
@@ -219,7 +219,7 @@ class Exposure:
         return self.open or not self.keys
 
     def check(self) -> None:
-        """Raise SettingError if the owner still has to decide on some options; it names them."""
+        """Raise SettingError, which names the options, if the owner still has to decide on some."""
         lacks: list[str] = []
         if not (self.keys or self.open) and (self.behind_proxy or not self.is_local):
             lacks.append("--keys FILE (made by: cohaptic key FILE) or --open for anybody")

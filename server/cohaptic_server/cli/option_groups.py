@@ -13,14 +13,15 @@ Command = Callable[..., None]
 
 
 def takes(group: type[Any], chapter: str | None = None) -> Callable[[Command], Command]:
-    """Return a decorator that gives a command one option for each field of a group.
+    """Return a decorator that gives a command one option for each field of a dataclass.
 
-    Typer reads the options of a command from its signature. The signature of the result has one
-    parameter for each field of the group; the command itself receives one value of type `group`.
+    Typer reads the options of a command from its signature. The decorated command's signature has
+    one parameter for each field of the group; the command itself receives one value of type
+    `group`.
 
     Args:
-        group: Dataclass whose fields are the options; the command has exactly one parameter of
-            this type.
+        group: Dataclass whose fields are the options; the command has exactly one parameter of this
+            type.
         chapter: Chapter of the command's help that lists the options; None for the main one.
     """
     return lambda command: _with_group(command, group, chapter)

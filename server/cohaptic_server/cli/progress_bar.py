@@ -29,7 +29,8 @@ def interruptible() -> Generator[Callable[[], None], None, None]:
     has another handler already, or in a thread other than the main one, which gets no signals.
 
     Yields:
-        Function that the work calls from time to time; raises KeyboardInterrupt after a Ctrl-C.
+        Function that the work must call from time to time; it raises KeyboardInterrupt after a
+        Ctrl-C.
     """
     if (
         threading.current_thread() is not threading.main_thread()
@@ -74,11 +75,11 @@ _EXIT_STATUS = 130  # of a command that SIGINT has ended: 128 plus the number of
 
 @contextmanager
 def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, None]:
-    """Yield a function to call with the current phase and the share of it that is done (0 to 1).
+    """Show progress bars; yield a function of the current phase and its finished fraction (0 to 1).
 
-    A phase whose share is still 0 is shown as pending; later the bar shows the time left, from the
-    rate so far. The bars disappear at the end; without a terminal nothing is shown. Ctrl-C ends the
-    command with a sentence.
+    A phase whose fraction is still 0 is shown as pending; later the bar shows the time left, from
+    the rate so far. The bars disappear at the end; without a terminal nothing is shown. Ctrl-C ends
+    the command with a sentence.
 
     Args:
         title: Words in front of the name of each phase.

@@ -1,4 +1,4 @@
-"""Finds the options that make the object in a file touchable; reports or sets them (--auto)."""
+"""Finds the options with which the object in a file can be touched; tells or sets them (--auto)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cohaptic_server.progress import Progress
 
 
 def wanted(users: int | None, hz: float, *, nonlinear: bool = False) -> Demand | None:
-    """Load that the mesh of an object has to allow; None if a linear object may have any mesh.
+    """Return the users and tick rate that a mesh must allow; None if any mesh will do.
 
     Args:
-        users: Number of users who touch at once; None if it is not given.
+        users: Number of users who touch at once; None if the option is missing.
         hz: Ticks per second.
-        nonlinear: Whether the body is nonlinear (finite deformation).
+        nonlinear: Whether the body is nonlinear (finite deformation); its mesh is always limited.
 
     Raises:
         SettingError: A value is out of its range.
@@ -38,13 +38,13 @@ def resolved(
     tell: Callable[[str], None],
     demand: Demand | None = None,
 ) -> ObjectFile:
-    """Return the object in a file, with options that make it touchable.
+    """Return the object in a file, with options with which it can be touched.
 
     Args:
-        options: Options as they were given.
-        progress: Called with the name of each phase and the share of it that is done.
+        options: Options as the user has written them.
+        progress: Called with the name of each phase and the finished fraction of it, 0 to 1.
         tell: Called with a sentence for each option that `--auto` sets, or that is advised.
-        demand: Load that the mesh has to allow; None for any mesh.
+        demand: Users and tick rate that the mesh has to allow; None for any mesh.
 
     Raises:
         BodyError: The object cannot be touched with these options; the error lists all problems.
@@ -69,7 +69,7 @@ def resolved(
 
 
 def what_is_lacking(found: Diagnosis) -> str:
-    """Error text with all problems that keep an object from being touched, and their options."""
+    """Return an error text with all problems that make an object unusable, and their options."""
     path, needed = found.source.path, found.needed
     if len(needed) == 1:
         one = needed[0]

@@ -44,12 +44,12 @@ def serve_object(
     nonlinear: bool,
     lifeline: bool,
 ) -> None:
-    """Build the body that the settings name, and serve it until interrupted.
+    """Build the body that the settings name, and serve it until the process is interrupted.
 
     Args:
         protection: Access control and encryption.
         options: Options of an object from a file.
-        users: Number of users for whom the mesh of a file is chosen; None if it is not given.
+        users: Number of users for whom the mesh of a file is chosen; None if the option is missing.
         relaxation: Relaxation time of a viscous body [s].
         admin: Text of `--admin`, the port for metrics and health; None opens no such port.
         given: Texts of `--route`, one for each route of another package.
@@ -57,8 +57,8 @@ def serve_object(
         lifeline: Whether the server also ends when standard input closes.
 
     Raises:
-        CohapticError: An option does not fit the body, the object in the file cannot be touched,
-            or a port is not available.
+        CohapticError: An option does not fit the body, the object in the file cannot be touched, or
+            a port is not available.
     """
     wanted = read_wanted(given)
     if settings.allow_upload:
@@ -142,7 +142,7 @@ async def _run(
     before_tick: Callable[[], None] | None,
     lines: Sequence[str],
 ) -> None:
-    """Print the address, tick until interrupted, then log statistics of the ticks."""
+    """Print the address, run the ticks until interrupted, then log their statistics."""
     # The first line is for scripts that start a server and wait for its address.
     print(f"listening {url}", flush=True)
     hosts = hosts_for_others(settings.host, settings.allow_hosts, machine_addresses())

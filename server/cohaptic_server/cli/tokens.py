@@ -59,11 +59,11 @@ class GrantOptions:
     ] = False
 
     def token(self, valid: str, room: str = MAIN) -> str:
-        """Make the signed token that these options describe.
+        """Return the signed token that these options describe.
 
         Args:
             valid: Time for which the token is valid, such as 10m.
-            room: Room of the token if --room is not given.
+            room: Room of the token if --room is missing.
 
         Raises:
             SettingError: An option is out of its range.
@@ -166,7 +166,7 @@ def invite(
 
 
 def _page_of(url: str, room: str) -> str:
-    """URL of the page for an invitation to a room.
+    """Return the URL of the page to which an invitation to a room leads.
 
     Args:
         url: URL of the server, or of the room.

@@ -1,4 +1,4 @@
-"""Shows the owner of a server the address of its page, also as a QR code for a phone."""
+"""Shows the owner of a server the address of its web page, also as a QR code for a phone."""
 
 from __future__ import annotations
 
@@ -35,10 +35,13 @@ def tell_pages(url: str, others: Sequence[str], out: TextIO | None = None) -> No
 
 
 def qr_code(address: str, columns: int) -> str:
-    """QR code of an address, drawn with half-block characters; "" if the terminal is too narrow.
+    """Return the QR code of an address, drawn with half-block characters.
 
     Args:
         columns: Width of the terminal [characters].
+
+    Returns:
+        Lines of the drawing; empty if the terminal is too narrow.
     """
     import segno
 

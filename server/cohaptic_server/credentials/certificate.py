@@ -18,14 +18,14 @@ _ALPN = ["http/1.1"]  # the only offer, so that browsers open websockets with HT
 
 
 class Certificate:
-    """Certificate and key in two files, and the TLS context that serves them.
+    """A TLS certificate and its key in two files, and the TLS context that uses them.
 
     Args:
         cert: PEM file with the server's own certificate first, then its issuers' certificates.
         key: PEM file with the key, without a password.
 
     Attributes:
-        context: TLS context of every connection; serves the pair that was loaded last.
+        context: TLS context of every connection; it uses the pair that was loaded last.
         paths: Paths of both files.
         ends: End of the certificate's validity, as the certificate states it.
 
@@ -43,7 +43,11 @@ class Certificate:
         self.context.sni_callback = self._choose
 
     def load(self) -> None:
-        """Load the files again; if they do not work, raises SettingError and keeps the old pair."""
+        """Load the files again.
+
+        Raises:
+            SettingError: The files cannot be used; the old pair stays in use.
+        """
         fresh = _context()
         _load(fresh, *self.paths)
         self.ends = _try_it(fresh, self.paths[0])

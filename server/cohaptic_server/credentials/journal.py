@@ -44,7 +44,7 @@ _MOST_BYTES = 64 * 1024 * 1024  # of a file; more than `_LINES` lines of the gre
 
 
 class Journal:
-    """Journal of one room; only `open`, and for a short time `close`, wait for the disk.
+    """The journal of one room; only `open`, and for a short time `close`, wait for the disk.
 
     Args:
         folder: Folder with the files of all rooms of a server; created for its owner alone.
@@ -64,7 +64,7 @@ class Journal:
         self._writer = threading.Thread(target=self._write, name="journal", daemon=True)
 
     def open(self) -> list[Record]:
-        """Read the records that earlier processes have kept, and start to keep records.
+        """Return the records of earlier processes that still count, and start the writing thread.
 
         Raises:
             SettingError: The file cannot be read or written.
@@ -78,7 +78,7 @@ class Journal:
         return records
 
     def keep(self, record: Record) -> None:
-        """Queue a record to be written soon; a record beyond `MOST_WAITING` is dropped."""
+        """Queue a record for the writing thread; beyond `MOST_WAITING` records it is dropped."""
         try:
             self._waiting.put_nowait(record)
         except queue.Full:
@@ -87,13 +87,13 @@ class Journal:
                 log.warning("%s: not kept any more, %d wait", self._path, MOST_WAITING)
 
     def close(self) -> None:
-        """Write the waiting records, unless the disk takes longer than `_CLOSING`, and end."""
+        """Let the thread write the queued records and end; wait for it at most `_CLOSING` [s]."""
         with contextlib.suppress(queue.Full):
             self._waiting.put_nowait(None)
         self._writer.join(_CLOSING)
 
     def _write(self) -> None:
-        """Body of the writing thread."""
+        """Run the writing thread: write queued records until `close`."""
         going = True
         while going:
             # While writes fail, the thread has to try again even if no new record arrives.
@@ -129,7 +129,7 @@ class Journal:
             self._write_anew()
 
     def _in_place(self) -> bool:
-        """Whether the open file is still the file that the next process will find.
+        """Check whether the open file is still the file that the next process will find.
 
         Another server with the same folder may have replaced the file, or somebody may have deleted
         it.
@@ -150,7 +150,7 @@ class Journal:
         self._failed = True
 
     def _write_anew(self) -> list[Record]:
-        """Replace the file by one with the records that still have an effect; returns them."""
+        """Rewrite the file with only the records that still have an effect, and return these."""
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         lines = _lines_at(self._path)
         if self._file >= 0 and not self._in_place():
@@ -195,7 +195,7 @@ def _lines_at(path: Path) -> list[bytes]:
 
 
 def _newest_lines(file: BinaryIO) -> list[bytes]:
-    """Newest lines of a file: all, or the last ones if the file is longer than a server writes.
+    """Return all lines of a file, or the last ones if the file is longer than a server writes.
 
     Searching a line for a word takes 0.1 us and parsing a line takes 10 us, so a file of a million
     lines would delay the opening of a room. If lines are left out, the last lines about used tokens

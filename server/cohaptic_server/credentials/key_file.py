@@ -27,10 +27,11 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
 
     Args:
         path: Path of the file; links are followed, since secrets are mounted as links.
-        insecure: Whether others may be able to read the file, as on a file system without modes.
+        insecure: Whether to accept a file that other users can read, as on a file system without
+            modes.
 
     Raises:
-        SettingError: The file cannot be read, others may read the file, or it holds no keys.
+        SettingError: The file cannot be read, other users can read it, or it holds no keys.
     """
     try:
         with at_home(path).open("rb") as file:
@@ -53,7 +54,7 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
 
 
 def _is_open(about: os.stat_result) -> bool:
-    """Whether a key file's mode lets too many users read or write it.
+    """Check whether a key file's mode lets too many users read or write the file.
 
     The group may read a file that root owns, or that its owner may not write: services mount
     secrets with mode 0440 in a group of the service, or as files of root with mode 0640.
@@ -65,7 +66,7 @@ def _is_open(about: os.stat_result) -> bool:
 
 
 def save_keys(path: Path, ring: KeyRing, *, replace: bool) -> None:
-    """Write keys to a file in one step; other users cannot read the file at any time.
+    """Write a key ring to a file in one step; other users cannot read the file at any time.
 
     Args:
         replace: Whether an existing file may be replaced.

@@ -21,10 +21,10 @@ LOOK_EVERY = 2.0  # s; one check costs 10 us
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """Some files that belong together.
+    """Files that are reloaded together, such as a certificate and its key.
 
     Args:
-        what: Description of the files for people.
+        what: Description of the files for the log.
         paths: Paths of the files.
         load: Function that reads the files; raises SettingError and changes nothing if the files
             cannot be used.

@@ -1,4 +1,4 @@
-"""Rate limits: token buckets, all budgets with their reasons, and the changes of an owner.
+"""Rate limits: token buckets, all budgets with their reasons, and changes by the owner.
 
 A bucket is one number: the time at which it is full again [s]. With rate r and burst b, at most
 b + r t tokens can be spent within any time t. The current time is an argument. If the clock was set
@@ -39,7 +39,7 @@ class Budget:
 
 
 def spend(bucket: float, amount: float, budget: Budget, now: float) -> float | None:
-    """Take `amount` tokens out of a bucket; returns the bucket, or None if it has fewer tokens.
+    """Take tokens out of a bucket; return the new bucket, or None if it has too few tokens.
 
     Args:
         bucket: Time at which the bucket is full again [s].
@@ -57,7 +57,13 @@ def spend(bucket: float, amount: float, budget: Budget, now: float) -> float | N
 
 
 def wait(bucket: float, amount: float, budget: Budget, now: float) -> float:
-    """Time until `amount` tokens, at most the burst, can be spent [s]."""
+    """Return the time until `amount` tokens can be taken out of a bucket [s].
+
+    Args:
+        bucket: Time at which the bucket is full again [s].
+        amount: Number of tokens wanted, at most the burst.
+        now: Time [s].
+    """
     missing = bucket - now
     if missing > (budget.burst + 1e-3) / budget.rate:
         return 0.0
@@ -71,6 +77,8 @@ _MOST = 1e6  # highest rate or number; a larger limit would limit nothing
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Limits of one connection, of one address and of all addresses together.
+
+    An address stands for a source here: an IPv4 address, or an IPv6 /64 network.
 
     Args:
         samples: Small binary messages of a connection, and reads of its socket. The rate is their
@@ -125,11 +133,11 @@ class Limits:
                 raise SettingError(f"limit {name}", value, "at least 1 at once")
 
     def samples_at(self, simulation_hz: float) -> Budget:
-        """Budget of samples for a simulation rate [Hz], that is ticks per second."""
+        """Return the budget of samples per second at a simulation rate [Hz] (ticks per second)."""
         return Budget(self.samples.rate * simulation_hz, self.samples.burst * simulation_hz)
 
     def items(self) -> list[tuple[str, Budget | int]]:
-        """Names and values of all limits."""
+        """Return the names and values of all limits."""
         return [(f.name, getattr(self, f.name)) for f in fields(self)]
 
     def changed(self, wishes: Iterable[str]) -> Limits:

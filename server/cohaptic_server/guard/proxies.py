@@ -31,10 +31,13 @@ Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 def network_of(said: str) -> str:
-    """Canonical form of an address or a network; raises ValueError.
+    """Return the canonical form of an address or a network.
 
     Args:
         said: Address or network, such as 127.0.0.1, [::1] or 172.18.0.0/16.
+
+    Raises:
+        ValueError: The text is neither an address nor a network.
     """
     network = _network(said)
     return str(network.network_address if network.num_addresses == 1 else network)
@@ -63,7 +66,7 @@ class Proxies:
 
     @classmethod
     def named(cls, said: Sequence[str]) -> Proxies:
-        """Proxies with these addresses and networks, written as for `network_of`."""
+        """Make the proxies with these addresses and networks, written as for `network_of`."""
         return cls(tuple(_network(one) for one in said))
 
     def __contains__(self, source: str) -> bool:
@@ -74,9 +77,10 @@ class Proxies:
         return address is not None and any(address in network for network in self.networks)
 
     def source_of(self, host: str) -> str:
-        """Source whose budgets a connection spends: a proxy's own address, or as `source_of`.
+        """Return the source of a connection, whose budgets it spends.
 
-        Other IPv6 addresses in the /64 network of a proxy do not count as the proxy.
+        The source of a proxy is its exact address, since other IPv6 addresses in its /64 network do
+        not count as the proxy. Other sources are as in `sources.source_of`.
 
         Args:
             host: Address of the other end, as a socket names it.
@@ -86,7 +90,7 @@ class Proxies:
     def visitor(
         self, proxy: str, forwarded_for: Sequence[str], forwarded: Sequence[str]
     ) -> str | Refusal:
-        """Source of the visitor behind a proxy: the last listed address that is no proxy itself.
+        """Return the source of the visitor behind a proxy: the last listed one that is no proxy.
 
         Args:
             proxy: Source of the proxy, as `source_of` names it.
@@ -140,13 +144,13 @@ def _from_the_end(values: Sequence[str]) -> Iterator[str]:
 
 
 def _for(entry: str) -> str:
-    """Node of an entry of Forwarded; empty if the entry has no node or several nodes."""
+    """Return the value of `for` in an entry of Forwarded; empty without one or with several."""
     pairs = (pair.partition("=") for pair in _PAIR.findall(entry))
     nodes = [value.strip() for name, _, value in pairs if name.strip().lower() == "for"]
     return nodes[0] if len(nodes) == 1 else ""
 
 
 def _host(node: str) -> str:
-    """Address of a node, without quotes, brackets and port; `unknown` if there is no address."""
+    """Return the address in a node, without quotes, brackets and port; `unknown` if none."""
     match = _NODE.fullmatch(node.strip())
     return UNKNOWN if match is None else match[1] or match[2] or match[3]

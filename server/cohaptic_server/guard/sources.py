@@ -1,8 +1,8 @@
-"""Checks the recent traffic of each connection and of each address against its budgets.
+"""Checks the recent traffic of each connection and of each source against its budgets.
 
 `Meter` checks the messages of one connection. `LogLines` limits the rate of log lines about each
-address, so that no address fills a disk. `Sources` checks the requests of each address. The number
-of remembered addresses is bounded: addresses without connections and without unread responses are
+source, so that no source fills a disk. `Sources` checks the requests of each source. The number of
+remembered sources is bounded: sources without connections and without unread responses are
 forgotten, starting with those that have been silent for longest.
 """
 
@@ -30,7 +30,11 @@ class Meter:
         self._samples = self._texts = self._beats = FULL
 
     def sample(self, now: float) -> RemoteProtocolError | None:
-        """Count a read with one sample, the usual case; returns an error if the budget is spent."""
+        """Count a read of the socket that brought one sample, the usual case.
+
+        Returns:
+            Error if the budget of samples is exceeded; None if not.
+        """
         bucket = spend(self._samples, 1.0, self._sample_budget, now)
         if bucket is None:
             return too_many("samples", 1, self._sample_budget)
@@ -69,7 +73,12 @@ class Meter:
 
 
 def too_many(what: str, more: int, budget: Budget) -> RemoteProtocolError:
-    """Error for a client that has exceeded a budget."""
+    """Return the error for a client that has exceeded a budget.
+
+    Args:
+        what: Kind of the requests, in the plural.
+        more: Number of requests that exceeded the budget.
+    """
     value, limit = f"too many: {more} more", f"at most {budget}"
     return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY)
 
@@ -85,10 +94,10 @@ class _Logged:
 
 
 class LogLines:
-    """Rate limits of log lines, one for each address, with the numbers of omitted lines.
+    """Rate limits of log lines, one for each source, with the numbers of omitted lines.
 
     Args:
-        budget: Budget of each address.
+        budget: Budget of each source.
     """
 
     def __init__(self, budget: Budget) -> None:
@@ -96,7 +105,7 @@ class LogLines:
         self._known: dict[str, _Logged] = {}
 
     def pass_on(self, source: str, now: float) -> bool:
-        """Count a line about an address, and return whether the line is to be written."""
+        """Count a line about a source, and return whether the line is to be written."""
         known = self._known.pop(source, _Logged())
         spent = spend(known.bucket, 1.0, self._budget, now)
         if spent is None:
@@ -109,11 +118,11 @@ class LogLines:
         return spent is not None
 
     def left_out(self, now: float, after: float = 0.0) -> list[tuple[str, int]]:
-        """Return the addresses and the number of omitted lines about each, and reset the numbers.
+        """Return the sources and the number of omitted lines about each, and reset the numbers.
 
         Args:
             now: Time [s].
-            after: Only addresses whose first omitted line is at least this old are returned [s].
+            after: Only sources whose first omitted line is at least this old are returned [s].
         """
         due = [
             (name, known.left_out)
@@ -141,9 +150,10 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 @lru_cache(maxsize=_MOST_SOURCES)
 def source_of(host: str) -> str:
-    """Source whose budgets a connection spends: its IPv4 address, or its IPv6 /64 network.
+    """Return the source of a connection: its IPv4 address, or its IPv6 /64 network.
 
-    One subscriber has one /64 network. The IPv6 loopback address is a source of its own.
+    One subscriber has one /64 network. The IPv6 loopback address is a source of its own; all
+    invalid addresses are the source `UNKNOWN`.
 
     Args:
         host: Address of the other end, as a socket names it.
@@ -162,7 +172,7 @@ class Refusal:
 
     Args:
         why: Reason of the refusal, for people.
-        retry: Time after which the client may try again [s].
+        retry: Delay after which the client may try again [s].
         status: HTTP status.
     """
 
@@ -173,7 +183,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Connections and unread bytes of one address, and its token buckets (`limits.py`)."""
+    """Open connections and unread bytes of one source, and its token buckets (`limits.py`)."""
 
     open: int = 0
     unread: int = 0
@@ -185,11 +195,11 @@ class _Source:
 
 
 class Sources:
-    """Usage and budgets of all addresses.
+    """Counts the requests of all sources, and checks them against their budgets.
 
     Attributes:
-        open: Number of connections at present.
-        unread: Bytes of responses that the clients have not taken yet.
+        open: Number of open connections.
+        unread: Bytes of responses that clients have not taken yet.
         refused: Number of connections refused so far.
     """
 
@@ -202,7 +212,7 @@ class Sources:
         return len(self._known)
 
     def enter_proxy(self, source: str, now: float) -> Refusal | None:
-        """Count a connection of a proxy until its visitor is known.
+        """Count or refuse a new connection of a proxy, until its visitor is known.
 
         Only the total number of connections is checked, since a proxy serves many people.
         """
@@ -215,7 +225,7 @@ class Sources:
         return None
 
     def enter(self, source: str, now: float) -> Refusal | None:
-        """Count or refuse a new connection; a counted one needs `leave` at its end."""
+        """Count or refuse a new connection of a visitor; a counted one needs `leave` at its end."""
         limits, known = self.limits, self._known.get(source, _Source())
         refusal = self._refusal(known, now)
         if refusal is not None:
@@ -238,10 +248,10 @@ class Sources:
             self._known[source] = replace(known, open=known.open - 1)
 
     def join(self, source: str, now: float) -> None:
-        """Count a join, to touch or to watch, or a change of name.
+        """Count a join (to touch or to watch) or a change of name.
 
         Raises:
-            RemoteProtocolError: The address has exceeded its rate limit of joins.
+            RemoteProtocolError: The source has exceeded its rate limit of joins.
         """
         known, budget = self._known.get(source, _Source()), self.limits.joins
         spent = spend(known.joins, 1.0, budget, now)
@@ -250,7 +260,7 @@ class Sources:
         self._keep(source, replace(known, joins=spent), now)
 
     def say(self, source: str, texts: int, now: float) -> RemoteProtocolError | None:
-        """Count control messages of an address; returns an error if they are too many."""
+        """Count control messages of a source; return an error if they exceed the budget."""
         known, budget = self._known.get(source, _Source()), self.limits.texts_in_all
         spent = spend(known.texts, texts, budget, now)
         if spent is None:
@@ -259,7 +269,7 @@ class Sources:
         return None
 
     def point(self, source: str, now: float) -> bool:
-        """Count a point from an address; returns False if the address points too often."""
+        """Count a message that points at the surface; return False if it exceeds the budget."""
         known = self._known.get(source, _Source())
         spent = spend(known.points, 1.0, self.limits.points_in_all, now)
         if spent is not None:
@@ -267,7 +277,7 @@ class Sources:
         return spent is not None
 
     def dismiss(self, source: str, now: float) -> None:
-        """Count a connection that is closed because the client has exceeded its budgets."""
+        """Count a connection that is closed because its client has exceeded a budget."""
         known, budget = self._known.get(source, _Source()), self.limits.dismissals
         spent = spend(known.dismissals, 1.0, budget, now)
         if spent is None:  # all open connections may ask for too much at once
@@ -275,7 +285,7 @@ class Sources:
         self._keep(source, replace(known, dismissals=spent), now)
 
     def respond(self, source: str, size: int, now: float) -> Refusal | None:
-        """Count or refuse a response of `size` bytes; a counted one needs `taken` after it."""
+        """Count or refuse an HTTP response of `size` bytes; a counted one needs `taken` later."""
         limits, known = self.limits, self._known.get(source, _Source())
         for waits, limit, whose in (
             (known.unread, limits.unread, f"for {source}"),
@@ -290,7 +300,7 @@ class Sources:
         return None
 
     def taken(self, source: str, size: int) -> None:
-        """Subtract `size` unread bytes of responses that were sent or given up."""
+        """Subtract `size` bytes of responses that the client has taken or that were given up."""
         known = self._known.get(source)
         if known is not None:
             self.unread -= min(size, known.unread)

@@ -1,11 +1,11 @@
-"""Reach of a server: the pages that may use it, and the addresses for other machines. No I/O.
+"""Decides which pages may use a server, and finds its addresses for other machines. No I/O.
 
-The origin and the host of a request are checked, so that no foreign page uses a visitor's browser.
-A browser names the origin of the page (Origin) and the host that it connects to (Host). If both are
-the same, the page is the server's own. The check also needs the host to be one of the server's own
-names, since a stranger can make any name point at any address (DNS rebinding).
+The origin and the host of a request are checked, so that no foreign page can use the server through
+a visitor's browser. A browser names the origin of the page (Origin) and the host that it connects
+to (Host). If both are the same, the page is the server's own. The host also has to be one of the
+server's own names, since a stranger can make any name point at any address (DNS rebinding).
 
-People can share the server's addresses that other machines reach.
+`hosts_for_others` and `addresses_for_others` find the addresses that people can share.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _OWN_HOST = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d+)?", re.IGNORECASE
 
 
 def is_own_host(host: str | None, own: str | None, allowed: Collection[str]) -> bool:
-    """Whether the Host header of a request names this server.
+    """Check whether the Host header of a request names this server.
 
     Args:
         host: Host header of the request; None if it is missing, which no browser omits.
@@ -49,7 +49,7 @@ def may_connect(
     hosts: Collection[str],
     allowed: Collection[str],
 ) -> bool:
-    """Whether a page may open a websocket.
+    """Decide whether a page may open a websocket to this server.
 
     Args:
         origin: Origin header of the request; None from a native client.
@@ -68,16 +68,16 @@ def may_connect(
 def is_of_this_machine(
     origin: str | None, host: str | None, peer: str | None, *, allowed: Collection[str]
 ) -> bool:
-    """Whether a request may do more than touch, such as bring a file.
+    """Check whether a request comes from this machine, and so may do more, such as upload a file.
 
     The connection must come from this machine, or through a tunnel that ends on this machine. The
-    request must come from the server's own page, an allowed origin or no page at all. Other pages
+    request must come from the server's own page, an allowed origin or a native client. Other pages
     of this machine are refused, and so is a page whose name was made to point at this machine.
 
     Args:
         origin: Origin header of the request; None from a native client.
         host: Host header of the request; None if it is missing.
-        peer: Address of the other end; None if it is not known.
+        peer: Address of the other end of the connection; None if it is not known.
         allowed: Further origins whose pages are accepted.
     """
     if peer is None or not _is_loopback(peer):
@@ -105,7 +105,7 @@ def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 
 def is_of_many(allowed: str) -> bool:
-    """Whether an allowed name is a wildcard for many names, which no browser can open."""
+    """Check whether an allowed host name is a wildcard for many names, which no browser opens."""
     return allowed.startswith((".", "*."))
 
 
@@ -122,12 +122,12 @@ PATH = "/v1/hosts"
 
 
 def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) -> tuple[str, ...]:
-    """Hosts of a server that other machines reach, the best one first; () if there is none.
+    """Return the hosts under which other machines reach a server, the best one first.
 
     Args:
         host: Host that the server listens on.
         names: Further names of the server, from its owner; wildcards are left out.
-        found: Addresses of this machine.
+        found: Addresses of the network interfaces of this machine.
     """
     bare = host.strip("[]")
     names = [name for name in names if not is_of_many(name)]
@@ -142,7 +142,7 @@ def hosts_for_others(host: str, names: Sequence[str], found: Collection[str]) ->
 
 
 def addresses_for_others(url: str, hosts: Sequence[str]) -> tuple[str, ...]:
-    """URLs of a server with each of these hosts in place of its own.
+    """Return the URLs of a server, with each of these hosts in place of its own.
 
     Args:
         url: URL at which the server listens, such as ws://0.0.0.0:8765.
@@ -159,7 +159,7 @@ def _in_address(host: str) -> str:
 
 
 def _is_own(host: str) -> bool:
-    """Whether a host name or address means the local machine, on every machine."""
+    """Check whether a host name or address is a loopback one, which no other machine can use."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -167,7 +167,10 @@ def _is_own(host: str) -> bool:
 
 
 def _is_shared(address: str, versions: Collection[int]) -> bool:
-    """Whether other machines can connect to an address; not link-local, which needs a zone too."""
+    """Check whether other machines can connect to an address of one of these IP versions.
+
+    They cannot use a link-local address, which also needs a zone.
+    """
     try:
         known = ipaddress.ip_address(address)
     except ValueError:

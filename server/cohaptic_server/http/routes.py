@@ -48,7 +48,7 @@ class PageFile:
 
 
 def load_page(folder: Path = FOLDER) -> dict[str, PageFile]:
-    """All files of the page by path on the server; empty if the page was not built."""
+    """Read all files of the page, by their paths on the server; empty if the page was not built."""
     if not (folder / INDEX[1:]).is_file():
         return {}
     files = sorted(path for path in folder.rglob("*") if path.is_file())
@@ -56,7 +56,7 @@ def load_page(folder: Path = FOLDER) -> dict[str, PageFile]:
 
 
 def has_page(page: Mapping[str, PageFile]) -> bool:
-    """Whether the page was built."""
+    """Check whether the files of the page were built."""
     return INDEX in page
 
 
@@ -134,17 +134,21 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class BlockNeeded:
-    """The response needs a block of Green's functions, which has to be solved first."""
+    """Result of `Site.answer` if a block of Green's functions has to be computed first.
+
+    Args:
+        vertex: Vertex on which the forces of the block act.
+    """
 
     vertex: int
 
 
 class Site:
-    """Answers requests for all paths: the page, its health check and Green's functions.
+    """Answers requests for the page, for the health check `/healthz` and for Green's functions.
 
     Args:
         page: Files of the page by path; empty if the page was not built.
-        model: Name of the body's Green's functions; None if it has none.
+        model: Hash that names the body's Green's functions in URLs; None if the body has none.
         vertices: Number of vertices of the body.
         frames: Origins whose pages may show the page in a frame.
     """
@@ -162,7 +166,7 @@ class Site:
         self._vertices = vertices
 
     def answer(self, request: Request, *, ticking: bool) -> Answer | BlockNeeded:
-        """Return the response, or the block of Green's functions that the response needs first.
+        """Return the response, or name the block of Green's functions that it needs first.
 
         Args:
             ticking: Whether the simulation is running.
@@ -200,7 +204,7 @@ class Site:
 
 
 def framed(answer: Answer, frames: Sequence[str]) -> Answer:
-    """Copy an answer with headers that let pages of these origins show the answer in a frame.
+    """Return a copy of a response that pages of these origins may show in a frame.
 
     X-Frame-Options cannot list origins, so that header is removed; current browsers use
     `frame-ancestors` instead.
@@ -211,7 +215,7 @@ def framed(answer: Answer, frames: Sequence[str]) -> Answer:
 
 
 def page(request: Request, kind: str, body: bytes, policy: str | None = None) -> Answer:
-    """A response that is not cached.
+    """Make a response of any media type that browsers do not cache.
 
     Args:
         kind: Media type.
@@ -226,13 +230,13 @@ def page(request: Request, kind: str, body: bytes, policy: str | None = None) ->
 
 
 def moved(request: Request, location: str) -> Answer:
-    """A temporary redirect to `location`; characters that a header cannot hold become %XX."""
+    """Make a temporary redirect to `location`; characters that no header can hold become %XX."""
     location = quote(location, safe=_OF_ADDRESSES)
     return text(request, 307, "Temporary Redirect", f"{location}\n", ("Location", location))
 
 
 def query_without_token(target: str) -> str:
-    """Query of a target, with its question mark but without the values of tokens.
+    """Return the query of a target, with its question mark but without the values of tokens.
 
     The values are removed because addresses end up in logs. The name `token` stays, so that the
     page can tell its visitor where tokens belong. The part behind a '#' is dropped, since no server
@@ -247,7 +251,7 @@ def query_without_token(target: str) -> str:
 
 
 def green_block(request: Request, block: bytes | None) -> Answer:
-    """The response with a block of Green's functions; a 503 response if `block` is None."""
+    """Make the response with a block of Green's functions; a 503 response if `block` is None."""
     if block is None:
         message = "too many are being solved; ask again\n"
         return text(request, 503, "Service Unavailable", message, ("Retry-After", "1"))
@@ -258,7 +262,7 @@ def green_block(request: Request, block: bytes | None) -> Answer:
 def text(
     request: Request, status: int, phrase: str, message: str, *more: tuple[str, str]
 ) -> Answer:
-    """A response in plain text that is not cached."""
+    """Make a response in plain text that browsers do not cache; `more` are further headers."""
     caching = ("Cache-Control", "no-store")
     return _answer(request, status, phrase, _TEXT, message.encode(), caching, *more)
 

@@ -1,11 +1,12 @@
-"""Volume inside a closed triangle surface, its gradient and its Hessian, as sums over triangles.
+"""Volume inside a closed triangle surface, with its gradient and Hessian, as sums over triangles.
 
 The volume is V = sum a . (b x c) / 6 over triangles with corners a, b, c. The gradient times a
 pressure is the force of the water on the vertices; the Hessian times the pressure is the stiffness
 of a pressure that follows the surface. A translation of a closed surface changes neither of them,
 so moving a free balloon takes no work.
 
-The vectors or blocks of triangles add up to a vector or a sparse matrix over all vertices.
+`scatter_vector` and `scatter_matrix` add the contributions of all triangles to a vector or a sparse
+matrix over all vertices.
 """
 
 from __future__ import annotations
@@ -17,14 +18,26 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 def scatter_vector(per_face: Floats, faces: Ints, n: int) -> Floats:
-    """Sum vectors of shape (m, 3 corners, 3) over the faces into one of shape (3 n,)."""
+    """Add vectors at the corners of all faces to one vector over all vertices, shape (3 n,).
+
+    Args:
+        per_face: Vector at each corner of each face, shape (m, 3 corners, 3).
+        faces: Vertices of each face, shape (m, 3).
+        n: Number of vertices.
+    """
     total = np.zeros((n, 3))
     np.add.at(total, faces.ravel(), per_face.reshape(-1, 3))
     return total.ravel()
 
 
 def scatter_matrix(blocks: Floats, faces: Ints, n: int) -> sp.csr_array:
-    """Sum blocks (m, 3 corners, 3, 3 corners, 3) over the faces into a sparse matrix."""
+    """Add the blocks of all faces to one sparse matrix over all vertices, shape (3 n, 3 n).
+
+    Args:
+        blocks: Block of each face, shape (m, 3 corners, 3, 3 corners, 3).
+        faces: Vertices of each face, shape (m, 3).
+        n: Number of vertices.
+    """
     dof = (3 * faces[:, :, None] + np.arange(3)).reshape(len(faces), 9)
     rows, columns = np.repeat(dof, 9, axis=1).ravel(), np.tile(dof, (1, 9)).ravel()
     matrix = sp.coo_array((blocks.reshape(-1), (rows, columns)), shape=(3 * n, 3 * n))
@@ -32,20 +45,25 @@ def scatter_matrix(blocks: Floats, faces: Ints, n: int) -> sp.csr_array:
 
 
 def volume(x: Floats, faces: Ints) -> float:
-    """Volume that a surface with vertices `x`, shape (n, 3), encloses [m^3]."""
+    """Return the volume V that a closed surface encloses [m^3].
+
+    Args:
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Vertices of each face, counter-clockwise from outside, shape (m, 3).
+    """
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
     return float(np.einsum("mi,mi->", a, np.cross(b, c))) / 6.0
 
 
 def volume_gradient(x: Floats, faces: Ints) -> Floats:
-    """Gradient dV/dx of the enclosed volume, shape (3 n,) [m^2]."""
+    """Return the gradient dV/dx, shape (3 n,) [m^2]; arguments as for `volume`."""
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
     corners = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
     return scatter_vector(corners, faces, len(x))
 
 
 def volume_hessian(x: Floats, faces: Ints) -> sp.csr_array:
-    """Hessian d2V/dx2 of the enclosed volume, symmetric, shape (3 n, 3 n) [m]."""
+    """Return the symmetric Hessian d2V/dx2, shape (3 n, 3 n) [m]; arguments as for `volume`."""
     corners = x[faces]  # (m, 3, 3)
     blocks = np.zeros((len(faces), 3, 3, 3, 3))
     for k in range(3):
@@ -57,7 +75,7 @@ def volume_hessian(x: Floats, faces: Ints) -> sp.csr_array:
 
 
 def _skew(v: Floats) -> Floats:
-    """Matrix [v]x of each vector v, with [v]x w = v x w, shape (m, 3, 3)."""
+    """Return the matrix [v]x of each vector v, with [v]x w = v x w for all w, shape (m, 3, 3)."""
     out = np.zeros((len(v), 3, 3))
     out[:, 0, 1], out[:, 0, 2] = -v[:, 2], v[:, 1]
     out[:, 1, 0], out[:, 1, 2] = v[:, 2], -v[:, 0]

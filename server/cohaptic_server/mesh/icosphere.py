@@ -29,7 +29,11 @@ _FACES = np.array(
 
 
 def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
-    """Make a subdivided icosahedron on a sphere; each subdivision quadruples the faces.
+    """Make a sphere: a subdivided icosahedron with its vertices on the sphere.
+
+    Args:
+        subdivisions: Number of subdivisions, each of which quadruples the number of faces.
+        radius: Radius of the sphere [m].
 
     Returns:
         Vertices (n, 3) [m] and faces (m, 3); n is 42, 162, 642, 2562 for 1 to 4 subdivisions.
@@ -42,7 +46,7 @@ def icosphere(subdivisions: int, radius: float) -> tuple[Floats, Ints]:
 
 
 def _subdivided(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Cut each triangle into four, with a new vertex in the middle of each edge."""
+    """Return the mesh after each triangle was cut into four at the middles of its edges."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, first, edge_of = np.unique(
         len(x) * edges[:, 1] + edges[:, 0], return_index=True, return_inverse=True

@@ -8,14 +8,14 @@ from cohaptic_server.numeric import Floats
 
 
 def rigid_motions(x: Floats) -> Floats:
-    """Displacements of points by three translations and by three rotations about the origin.
+    """Return the displacement of points by each of the six rigid motions.
 
     Args:
         x: Positions of the points, shape (n, 3) [m].
 
     Returns:
-        One motion per column, shape (3 n, 6): translations by 1 m, rotations by 1 rad to first
-        order.
+        One motion per column, shape (3 n, 6): translations by 1 m along x, y and z, then rotations
+        by 1 rad about these axes through the origin, to first order.
     """
     motions = np.zeros((len(x), 3, 6))
     motions[:, :, :3] = np.eye(3)
@@ -25,7 +25,11 @@ def rigid_motions(x: Floats) -> Floats:
 
 
 def rigid_rank(x: Floats) -> int:
-    """Number of the six rigid motions that fixing the points `x`, shape (n, 3) [m], excludes."""
+    """Return how many of the six rigid motions a body loses if some of its points are fixed.
+
+    Args:
+        x: Positions of the fixed points, shape (n, 3) [m].
+    """
     centred = x - x.mean(axis=0)
     size = float(np.abs(centred).max()) or 1.0
     return int(np.linalg.matrix_rank(rigid_motions(centred / size), tol=1e-6))

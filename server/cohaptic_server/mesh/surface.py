@@ -1,7 +1,7 @@
-"""A closed triangle surface that cannot be changed, with its normals, pressures and searches.
+"""An immutable closed triangle surface, with its normals, pressures and searches.
 
-The pressure of a fingertip on the surface is given as shares of its force on vertices. Sampling
-chooses an evenly spread subset of points. A tree of points finds those near one place.
+`pressure` distributes a fingertip's force over vertices, `spread_over` chooses an evenly spread
+subset of points, and `NearTree` finds all points within a radius of a given one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cohaptic_server.mesh.search.point_tree import PointTree
 from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints, cross
 
-# Imported where it is used: the import takes 0.3 s, and a running server has its own searches.
+# Functions that need scipy's tree import it: that takes 0.3 s, and a running server does without.
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
@@ -33,7 +33,7 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Points spread evenly over a surface, for pressures whose edge lies between vertices.
+    """Points spread evenly over a surface, since the edge of a pressure lies between vertices.
 
     Args:
         points: Positions of the points, shape (q, 3) [m].
@@ -51,7 +51,7 @@ class Quadrature:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree over `points`, for queries at many places at once."""
+        """Search tree over `points`, for queries about many points in one call."""
         from scipy.spatial import cKDTree
 
         return cKDTree(self.points)
@@ -63,12 +63,13 @@ class Search:
 
     Args:
         search: Contact search, which holds the contact that was found last.
-        near: Search for the nearest point of the surface alone.
+        near: Search for the point of the resting surface nearest to a given point.
         field: Displacement field that the contact search reads.
         frame: Foot, contact point and normal of the contact, shape (3, 3).
-        under: Vertices under the contact's pressure, shape (n,); the first `search.count` count.
+        under: Vertices under the contact's pressure, shape (n,); the first `search.count` entries
+            are valid.
         weights: Share of each of these vertices in the force, shape (n,).
-        place: Room for the result of `search.put`, shape (3,) [m].
+        place: Array for the displaced contact point that `search.put` computes, shape (3,) [m].
     """
 
     search: ContactSearch
@@ -123,19 +124,19 @@ class SurfaceMesh:
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Search tree over `vertices`, for queries at many places at once."""
+        """Search tree over `vertices`, for queries about many points in one call."""
         from scipy.spatial import cKDTree
 
         return cKDTree(self.vertices)
 
     @cached_property
     def near_tree(self) -> NearTree:
-        """Search among the vertices for one place at a time."""
+        """Search for the vertices near one given point."""
         return NearTree(self.vertices)
 
     @cached_property
     def contacts(self) -> Search:
-        """The search for contacts on this surface."""
+        """Search for contacts on this surface, with the arrays of its result."""
         q = self.quadrature
         frame, n = np.zeros((3, 3)), len(self.vertices)
         under, weights = np.zeros(n, dtype=np.int64), np.zeros(n)
@@ -167,10 +168,10 @@ class SurfaceMesh:
         return Search(search, near, field, frame, under, weights, np.zeros(3))
 
     def spacing(self, count: int | None = None) -> float:
-        """Mean distance between neighbours of evenly spread vertices [m].
+        """Return the mean distance between neighbours if vertices are evenly spread [m].
 
         Args:
-            count: Number of vertices; the mesh's own number if None.
+            count: Number of vertices; None for the number of vertices of this mesh.
         """
         if count is None:
             return self._own_spacing
@@ -181,21 +182,32 @@ class SurfaceMesh:
         return self.spacing(len(self.vertices))
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Vertices of the resting surface within `radius` [m] of a point, rising, shape (k,)."""
+        """Return the vertices of the resting surface near a point, in rising order, shape (k,).
+
+        Args:
+            point: Centre of the search, shape (3,) [m].
+            radius: Largest distance of a vertex from this point [m].
+        """
         return self.near_tree.near(point, radius)
 
 
 def face_area_vectors(x: Floats, faces: Ints) -> Floats:
-    """Normal of each face times its area, shape (m, 3) [m^2]."""
+    """Return the unit normal of each face, multiplied by the face's area, shape (m, 3) [m^2].
+
+    Args:
+        x: Positions of the vertices, shape (n, 3) [m].
+        faces: Vertices of each face, shape (m, 3).
+    """
     a, b, c = x[faces[:, 0]], x[faces[:, 1]], x[faces[:, 2]]
     return 0.5 * cross(b - a, c - a)
 
 
 def vertex_normals(x: Floats, faces: Ints) -> Floats:
-    """Unit normal of each vertex, shape (n, 3).
+    """Return the unit normal of each vertex, shape (n, 3); arguments as for `face_area_vectors`.
 
-    Each face has the weight of its area vector over the squares of the two edges that meet at the
-    vertex: on a sphere the sum is exact for any triangles (Max 1999).
+    The normal is the direction of a sum over the faces at the vertex: each face's area vector over
+    the squared lengths of the two edges that meet at the vertex. On a sphere the normal is exact
+    for any triangles (Max 1999).
     """
     corners = x[faces]  # (m, 3, 3)
     edges = corners[:, [1, 2, 0]] - corners  # from each corner to the next
@@ -209,7 +221,7 @@ def vertex_normals(x: Floats, faces: Ints) -> Floats:
 
 
 def _rings(faces: Ints, n: int) -> Ints:
-    """Faces round each vertex as a rectangular table; short rows repeat their first face."""
+    """Return the faces round each vertex; short rows repeat their first face, (n, valence)."""
     order = np.argsort(faces.ravel(), kind="stable")
     counts = np.bincount(faces.ravel(), minlength=n)
     if counts.min(initial=1) == 0:
@@ -221,7 +233,7 @@ def _rings(faces: Ints, n: int) -> Ints:
 
 
 def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
-    """Centroids of split^2 equal triangles in each face."""
+    """Return quadrature points: the centroids of split^2 equal triangles in each face."""
     shares: list[tuple[float, float, float]] = []
     for i in range(split):
         for j in range(split - i):
@@ -246,9 +258,9 @@ def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
 def pressure(
     mesh: SurfaceMesh, point: Floats, radius: float, normal: Floats | None = None
 ) -> tuple[Ints, Floats]:
-    """Vertices under a pressure round `point`, and the share of the force on each.
+    """Distribute the force of a fingertip over the vertices round a point.
 
-    The profile is that of `PressureSearch.spread`.
+    The pressure has the profile of `PressureSearch.spread`.
 
     Args:
         mesh: Resting surface.
@@ -258,7 +270,8 @@ def pressure(
             thin part; None to press all sides.
 
     Returns:
-        Vertices (k,) and weights (k,) that sum to 1.
+        Vertices under the pressure, shape (k,), and the share of the force on each, shape (k,); the
+        shares sum to 1.
     """
     found = mesh.contacts
     found.frame[0] = point
@@ -269,7 +282,7 @@ def pressure(
 
 
 def spread_over(points: Floats, count: int) -> Ints:
-    """Choose points by farthest-point sampling: each is the farthest from those chosen before.
+    """Choose evenly spread points: each is the farthest from all points chosen before.
 
     Args:
         points: Positions to choose from, shape (n, 3) [m].
@@ -293,14 +306,14 @@ LEAF = 8  # points in a leaf: with fewer, more boxes are compared; with more, mo
 
 
 class NearTree:
-    """Search among points for all that lie within a radius of one place.
+    """Finds all points that lie within a radius of a given point.
 
     Args:
         points: Positions of the points, shape (n, 3), n at least 1 [m].
 
     Attributes:
         tree: Tree of the points.
-        found: Room for the indices of all points, shape (n,).
+        found: Scratch memory for indices of points, shape (n,).
     """
 
     def __init__(self, points: Floats) -> None:
@@ -308,14 +321,19 @@ class NearTree:
         self.found = np.zeros(len(points), dtype=np.int64)
 
     def near(self, point: Floats, radius: float) -> Ints:
-        """Indices of the points within `radius` [m] of a place (3,) [m], in rising order, (k,)."""
+        """Return the indices of the points near a given point, in rising order, shape (k,).
+
+        Args:
+            point: Centre of the search, shape (3,) [m].
+            radius: Largest distance from this centre [m].
+        """
         x, y, z = point.tolist()
         count = self.tree.within(x, y, z, radius, self.found)
         return np.sort(self.found[:count])
 
 
 def point_tree(points: Floats) -> PointTree:
-    """Build the tree of some points, shape (n, 3), n at least 1 [m]."""
+    """Build a tree of bounding boxes over points, shape (n, 3), n at least 1 [m]."""
     levels = 0
     while LEAF << levels < len(points):
         levels += 1
@@ -325,7 +343,10 @@ def point_tree(points: Floats) -> PointTree:
 
 
 def _order(points: Floats, levels: int) -> Ints:
-    """Order in which the points of each node lie together, split across their longest side."""
+    """Return the indices of the points in the order of the tree, shape (n,).
+
+    Each node of the tree halves its points at the median of the axis along which they extend most.
+    """
     n = len(points)
     order = np.arange(n, dtype=np.int64)
     for level in range(levels):
@@ -340,7 +361,10 @@ def _order(points: Floats, levels: int) -> Ints:
 
 
 def _boxes(points: Floats, levels: int) -> Floats:
-    """Least and greatest coordinates of each node, the root at 1, shape (2^(levels + 1), 6) [m]."""
+    """Return the least and greatest coordinates of each tree node, shape (2^(levels + 1), 6) [m].
+
+    The root has index 1; the points are in the order of the tree.
+    """
     leaves = 1 << levels
     boxes = np.zeros((2 * leaves, 6))
     starts = (np.arange(leaves) * len(points)) >> levels

@@ -1,4 +1,4 @@
-"""A volume mesh of tetrahedra that cannot be changed, and its boundary surface."""
+"""An immutable mesh of tetrahedra that fills a solid, and the boundary surface of the mesh."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FLAT = 1e-9  # largest volume of a flat tetrahedron over the cube of its longes
 
 
 class SeveralPiecesError(BodyError):
-    """A solid is not one piece.
+    """A solid consists of several separate pieces.
 
     Args:
         count: Number of pieces.
@@ -45,7 +45,9 @@ class TetMesh:
 
     @classmethod
     def checked(cls, vertices: Floats, tets: Ints) -> TetMesh:
-        """Make a mesh after checks; unused vertices are dropped, inverted tetrahedra reoriented.
+        """Check vertices and tetrahedra, and make a mesh of them.
+
+        Unused vertices are dropped, and inverted tetrahedra are reoriented.
 
         Raises:
             SeveralPiecesError: The mesh is in several pieces.
@@ -82,13 +84,16 @@ class TetMesh:
 
 
 def volumes(x: Floats, tets: Ints) -> Floats:
-    """Signed volume of each tetrahedron, shape (m,) [m^3]."""
+    """Return the signed volume of each tetrahedron, shape (m,) [m^3]."""
     a, b, c = (x[tets[:, k]] - x[tets[:, 0]] for k in (1, 2, 3))
     return np.asarray(np.einsum("mi,mi->m", np.cross(a, b), c) / 6.0)
 
 
 def boundary(tets: Ints) -> Ints:
-    """Faces that belong to one tetrahedron only, counter-clockwise from outside, shape (f, 3)."""
+    """Return the outer faces of a mesh, which belong to one tetrahedron only, shape (f, 3).
+
+    The corners of each face are counter-clockwise from outside.
+    """
     faces = tets[:, np.array(_FACES)].reshape(-1, 3)
     key = np.sort(faces, axis=1)
     _, first, counts = np.unique(_numbered(key), return_index=True, return_counts=True)
@@ -96,7 +101,7 @@ def boundary(tets: Ints) -> Ints:
 
 
 def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
-    """Nodes and elements of ten-node tetrahedra with straight edges.
+    """Convert a mesh to ten-node tetrahedra with straight edges.
 
     Returns:
         Nodes: the corners, then the middle of each edge, shape (n + e, 3) [m]; elements: four
@@ -111,7 +116,13 @@ def quadratic(mesh: TetMesh) -> tuple[Floats, Ints]:
 
 
 def quadratic_boundary(elements: Ints) -> Ints:
-    """Boundary of ten-node tetrahedra, each face cut into four at its edge middles, (4 f, 3)."""
+    """Return the boundary triangles of ten-node tetrahedra, shape (4 f, 3).
+
+    Each of the f outer faces is cut into four triangles at the middles of its edges.
+
+    Args:
+        elements: Nodes of each tetrahedron, in the order of `quadratic`, shape (m, 10).
+    """
     corner = {frozenset(pair): 4 + k for k, pair in enumerate(EDGES)}
     faces = elements[:, np.array(_FACES)].reshape(-1, 3)
     middles = np.array(
@@ -127,10 +138,11 @@ def quadratic_boundary(elements: Ints) -> Ints:
 
 
 def _numbered(rows: Ints) -> Ints:
-    """One number for each row of vertices (m, k): numbers sort like rows, in a tenth of the time.
+    """Return one number for each row of vertex indices (m, k), in the order of the rows, (m,).
 
-    The numbers of rows of three vertices fit into 64 bits up to two million vertices; a mesh that
-    is factored has a tenth of that.
+    Sorting these numbers takes a tenth of the time of sorting the rows. Numbers for rows of three
+    vertices fit into 64 bits up to two million vertices; a mesh that is factored has a tenth of
+    that number.
     """
     n = int(rows.max(initial=0)) + 1
     if n ** rows.shape[1] > np.iinfo(np.int64).max:
@@ -142,7 +154,10 @@ def _numbered(rows: Ints) -> Ints:
 
 
 def pieces(tets: Ints, n: int) -> Ints:
-    """Index of the piece in which each of `n` vertices lies; pieces share no vertex, shape (n,)."""
+    """Return the index of the connected piece that contains each of `n` vertices, shape (n,).
+
+    Different pieces share no vertex.
+    """
     rows, columns = np.repeat(tets[:, 0], 3), tets[:, 1:].ravel()
     graph = sp.coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
     _, part = scipy.sparse.csgraph.connected_components(sp.csr_array(graph), directed=False)
@@ -150,9 +165,10 @@ def pieces(tets: Ints, n: int) -> Ints:
 
 
 def face_pieces(tets: Ints) -> Ints:
-    """Index of the piece in which each tetrahedron lies; pieces share no face, shape (m,).
+    """Return the index of the piece that contains each tetrahedron, shape (m,).
 
-    Two pieces may share a corner or an edge, about which one of them turns as about a hinge.
+    Tetrahedra of one piece are connected by faces. Two pieces may share a corner or an edge, about
+    which one of them can turn as about a hinge.
     """
     count = len(tets)
     key = _numbered(np.sort(tets[:, np.array(_FACES)].reshape(-1, 3), axis=1))
@@ -165,7 +181,7 @@ def face_pieces(tets: Ints) -> Ints:
 
 
 def gradients(x: Floats, tets: Ints) -> Floats:
-    """Gradients of the barycentric coordinates, shape (m, 4, 3) [1/m]."""
+    """Return the gradients of each tetrahedron's four barycentric coordinates, (m, 4, 3) [1/m]."""
     edges = x[tets[:, 1:]] - x[tets[:, :1]]
     g = np.empty((len(tets), 4, 3))
     g[:, 1:] = np.swapaxes(np.linalg.inv(edges), 1, 2)

@@ -1,19 +1,12 @@
-"""Thin parts of a body: measures thickness under the surface, and makes elements finer there.
+"""Measures the thickness of a body under its surface, and refines the mesh of thin parts.
 
-<<<<<<< HEAD
-The smoothness of the surface is found as well.
+`is_smooth` finds the vertices that lie away from sharp edges.
 
-Tetrahedra become finer where a body is thin and bends more than it is squeezed. A plate is filled
-with one layer of elements, whose edges along it are as long as those of a bulky body or longer.
-Squeezing needs few elements. The deflection of a bent plate is cubic between two supports; as
-quadratic elements cannot follow it wholly, the plate is too stiff by two terms
-(docs/design/solid.md):
-=======
-A plate is filled with one layer of elements, whose edges along it are as long as those of a bulky
-body or longer. Squeezing needs few elements. The deflection of a bent plate is cubic between two
-supports; as quadratic elements cannot follow it wholly, the plate is too stiff by two terms
-(docs/design/solid.md):
->>>>>>> ad7007bd3c05deb218c4bd92e5d27384518221d2
+Tetrahedra become finer where a body is thin and bends more than it is squeezed. A mesher fills a
+plate with one layer of elements, whose edges along the plate are as long as those of a bulky body
+or longer. Few elements suffice for squeezing. For bending they do not: the deflection of a plate is
+cubic between two supports, and quadratic elements cannot follow a cubic, so that the plate is too
+stiff by two terms (docs/design/solid.md):
 
     63 % (h / R)^2 (1 + (h / t)^2 / 22)
 
@@ -44,11 +37,14 @@ _SMOOTH = 0.82  # cosine of 35 degrees, between the normals of a vertex and of a
 
 
 def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
-    """Depth under each vertex down to which its side of the body is the nearest, (k,) [m].
+    """Return the depth under each vertex at which another side of the body is as near, (k,) [m].
 
-    The depth is half of the thickness of a plate, and the radius of a tube or a ball. Where the
-    other side is nearer already at a fiftieth of the body's size, the depth is half of the
-    thickness straight below, at most that fiftieth.
+    In a plate this depth is half of the thickness; in a tube or a ball, the radius. Where another
+    side is nearer already at a fiftieth of the body's size, the depth is half of the thickness
+    straight below, at most that fiftieth.
+
+    Args:
+        vertices: Vertices under which the depth is measured, shape (k,).
     """
     steps = mesh.size * np.linspace(0.02, 1.0, 50)
     inner = mesh.vertices[vertices][:, None] - steps[:, None] * mesh.normals[vertices][:, None]
@@ -62,10 +58,14 @@ def depth_under(mesh: SurfaceMesh, vertices: Ints) -> Floats:
 
 
 def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
-    """Distance from each vertex straight through the body to the other side, shape (k,) [m].
+    """Return the distance from each vertex through the body to the other side, shape (k,) [m].
 
-    A ray enters against the vertex's normal, and leaves through the nearest triangle that it meets
-    from inside (Moeller, Trumbore 1997); the thickness is infinite where it meets none.
+    A ray enters the body against the vertex's normal, and leaves through the nearest triangle that
+    the ray meets from inside (Moeller, Trumbore 1997). Where it meets none, the thickness is
+    infinite.
+
+    Args:
+        vertices: Vertices at which the rays enter, shape (k,).
     """
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     u, v = b - a, c - a
@@ -87,7 +87,7 @@ def thickness(mesh: SurfaceMesh, vertices: Ints) -> Floats:
 
 
 def is_smooth(mesh: SurfaceMesh) -> Mask:
-    """Whether each vertex lies away from sharp edges and tips, shape (n,).
+    """Find the vertices that lie away from sharp edges and tips: a mask of shape (n,).
 
     The normals of all faces round such a vertex are within 35 degrees of the vertex's normal.
     """
@@ -111,7 +111,7 @@ _OPPOSED = -0.5  # cosine of 120 degrees, between the normals of the two sides
 # Largest distance between the middles of two opposed faces, over the thickness or over `THIN` edge
 # lengths if that is more: one middle may lie half an edge beside the point opposite the other.
 _BESIDE = 1.1
-_BATCH = 256  # faces whose neighbours are looked for together: 100 MB where all are neighbours
+_BATCH = 256  # faces whose neighbours one search finds: 100 MB where all are neighbours
 
 
 def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
@@ -120,7 +120,7 @@ def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
     Args:
         tets: Mesh of the object.
         length: Edge length that was asked for [m].
-        most: Largest number of tetrahedra; an object with as many is fine already, and not split.
+        most: Largest number of tetrahedra; an object that already has as many is not split.
     """
     thickness = np.full(len(tets.vertices), np.inf)
     if len(tets.tets) < most:
@@ -129,9 +129,10 @@ def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
 
 
 def longest_wanted(thickness: Floats, length: float) -> Floats:
-    """Longest edge with which a part of a given thickness bends accurately enough, (n,) [m].
+    """Return the longest edge with which a part bends accurately enough, shape (n,) [m].
 
-    The error is that of a `SHORT` edge on a part many times thicker than the edge is long.
+    The error of a thin part is that of an edge of `SHORT` times `length` on a part many times
+    thicker than the edge is long.
 
     Args:
         thickness: Thickness of the part at each vertex, shape (n,) [m]; infinite where a part is
@@ -149,13 +150,15 @@ def longest_wanted(thickness: Floats, length: float) -> Floats:
 
 
 def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
-    """Thickness of a body at each vertex where its other side is near; else infinite, (n,) [m].
+    """Return the thickness of a body at each vertex of its thin parts, shape (n,) [m].
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
         faces: Faces of the surface, counter-clockwise from outside, shape (m, 3).
-        most: Largest distance of the other side, along the normal of a face [m]. The result is
-            infinite where the other side is further, and at vertices inside the body.
+        most: Largest thickness of a thin part, along the normal of a face [m].
+
+    Returns:
+        The thickness; infinite where the other side is further than `most`, and inside the body.
     """
     from scipy.spatial import cKDTree  # takes 0.3 s, and only preparing an object needs it
 
@@ -187,15 +190,16 @@ _MOST_PASSES = 100  # passes for one excess; plates, rods and bowls took at most
 
 @dataclass(frozen=True, eq=False)
 class Bisected:
-    """Tetrahedra after edges were split.
+    """A mesh of tetrahedra after some of its edges were split.
 
     Args:
         tets: Mesh after the splits; vertices of the original mesh come first, in their order.
-        parent: Original tetrahedron that contains each one, shape (m,).
+        parent: Index of the original tetrahedron that contains each tetrahedron, shape (m,).
         wanted: Longest edge that is wanted at each vertex, infinite where any length will do, shape
-            (n,) [m]. An edge may be as long as the longer of the lengths wanted at its ends.
-        excess: Bound of each edge's length over the wanted one: 1, or more if more tetrahedra were
-            not allowed, or less if no edge had to be split.
+            (n,) [m]. The wanted length of an edge is the longer of those at its ends.
+        excess: Upper bound of the ratio of an edge's length to its wanted length: 1 if all edges
+            could be split, more if the limit on tetrahedra ended the splitting, less if no edge had
+            to be split.
     """
 
     tets: TetMesh
@@ -205,14 +209,14 @@ class Bisected:
 
 
 def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
-    """Split edges until none is longer than the longer of the lengths wanted at its ends.
+    """Split edges until none is longer than its wanted length: the longer of those at its ends.
 
     Args:
         tets: Mesh of the object.
         wanted: Longest edge at each vertex, shape (n,) [m]; infinite where any length will do. The
             middle of a split edge gets the mean of the lengths at its ends.
-        most: Largest number of tetrahedra. Multiples of the wanted lengths are tried from the
-            longest down, and the last one that this number allows is taken.
+        most: Largest number of tetrahedra. The bound on edges falls step by step to the wanted
+            lengths, and stays at the last step that this number allows.
     """
     start = longest_over_wanted(tets, wanted)
     now = Bisected(tets, np.arange(len(tets.tets), dtype=np.int64), wanted, start)
@@ -226,7 +230,11 @@ def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
 
 
 def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
-    """Largest ratio of an edge's length to the wanted one; 0 if any length will do."""
+    """Return the largest ratio of an edge's length to its wanted length; 0 if any will do.
+
+    Args:
+        wanted: As for `with_shorter_edges`.
+    """
     edges = tets.tets[:, _EDGES].reshape(-1, 2)
     along = tets.vertices[edges[:, 1]] - tets.vertices[edges[:, 0]]
     ratio = np.linalg.norm(along, axis=1) / wanted[edges].max(axis=1)
@@ -234,7 +242,7 @@ def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
 
 
 def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
-    """Split edges over `excess` times the wanted length; None if this takes more than `most`."""
+    """Split edges over `excess` times their wanted length; None for over `most` tetrahedra."""
     for _ in range(_MOST_PASSES):
         after = _split_once(mesh, excess)
         if after is None:
@@ -246,7 +254,7 @@ def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
 
 
 def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
-    """Split edges that must be split and are the longest of all their tetrahedra, if any.
+    """Split once every edge that must be split and is the longest edge of all its tetrahedra.
 
     Returns:
         The mesh after these splits; None if there was no such edge.
@@ -280,15 +288,15 @@ def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
 
 
 def _on_the_way(of: Ints, longest: Ints, over: Mask) -> Mask:
-    """Whether each edge must be split in order to split those over their wanted length, (e,).
+    """Find the edges that have to be split before all overlong ones can be: a mask, shape (e,).
 
-    These are the longest edges of certain tetrahedra: of those with an edge over its wanted length,
-    and of those that contain the longest edge of another one of these tetrahedra.
+    They are the longest edges of certain tetrahedra: of those with an overlong edge, and of those
+    that contain the longest edge of another one of these tetrahedra.
 
     Args:
         of: Edges of each tetrahedron, shape (m, 6).
         longest: Longest edge of each tetrahedron, shape (m,).
-        over: Whether an edge is over its wanted length, shape (e,).
+        over: Whether an edge is overlong, that is over its wanted length, shape (e,).
     """
     needed = over[of].any(axis=1)
     while True:

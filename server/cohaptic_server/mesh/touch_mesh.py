@@ -1,10 +1,10 @@
-"""The surface for touch: as few vertices of a fine mesh as a contact can tell apart.
+"""The touch mesh: a fine surface, thinned to about as many vertices as a contact can resolve.
 
 A patch holds a bounded number of vertices, while a mesh may be arbitrarily fine. A contact averages
-over its pressure: vertices much closer together than its radius carry the same information, and a
-sliding hand would soon leave a patch of them. A fine mesh is therefore thinned for touch, to evenly
-spread vertices and the dual triangles of their Voronoi regions on the surface. The mesh that is
-shown is not thinned.
+over its pressure, so vertices much closer together than the contact radius carry the same
+information, and a patch of such vertices would be so small that a sliding hand soon leaves it. A
+fine mesh is therefore thinned for touch, to evenly spread vertices and the dual triangles of their
+Voronoi regions on the surface. The mesh that pages display is not thinned.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from cohaptic_server.mesh.search.window_search import WindowSearch
 from cohaptic_server.mesh.surface import NearTree, SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
-MAX_PATH = 0.3  # m ahead of a contact
+MAX_PATH = 0.3  # m; longest path ahead of a contact
 APART = 0.7  # least distance between two vertices of a thinned mesh, in contact radii
 _COARSE = 0.75  # share of that distance; a mesh with a larger vertex spacing is not thinned
 
 
 @dataclass(frozen=True, eq=False)
 class TouchMesh:
-    """Some vertices of a surface and the triangles between them.
+    """A subset of the vertices of a surface, and triangles between these vertices.
 
     Args:
         vertices: Indices of these vertices in the whole surface, in rising order, shape (t,).
@@ -38,8 +38,8 @@ class TouchMesh:
         spacing: Mean distance between neighbours of evenly spread vertices [m].
 
     Attributes:
-        search: Search for the points near a place.
-        window: Search for the points near a path.
+        search: Search for the vertices within a radius of a given point.
+        window: Search for the vertices near the path of a sliding contact.
         found: Array to which `window` writes vertices, as indices into `points`, shape (t,).
         path: Array to which `window` writes the points of a path, shape (w, 3) [m].
     """
@@ -72,7 +72,10 @@ class TouchMesh:
 
 
 def _beside(faces: Ints, count: int) -> Ints:
-    """Vertices that share an edge with each one; short rows repeat the vertex, (count, valence)."""
+    """Return the vertices that share an edge with each vertex, shape (count, valence).
+
+    Short rows are filled with the vertex itself.
+    """
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)  # by their first vertex
     row = edges[:, 0]
@@ -84,10 +87,10 @@ def _beside(faces: Ints, count: int) -> Ints:
 
 
 def thinned(mesh: SurfaceMesh, apart: float) -> TouchMesh:
-    """Thin a mesh to vertices with a least distance between them.
+    """Thin a surface to a touch mesh, whose vertices keep a least distance from each other.
 
-    A mesh that is coarse enough is taken whole. The two sides of a thin part are never neighbours,
-    however close: their normals distinguish them.
+    The touch mesh of a coarse surface has all of its vertices. Vertices on the two sides of a thin
+    part are never neighbours, however close: their normals distinguish them.
 
     Args:
         mesh: Resting surface.
@@ -109,7 +112,7 @@ def _touch_mesh(mesh: SurfaceMesh, vertices: Ints, faces: Ints) -> TouchMesh:
 
 
 def _spread(mesh: SurfaceMesh, apart: float) -> Ints:
-    """Choose a maximal set of vertices at least `apart` [m] from each other, in rising order.
+    """Choose vertices at least `apart` [m] from each other until no other fits, in rising order.
 
     Vertices on opposite sides of a thin part may be closer.
     """
@@ -130,7 +133,10 @@ def _spread(mesh: SurfaceMesh, apart: float) -> Ints:
 
 
 def _dual(mesh: SurfaceMesh, chosen: Ints) -> Ints:
-    """Triangles where the Voronoi regions of three chosen vertices meet, shape (m, 3)."""
+    """Return the triangles of chosen vertices whose three Voronoi regions meet in a face, (m, 3).
+
+    The triangles are indices into `chosen`.
+    """
     n = len(mesh.vertices)
     edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
     edges = np.unique(np.sort(edges, axis=1), axis=0)

@@ -16,7 +16,7 @@ from cohaptic_server.numeric import Floats, Ints, vec3
 
 
 def describe(body: Body) -> BodyInfo:
-    """Describe a body for a client: name, contact radius, and a sphere round the body.
+    """Return name, contact radius and bounding sphere of a body, in the form that clients are sent.
 
     The centre of the sphere is that of the bounding box.
     """
@@ -29,7 +29,9 @@ def describe(body: Body) -> BodyInfo:
 
 
 class BodyFrames:
-    """Frames of a body's resting mesh and touch mesh, each encoded once.
+    """Encoded frames of a body's mesh at rest and of its touch mesh; each frame is encoded once.
+
+    The touch mesh is the surface mesh from which mesh patches are cut.
 
     Args:
         touched_body: The deformable object and its touch mesh.
@@ -43,39 +45,43 @@ class BodyFrames:
 
     @property
     def has_rest_mesh(self) -> bool:
-        """Whether the body is small enough to be shown."""
+        """Whether the body's mesh fits into one frame, so that watchers can be shown the body."""
         mesh = self._touched_body.body.mesh
         return _fits(mesh.vertices, mesh.faces)
 
     @property
     def has_touch_mesh(self) -> bool:
-        """Whether the body is small enough for mesh patches."""
+        """Whether the touch mesh fits into one frame, so that users can have mesh patches."""
         mesh = self._touched_body.mesh
         return _fits(mesh.vertices, mesh.faces)
 
     def check_watchable(self) -> None:
-        """Raise RemoteProtocolError if the body is too large to be shown."""
+        """Raise RemoteProtocolError if the body's mesh is too large to be shown to watchers."""
         if not self.has_rest_mesh:
             mesh = self._touched_body.body.mesh
             reason = _too_large(mesh.vertices, mesh.faces)
             raise RemoteProtocolError("message", "Watch", f"Hello alone: {reason}")
 
     def check_geometry(self, geometry: str) -> None:
-        """Raise RemoteProtocolError if the body is too large for patches of a geometry."""
+        """Raise RemoteProtocolError if the body is too large for patches of this geometry."""
         if geometry == "mesh" and not self.has_touch_mesh:
             mesh = self._touched_body.mesh
             limit = f"plane or sphere: {_too_large(mesh.vertices, mesh.faces)}"
             raise RemoteProtocolError("geometry", geometry, limit)
 
     def rest_mesh(self) -> bytes:
-        """Frame of the exact resting mesh."""
+        """Return the frame of the mesh at rest with exact coordinates."""
         if self._rest_mesh is None:
             mesh = self._touched_body.body.mesh
             self._rest_mesh = _encode(mesh.vertices, mesh.faces)
         return self._rest_mesh
 
     def shown_mesh(self) -> bytes:
-        """Frame of the quantised resting mesh; of the exact mesh if quantised faces degenerate."""
+        """Return the frame of the mesh at rest with quantised coordinates.
+
+        If quantisation makes faces degenerate, the method returns the frame of the exact mesh
+        instead.
+        """
         if self._shown_mesh is None:
             mesh = self._touched_body.body.mesh
             quantised = QuantisedMesh.of(mesh.vertices, mesh.faces.astype(np.int64))
@@ -84,9 +90,10 @@ class BodyFrames:
         return self._shown_mesh
 
     def touch_mesh(self) -> bytes:
-        """Frame of the touch mesh, for a user of mesh patches.
+        """Return the frame of the touch mesh, for a user with mesh patches.
 
-        The method also computes all else that mesh patches need, since a tick has no time for it.
+        The method also computes everything else that mesh patches need, since a tick has no time
+        for it.
         """
         if self._touch_mesh is None:
             _ = self._touched_body.touch_compliance, self._touched_body.windows
@@ -95,7 +102,7 @@ class BodyFrames:
         return self._touch_mesh
 
     def prepare(self) -> None:
-        """Encode in advance all frames that the body's size allows; no user then waits for them.
+        """Encode in advance all frames that the body's size allows, so that no user waits for them.
 
         The method also prepares the contact search, which takes longer than a tick on a fine mesh.
         """

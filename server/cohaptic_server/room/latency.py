@@ -1,8 +1,8 @@
 """Latency injected between one user and the server, both ways, as if the network path were longer.
 
-Messages pass two delay lines with the semantics of a stream (`cohaptic.simulated.delay_line`): when
-a line becomes shorter, no message overtakes an earlier one. Nothing here sleeps; the shell asks
-which messages are due, and when to ask again.
+Messages pass through two delay lines that keep their order like a stream
+(`cohaptic.simulated.delay_line`): when the delay becomes shorter, no message overtakes an earlier
+one. This module does not sleep; the shell asks which messages are due, and when to ask again.
 
 Watchers may inject latency if the server allows it, and all watchers are told the latency.
 """
@@ -23,10 +23,10 @@ Data = str | bytes
 
 
 class UserLatency:
-    """Injected latency of one user, with one delay line for each direction.
+    """Delay lines of one user's messages, one line for each direction.
 
     Args:
-        seed: Seed of the jitter.
+        seed: Seed of the random jitter.
     """
 
     def __init__(self, seed: int) -> None:
@@ -54,24 +54,24 @@ class UserLatency:
         self._down.push(data, now)
 
     def due_up(self, now: float) -> list[Data]:
-        """Messages from the user that are due by `now`, in order."""
+        """Return the messages from the user that are due by `now`, in order."""
         return self._up.pop_due(now)
 
     def due_down(self, now: float) -> list[Data]:
-        """Messages to the user that are due by `now`, in order."""
+        """Return the messages to the user that are due by `now`, in order."""
         return self._down.pop_due(now)
 
     def next_due(self) -> float | None:
-        """Time at which the next message is due [s]; None when none is in flight."""
+        """Return the time at which the next message is due [s]; None when none is in flight."""
         times = [due for due in (self._up.next_due(), self._down.next_due()) if due is not None]
         return min(times, default=None)
 
 
 def refusal(peer: Peer, *, allowed: bool) -> ProtocolError | None:
-    """Reason why a watcher may not inject latency; None if the watcher may.
+    """Return the reason why a watcher may not inject latency; None if the watcher may.
 
     Args:
-        peer: Peer that watches.
+        peer: Watcher that asks for a latency.
         allowed: Whether the server allows injected latency at all.
     """
     if not allowed:
@@ -86,13 +86,13 @@ def refusal(peer: Peer, *, allowed: bool) -> ProtocolError | None:
 def set_latency(
     peers: Iterable[Peer], watchers: Iterable[Watcher], change: SetLatency, outcome: Outcome
 ) -> None:
-    """Delay the messages of a user from now on, and tell the watchers.
+    """Set the injected latency of one user, and tell the watchers.
 
     Args:
         peers: Peers of the room.
         watchers: Watchers of the room.
-        change: Number of the user, with the new delay and jitter.
-        outcome: Receives the tasks of the shell.
+        change: Number of the user, with the new delay and jitter [s].
+        outcome: Receives the peer whose latency has changed.
     """
     latency = (change.delay, change.jitter)
     for other in peers:
@@ -105,7 +105,7 @@ def set_latency(
 
 
 def latencies(peers: Iterable[Peer]) -> Iterator[Latency]:
-    """Latencies of all users whose delay or jitter is not zero."""
+    """Iterate over the latencies of all users whose delay or jitter is not zero."""
     for peer in peers:
         delay, jitter = peer.latency
         if peer.user is not None and (delay, jitter) != (0.0, 0.0):

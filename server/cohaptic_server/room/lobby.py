@@ -1,4 +1,4 @@
-"""Joining, watching, laws and injected latency of one room, as a state machine without I/O.
+"""Joining, watching, control laws and injected latency of one room, as a state machine without I/O.
 
 The shell reports connections, messages and the time, and carries out the `Outcome` of each. The
 messages to a peer, and the closing of its connection, wait in the peer's session.
@@ -35,7 +35,7 @@ _NO_FAULT = {
 
 
 class Lobby:
-    """All peers of one room.
+    """State machine of all connections to one room.
 
     Args:
         room: Room with the users.
@@ -45,7 +45,7 @@ class Lobby:
     Attributes:
         peers: Peers in the order in which they connected.
         reception: Reception that lets the peers into the room.
-        gathering: Company of the watching peers: followed views and pointing.
+        gathering: People in the room: who is there, whose view others follow, and who points.
     """
 
     def __init__(self, room: Room, audience: Audience, entrance: Entrance | None = None) -> None:
@@ -61,13 +61,13 @@ class Lobby:
     def connect(
         self, now: float, subprotocol: str | None, offered: str | None, source: str = ""
     ) -> Peer:
-        """Add a new connection.
+        """Add a new connection, and return its peer.
 
         Args:
             now: Time [s].
             subprotocol: Subprotocol chosen for the websocket; None without one.
             offered: All subprotocols that the client offered; None if it offered none.
-            source: Network address whose budgets the connection spends.
+            source: Network address against whose rate limits the connection counts.
         """
         session = ServerSession(now)
         if subprotocol != SUBPROTOCOL:
@@ -77,11 +77,10 @@ class Lobby:
         return peer
 
     def receive(self, peer: Peer, data: Data, now: float, to_wall: float) -> Outcome:
-        """Handle one message.
+        """Handle one message from a peer, and return the tasks that result for the shell.
 
         Args:
             peer: Sender of the message.
-            data: Message of the peer.
             now: Time [s].
             to_wall: Time on the machine's wall clock minus `now` [s].
         """
@@ -104,13 +103,13 @@ class Lobby:
         return outcome
 
     def tick(self, now: float) -> None:
-        """Advance the world by one period."""
+        """Advance the simulation by one period."""
         self._ticked = now
         self.room.tick(now)
 
     @property
     def sleeps(self) -> bool:
-        """Whether the room can skip ticks unnoticed: no peer is here, and the object is at rest."""
+        """Whether the room can skip ticks unnoticed: no peer is connected, the body is at rest."""
         return not self.peers and self.room.at_rest
 
     def pass_over(self, ticks: int, now: float) -> None:
@@ -119,7 +118,11 @@ class Lobby:
         self.room.pass_over(ticks)
 
     def serve(self, now: float) -> Outcome:
-        """Queue the newest patch of each user in one pass, and check the sessions' deadlines."""
+        """Queue each user's newest patch, and end the sessions whose deadline has passed.
+
+        The method also calls waiting clients to free seats, and ends a freeze that has lasted too
+        long.
+        """
         outcome = Outcome()
         self.reception.waiting.step(now, outcome)
         if self.room.frozen:
@@ -142,21 +145,21 @@ class Lobby:
 
     @property
     def watching(self) -> list[Peer]:
-        """Peers that watch."""
+        """Peers that are watchers."""
         return [peer for peer in self.peers if peer.watches]
 
     def update_scene(self) -> None:
-        """Make the newest tick the scene for all watchers, and tell them news of the company."""
+        """Make the newest tick the scene for all watchers, and tell them who is in the room."""
         self.audience.see(self.room.world, self.room.patches, self._ticked)
         self.gathering.step(self._ticked)
 
     def show(self, peer: Peer, now: float, *, clear: bool) -> Outcome:
-        """Queue the newest scene for a watcher, if the scene is due.
+        """Queue the newest scene for a watcher, if the watcher is due to get one.
 
         Args:
-            peer: Peer that watches.
+            peer: Peer that is a watcher.
             now: Time [s].
-            clear: Whether all earlier writes to the peer have left the process.
+            clear: Whether the operating system has taken all earlier writes to the peer.
         """
         outcome = Outcome([peer])
         watcher = peer.session
@@ -169,7 +172,7 @@ class Lobby:
         return outcome
 
     def report_scene(self) -> Outcome:
-        """Log the reason why the scene cannot be shown; the same reason is logged only once."""
+        """Log why the scene cannot be shown to watchers, unless the last call had that reason."""
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
@@ -179,7 +182,7 @@ class Lobby:
         return outcome
 
     def begin_mesh(self, peer: Peer) -> bytes:
-        """Return the frame of the mesh for a new watcher; queue the room's latencies behind it."""
+        """Return the frame of the mesh for a new watcher; queue the users' latencies behind it."""
         peer.needs_mesh = False
         assert isinstance(peer.session, Watcher)
         for latency in latencies(self.peers):
@@ -188,13 +191,13 @@ class Lobby:
         return frames.shown_mesh() if peer.session.mesh == "quantised" else frames.rest_mesh()
 
     def finish_mesh(self, peer: Peer, now: float, *, taken: bool, clear: bool) -> Outcome:
-        """Show the scene to a watcher that has the mesh.
+        """Show the scene to a watcher that has the mesh; end its session if it took too long.
 
         Args:
-            peer: Peer that watches.
+            peer: Peer that is a watcher.
             now: Time [s].
-            taken: Whether the peer took all of the mesh within `MESH_TIMEOUT`.
-            clear: Whether all earlier writes to the peer have left the process.
+            taken: Whether the peer took the whole mesh within `MESH_TIMEOUT`.
+            clear: Whether the operating system has taken all earlier writes to the peer.
         """
         if not taken:
             limit = f"all of it taken within {MESH_TIMEOUT:g} s"
@@ -204,7 +207,7 @@ class Lobby:
         return self.show(peer, now, clear=clear)
 
     def disconnect(self, peer: Peer, reason: str) -> Outcome:
-        """Remove a connection that has ended.
+        """Remove a connection that has ended, and tell the other peers if it was a user's.
 
         Args:
             peer: Peer whose connection has ended.
@@ -234,7 +237,7 @@ class Lobby:
     def stop(
         self, code: CloseCode = CloseCode.SERVER_STOPS, reason: str = "the server stops"
     ) -> Outcome:
-        """End every session; by default, because the server stops."""
+        """End the sessions of all peers, and return the tasks for the shell."""
         for peer in self.peers:
             peer.session.stop(code, reason)
         return Outcome(list(self.peers))
@@ -306,9 +309,10 @@ class Lobby:
 
 
 def _is_lost(peer: Peer, reason: str) -> bool:
-    """Whether the name is kept: the connection was lost, or ended for a reason in `_NO_FAULT`.
+    """Whether the room reserves the user's name, since the user did not leave on purpose.
 
-    A close by the client without a reason counts as a lost connection.
+    This is so if the connection was lost, if the client closed it without a reason, or if the
+    server closed it for a reason in `_NO_FAULT`.
     """
     close = peer.session.close
     if close is None:

@@ -21,17 +21,17 @@ class Member:
     Args:
         user: Number of the user, which is never used twice.
         hello: Settings of the user, including later changes.
-        heard: Time of the newest sample, or of joining [s].
-        claim: Claim of the user to the name in `hello`.
-        max_force: Limit that device and token set to the user's force on the body [N].
+        heard: Time of the newest sample [s]; the time of joining before the first sample.
+        claim: Proof of the client that the name in `hello` is its own.
+        max_force: Largest force of the user on the body that device and token allow [N].
         muted: Whether an administrator keeps the user's force from the body.
 
     Attributes:
         joined: Time at which the user joined [s].
-        touch: Newest sample; None before the first.
-        used, seen: Number of samples that were the newest at a tick, and the sequence number of
-            the last of them.
-        gains: Gains that the user chose; None for the server's gains.
+        touch: Newest sample with the user's settings; None before the first sample.
+        used: Number of samples that were the newest one at a tick.
+        seen: Sequence number of the last sample that `used` counts.
+        gains: Control gains that the user chose; None for the server's gains.
         geometry: Geometry of the user's patches.
     """
 
@@ -55,7 +55,7 @@ class Member:
 
 
 def chosen_gains(fixed: FixedGains | None) -> Gains | None:
-    """Gains that the user chose, as the control loop takes them; None for the server's gains."""
+    """Return a user's own gains in the form of the control loop; None for the server's gains."""
     return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)
 
 
@@ -63,7 +63,7 @@ MOST_MUTED = 256  # the oldest entry is dropped first; only an administrator add
 
 
 class Muted:
-    """The muted users of one room."""
+    """Names and claims of the users whom an administrator of the room has muted."""
 
     def __init__(self) -> None:
         self._who: list[tuple[str, Claim]] = []
@@ -81,7 +81,7 @@ class Muted:
         self._who = [one for one in self._who if not _is_same(one, name, claim)]
 
     def holds(self, name: str, claim: Claim) -> bool:
-        """Whether a user is muted, judged by its name, its secret or its session."""
+        """Whether a user is muted, recognised by its name, its secret key or its session."""
         return any(_is_same(one, name, claim) for one in self._who)
 
 

@@ -1,7 +1,7 @@
-"""Moderation of a room: an administrator's actions, and the users who were put out. No I/O.
+"""Moderation of a room: an administrator's actions, and the users who were removed. No I/O.
 
-An administrator acts over a watching connection. The list of users who were put out of the room is
-bounded, and has the end of each removal.
+An administrator acts over a watching connection. The list of removed users has bounded length; each
+entry has the time at which the user may come back.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ class Removed:
     """The users who may not come back into one room.
 
     Args:
-        keep: Function that stores each removal and pardon for later processes; None for no storage.
+        keep: Function that stores each removal and pardon for later server processes; None if
+            nothing is stored.
     """
 
     def __init__(self, keep: Callable[[Record], None] | None = None) -> None:
@@ -41,7 +42,7 @@ class Removed:
         return len(self._removals)
 
     def recall(self, removal: Removal, now: float, wall: float) -> None:
-        """Keep out a user whom an earlier process has put out.
+        """Apply a removal that an earlier server process has stored.
 
         Args:
             removal: Record of the earlier process.
@@ -57,13 +58,13 @@ class Removed:
     def add(
         self, guest: Guest, name: str, source: str, now: float, wall: float, *, ban: bool
     ) -> None:
-        """Keep a user out from now on.
+        """Keep a user out of the room, for `KICKED_FOR` or for good.
 
         Args:
             guest: Identity of the user.
-            name: Name that the user touched under.
-            source: Network address whose budgets the user's connection spends; compared only for
-                users without a token.
+            name: Name of the user in the room.
+            source: Network address of the user's connection; compared only for users without a
+                token.
             now: Time [s].
             wall: Unix time [s].
             ban: Whether the user is kept out for good.
@@ -81,11 +82,11 @@ class Removed:
             self._keep(removal)
 
     def pardon(self, name: str, now: float, wall: float) -> bool:
-        """Pardon all users who were put out under a name; return whether there were any.
+        """Let all users come back who were removed under a name; return whether there were any.
 
         Args:
-            name: Name that the users touched under, or one that looks like it; such names keep
-                users out as well.
+            name: Name that the users had in the room, or a name that looks like it, since such a
+                name is kept out as well.
             now: Time [s].
             wall: Unix time [s].
         """
@@ -99,10 +100,10 @@ class Removed:
         return True
 
     def names(self, now: float) -> tuple[str, ...]:
-        """Names of the users who may not come back yet, each name once, the newest last.
+        """Return the names of the users who may not come back yet, each name once, the newest last.
 
-        Invalid names are left out, since no message could carry them. A journal of another version,
-        or one edited by hand, may contain them.
+        Invalid names, which no message could carry, are omitted. A journal may contain them if
+        another version wrote it or if it was edited by hand.
         """
         names = (one.name for one, until in self._removals if until > now)
         return tuple(dict.fromkeys(name for name in names if _is_name(name)))
@@ -116,12 +117,12 @@ class Removed:
         self._removals = [*counting, (removal, until)]
 
     def check(self, guest: Guest, name: str, source: str, now: float) -> None:
-        """Raise Denied for a user who was put out and whose time is not over.
+        """Raise Denied if a user was removed from the room and may not come back yet.
 
         Args:
             guest: Identity of the user.
-            name: Name that the user wants to touch under; empty if the user watches.
-            source: Network address whose budgets the user's connection spends.
+            name: Name that the user wants to have in the room; empty for a watcher.
+            source: Network address of the user's connection.
             now: Time [s].
         """
         for one, until in self._removals:
@@ -167,11 +168,11 @@ def moderate(
     to_wall: float,
     outcome: Outcome,
 ) -> None:
-    """Carry out an administrator's action, or end the session of a peer without that right.
+    """Carry out an administrator's action, or end the session of a peer that is no administrator.
 
     Args:
         peers: All peers of the room.
-        removed: Receives the users who are put out.
+        removed: List to which removed users are added.
         admin: Peer that asks for the action.
         wish: Message with the action.
         now: Time [s].
@@ -224,7 +225,7 @@ def moderate(
 
 
 def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None:
-    """Tell peers whether the body is frozen, and which users are muted."""
+    """Tell peers whether the body is frozen (takes no forces), and which users are muted."""
     restraints = room.restraints
     for peer in peers:
         if peer.session.hears_news:
@@ -233,12 +234,12 @@ def tell_restraints(room: Room, peers: Iterable[Peer], outcome: Outcome) -> None
 
 
 def administers(peer: Peer) -> bool:
-    """Whether a peer watches and may administer the room."""
+    """Whether a peer is an accepted watcher with the right to administer the room."""
     return peer.watches and peer.session.hears_news and peer.guest.grants.room_admin
 
 
 def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: Outcome) -> None:
-    """Tell administrators the names of the users who may not come back."""
+    """Tell administrators the names of the removed users who may not come back yet."""
     names = removed.names(now)[-MOST_PUT_OUT:]
     for admin in admins:
         admin.session.send(PutOut(names=names))
@@ -246,14 +247,15 @@ def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: 
 
 
 def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) -> None:
-    """Unfreeze the object after `FROZEN_ALONE` without an administrator; called while frozen.
+    """Unfreeze the frozen body after `FROZEN_ALONE` seconds without an administrator in the room.
 
-    A freeze lasts while any administrator is in the room, even if another one ordered it. The
-    freeze outlasts the last administrator for a while, because a connection may be lost, and an
-    order from the command line does not keep its connection. Without the time limit, nobody might
-    be left to unfreeze the object.
+    A freeze lasts while any administrator is in the room, even if another one ordered it. It
+    outlasts the last administrator for a while, because a connection may be lost, and an order from
+    the command line does not keep its connection. Without the time limit, a body could stay frozen
+    with nobody there who may unfreeze it.
 
     Args:
+        room: Room whose body is frozen.
         peers: All peers of the room.
         now: Time [s].
         outcome: Receives the tasks of the shell.
@@ -280,7 +282,7 @@ def _put_out(
     *,
     ban: bool,
 ) -> None:
-    """End every connection of a user's session, and keep the user out."""
+    """End all connections of a user's session, and keep the user out of the room."""
     (offender,) = [peer for peer in peers if peer.user == user]
     guest = offender.guest
     removed.add(guest, name, offender.source, now, now + to_wall, ban=ban)

@@ -4,10 +4,10 @@ A new patch replaces a patch that was not sent yet, so that a client that cannot
 patches but no outdated ones. Events (such as a welcome message or an error) are never dropped; if
 more than `MAX_EVENTS` events would wait, the client is disconnected and told why.
 
-News about other users is state, not an event; otherwise the others could fill the queue and so
-disconnect this client. A user who came and left while nothing could be written is not mentioned.
-For each other user, one message of each kind waits at most. So the waiting state is bounded by the
-number of users who are or were in the room.
+Messages about other users are state and not events; otherwise those users could fill the queue and
+so disconnect this client. If a user came and left while nothing could be written, the client is
+told neither. For each other user, at most one message of each kind waits. So the number of users
+who are or were in the room bounds the waiting state.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _STATE = (UserJoined, UserLeft, Restraints, PutOut, Place)  # only the newest me
 
 
 class Outbox:
-    """At most `MAX_EVENTS` events, the newest state, and one patch.
+    """Messages that wait for a peer: at most `MAX_EVENTS` events, the newest state, and one patch.
 
     Attributes:
-        patches_skipped: Patches that were replaced before they were sent.
+        patches_skipped: Number of patches that were replaced before they were sent.
     """
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class Outbox:
         return self._patch is None and not self._waiting
 
     def put(self, message: ControlMessage) -> bool:
-        """Queue a message; return False if the queue has no room for one more event."""
+        """Queue a message; return False if it is an event and the queue of events is full."""
         if isinstance(message, Welcome):
             self._newest_user = message.user
         elif isinstance(message, Watching):
@@ -69,10 +69,10 @@ class Outbox:
         return True
 
     def put_event(self, data: str | bytes) -> bool:
-        """Queue an event: text, or a frame that no later frame replaces (the resting mesh).
+        """Queue an event: a text, or a frame that no later frame replaces (the mesh at rest).
 
         Returns:
-            Whether the queue had room; a full queue ends the session.
+            Whether the queue had room for the event; the caller ends the session if not.
         """
         if self._events >= MAX_EVENTS:
             return False
@@ -81,7 +81,7 @@ class Outbox:
         return True
 
     def put_patch(self, frame: bytes) -> None:
-        """Queue a patch in place of a patch that waits."""
+        """Queue a patch; it replaces a patch that still waits."""
         if self._patch is not None:
             self.patches_skipped += 1
         self._patch = frame
@@ -90,8 +90,8 @@ class Outbox:
         """Remove and return the messages to write now: events and state, then the patch.
 
         Args:
-            clear: Whether the last write has left the process. If not, the list is empty, and newer
-                messages can still replace waiting ones.
+            clear: Whether the operating system has taken all earlier writes. If not, the list is
+                empty, and newer messages can still replace waiting ones.
         """
         if not clear:
             return []

@@ -1,8 +1,8 @@
-"""Pace of the ticks: due times, missed ticks, and whether the machine keeps up. Reads no clock.
+"""Due times of ticks, missed ticks, and whether the machine keeps up. Reads no clock.
 
-A tick is missed when its patches leave after the next tick was due, since users then act on an
-outdated surface. If a tick runs for longer than a period past its successor's due time, the
-successor is left out, and counts as missed as well.
+A tick is missed when its patches are written after the next tick was due, since users then act on
+an outdated surface. If a tick takes so long that the next one starts more than a period late, the
+server omits ticks; omitted ticks count as missed as well.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from cohaptic.status.quantiles import Histogram, Tally
 from cohaptic_server.numeric import Mask
 
 WINDOW = 10.0  # s; in a shorter window, the start of another process looks like a slow machine
-# Share of missed ticks in a window at which the machine does not keep up. A desktop misses one
-# tick in hundreds for passing reasons; at one in ten, hands feel the surface lag all the time.
+# Fraction of missed ticks in a window from which on the machine does not keep up. A desktop misses
+# one tick in hundreds for passing reasons; at one in ten, hands feel the surface lag all the time.
 TOO_MANY = 0.1
 
 
 def is_missed(due: float, written: float, period: float) -> bool:
-    """Whether a tick was missed.
+    """Whether a tick was missed: its last patch was written after the next tick was due.
 
     Args:
         due: Time at which the tick was due [s].
@@ -30,7 +30,7 @@ def is_missed(due: float, written: float, period: float) -> bool:
 
 
 def next_tick(due: float, now: float, period: float) -> tuple[float, int]:
-    """Time at which the next tick is due [s], and number of ticks left out before it.
+    """Return the time at which the next tick is due [s], and the number of ticks omitted before it.
 
     Args:
         due: Time at which the last tick was due [s].
@@ -43,7 +43,7 @@ def next_tick(due: float, now: float, period: float) -> tuple[float, int]:
 
 
 def passed_over(due: float, now: float, period: float) -> tuple[float, int]:
-    """Due time of the last tick that a room has slept through [s], and number of such ticks.
+    """Return the due time of the last tick that a room slept through [s], and the number of them.
 
     Args:
         due: Time at which the last tick before the sleep was due [s].
@@ -55,19 +55,22 @@ def passed_over(due: float, now: float, period: float) -> tuple[float, int]:
 
 
 class TickMeters:
-    """Counters of a server's ticks, which begin at zero.
+    """Counters and time statistics of a server's ticks.
 
     Attributes:
-        ticks: Number of ticks due so far, including ticks that were left out or slept through.
+        ticks: Number of ticks due so far, including ticks that were omitted or slept through.
         missed: Number of missed ticks among `ticks`.
-        left_out: Number of the missed ticks that were left out.
-        slept: Number of the ticks that a room slept through, none of which is missed.
-        cost: Time from each tick's start until its patches are written [s].
-        late: Delay of each tick's start [s].
+        left_out: Number of omitted ticks among `missed`.
+        slept: Number of ticks that a room without peers slept through; none of them is missed.
+        cost: Time from a tick's start until its patches are written [s].
+        late: Delay of a tick's start after its due time [s].
         watch_cost: Time for serving the watchers after a tick [s].
-        costs, delays: `cost` and `late` in buckets with fixed edges, for monitoring.
-        deep, fast: Number of times that a tick limited a user's force, for the two reasons that
-            `world.users.Applied` names.
+        costs: Histogram of `cost` with fixed edges, for monitoring.
+        delays: Histogram of `late` with fixed edges, for monitoring.
+        deep: Number of times that a tick cut a user's force to the limit of its contact or of the
+            body.
+        fast: Number of times that a tick cut the change of a user's force for the sake of other
+            users.
     """
 
     def __init__(self) -> None:
@@ -77,23 +80,28 @@ class TickMeters:
         self.deep = self.fast = 0
 
     def leave_out(self, count: int) -> None:
-        """Count ticks that are left out."""
+        """Count omitted ticks, which are also missed."""
         self.ticks += count
         self.missed += count
         self.left_out += count
 
     def pass_over(self, count: int) -> None:
-        """Count ticks that a room has slept through; these ticks were not missed."""
+        """Count ticks that a room has slept through; these ticks are not missed."""
         self.ticks += count
         self.slept += count
 
     def limit(self, deep: Mask, fast: Mask) -> None:
-        """Count the forces that a tick has limited, as marked in `world.users.Applied`."""
+        """Count the users whose forces a tick has limited.
+
+        Args:
+            deep: Mask `world.users.Applied.deep` of the tick's users.
+            fast: Mask `world.users.Applied.fast` of the tick's users.
+        """
         self.deep += int(np.count_nonzero(deep))
         self.fast += int(np.count_nonzero(fast))
 
     def add(self, due: float, started: float, written: float, period: float) -> None:
-        """Count a tick.
+        """Count one tick that was computed.
 
         Args:
             due: Time at which the tick was due [s].
@@ -111,7 +119,7 @@ class TickMeters:
 
 
 class Pace:
-    """Judges for one window of ticks after the other whether the machine keeps up.
+    """Judges from the fraction of missed ticks in successive windows whether the machine keeps up.
 
     Args:
         period: Simulation period [s].
@@ -123,7 +131,7 @@ class Pace:
         self._keeps_up = True
 
     def see(self, ticks: int, missed: int) -> str:
-        """Count ticks; return a message if the machine begins or ceases to keep up, else "".
+        """Count ticks; return a message if the machine begins or ceases to keep up, otherwise "".
 
         Args:
             ticks: Number of ticks due since the last call.

@@ -21,10 +21,10 @@ class Peer:
             session if the client watches.
         user: User number in the room; None before the client has joined, and for a watcher.
         latency: Injected delay and jitter, each way [s].
-        needs_mesh: Whether the resting mesh must be sent next.
-        source: Network address whose budgets the connection spends.
-        guest: Identity and grants of the client, known from its first message on.
-        ends: Time at which the session is over [s], on the clock of this process, so that a change
+        needs_mesh: Whether the mesh at rest must be sent next.
+        source: Network address against whose rate limits the connection counts.
+        guest: Identity and grants of the client, which the token in its first message determines.
+        ends: Time at which the session expires [s], on the clock of this process, so that a change
             of the wall clock ends no session.
         farewell: Whether the client itself has closed the connection properly.
     """
@@ -51,7 +51,8 @@ class LogLine:
     Args:
         text: Text of the line.
         warning: Whether the line reports a problem.
-        source: Address that the line is about; lines above the address's rate limit are left out.
+        source: Network address that the line is about; lines above the rate limit of an address are
+            omitted.
         event: Machine-readable name of the event.
         user: Name of the user whom the event concerns; empty if there is no name.
     """
@@ -65,7 +66,7 @@ class LogLine:
 
 @dataclass(slots=True)
 class Outcome:
-    """Tasks of the shell after an event.
+    """Tasks that the shell must carry out after an event.
 
     Attributes:
         flush: Peers whose sessions have something to write or to close, in order.
@@ -80,7 +81,7 @@ class Outcome:
     def say(
         self, event: str, text: str, source: str = "", *, user: str = "", warning: bool = False
     ) -> None:
-        """Add one line to the log, made printable, since the text may quote strangers."""
+        """Add one line to the log; unprintable characters, which strangers may send, become "?"."""
         line = one_line(text, _LONGEST_LINE)
         self.log.append(LogLine(line, warning, source, event, one_line(user, _LONGEST_LINE)))
 

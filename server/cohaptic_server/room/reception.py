@@ -1,4 +1,4 @@
-"""Lets people into a room, to touch or to watch. No I/O.
+"""Decides which clients come into a room as users or watchers. No I/O.
 
 The entrance of a room checks the rate limit of joins, the token and its grants.
 """
@@ -27,16 +27,17 @@ from cohaptic_server.room.watch.watcher import Watcher
 
 
 class Entrance:
-    """Decides which clients may come into a room.
+    """Decides by rate limit, token and removals whether a client may come into a room.
 
     Args:
-        sources: Budgets of addresses, which limit the rate of joins.
+        sources: Rate limits of the network addresses.
         admission: The server's check of tokens; None if everybody may come in.
         room: Name of the room; None for the name of the main room.
-        keep: Function that stores records which must outlive this process; None for no storage.
+        keep: Function that stores records which must outlive this process; None if nothing is
+            stored.
 
     Attributes:
-        removed: Users who were put out of the room.
+        removed: Users whom an administrator has removed from the room.
     """
 
     def __init__(
@@ -54,7 +55,13 @@ class Entrance:
             self.admission.keep = keep
 
     def recall(self, records: Iterable[Record], now: float, to_wall: float) -> None:
-        """Take over the records that earlier processes have kept; times as for `enter`."""
+        """Take over the records that earlier server processes have stored.
+
+        Args:
+            records: Removals of users, and invitations that were used.
+            now: Time [s].
+            to_wall: Time on the machine's wall clock minus `now` [s].
+        """
         for record in records:
             if isinstance(record, Removal):
                 self.removed.recall(record, now, now + to_wall)
@@ -65,13 +72,13 @@ class Entrance:
         """Identify a client by its token, and let the client in.
 
         Args:
-            peer: Peer that has sent its first message; its `guest` and `ends` are set.
+            peer: Peer that has sent its first message; the method sets its `guest` and `ends`.
             first: First message of the peer.
             now: Time [s].
             to_wall: Time on the machine's wall clock minus `now` [s].
 
         Returns:
-            Token with which the client comes back; None if the client needs no token.
+            Token with which the client can come back; None if the client needs no token.
 
         Raises:
             RemoteProtocolError: The client may not come in.
@@ -96,19 +103,21 @@ class Entrance:
         self.admission.begin(peer.guest, now + to_wall)
 
     def check(self, peer: Peer, name: str, now: float, to_wall: float) -> str | None:
-        """Let in a client whose `guest` is known: a new client, or one that waited for a seat.
+        """Refuse a removed user; return a token for coming back.
+
+        This is the part of `enter` that is repeated for a client that has waited for a seat.
 
         Args:
-            peer: Peer that comes in.
-            name: Name that the client touches under; empty if the client watches.
+            peer: Peer whose `guest` is known.
+            name: Name that the client wants to have as a user; empty for a watcher.
             now: Time [s].
-            to_wall: Offset as for `enter`.
+            to_wall: Time on the machine's wall clock minus `now` [s].
 
         Returns:
-            Token as for `enter`.
+            Token with which the client can come back; None if the client needs no token.
 
         Raises:
-            RemoteProtocolError: The client was put out.
+            RemoteProtocolError: An administrator has removed the client from the room.
         """
         self.removed.check(peer.guest, name, peer.source, now)
         return self.admission.session_token(peer.guest, now + to_wall)
@@ -120,7 +129,7 @@ MOST_PAGES = 4
 
 
 class Reception:
-    """Lets users and watchers into one room.
+    """Makes peers users or watchers of one room.
 
     Args:
         room: Room with the users.
@@ -148,12 +157,12 @@ class Reception:
         to_wall: float,
         outcome: Outcome,
     ) -> None:
-        """Let a client touch or wait for a seat, or end the client's session.
+        """Make a client a user, let it wait for a seat, or end its session.
 
         Args:
             peer: Peer that has sent its hello.
             session: Protocol session of the peer.
-            hello: Hello of the peer.
+            hello: First message of the peer.
             now: Time [s].
             to_wall: Time on the machine's wall clock minus `now` [s].
             outcome: Receives the tasks of the shell.
@@ -180,7 +189,10 @@ class Reception:
     def come(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome
     ) -> None:
-        """Seat a client that has waited and was called; arguments as for `join`."""
+        """Make a client a user that has waited and was called to a seat, or end its session.
+
+        The arguments are those of `join`.
+        """
         hello = self.waiting.called(peer)
         if hello is None:
             session.fail(RemoteProtocolError("message", "Come", "nothing before it is called"))
@@ -223,7 +235,7 @@ class Reception:
             tell_restraints(self.room, [peer], outcome)
 
     def watch(self, peer: Peer, watch: Watch, now: float, to_wall: float, outcome: Outcome) -> None:
-        """Let a client watch, or end the client's session; arguments as for `join`."""
+        """Make a client a watcher, or end its session; the arguments are those of `join`."""
         watcher = Watcher(watch, has_model=self.audience.model is not None)
         peer.session = watcher
         try:
@@ -241,7 +253,7 @@ class Reception:
         peer.needs_mesh = True
 
     def _check_pages(self, peer: Peer) -> None:
-        """Raise RemoteProtocolError if no further page of the peer's session may watch."""
+        """Raise RemoteProtocolError if `MOST_PAGES` pages of the peer's session watch already."""
         session = peer.guest.session
         pages = [one for one in self.peers if one.watches and one.session.hears_news]
         count = sum(one.guest.session == session for one in pages)

@@ -3,7 +3,8 @@
 A sample is state: each user writes only its own sample, a new sample replaces the last one, and the
 force of a user that stays silent fades. Joining and leaving are events.
 
-The room's own limit and the room's share of the server's seats bound the number of users.
+The number of users is bounded by the room's own limit, and by the number of seats that the server
+assigns to the room.
 """
 
 from __future__ import annotations
@@ -40,7 +41,10 @@ from cohaptic_server.world.users import WorldState, is_at_rest, pass_over
 
 @dataclass(slots=True)
 class Seating:
-    """Seats of a room for users, or for watchers.
+    """Number of seats that a room may fill with users, or with watchers.
+
+    Several rooms of a server may share its seats; the server then assigns each room a number of
+    them.
 
     Args:
         most: Largest number of seats of the room.
@@ -48,9 +52,10 @@ class Seating:
         instead: Text that tells a client without a seat what to do instead.
 
     Attributes:
-        held: Number of the server's seats that the room holds; None if rooms share no seats.
-        wanted: Number of seats that the room should hold; further seats that are in use are given
-            back when somebody leaves.
+        held: Number of the server's seats that are assigned to this room; None if rooms share no
+            seats.
+        wanted: Number of seats that the server wants this room to have; seats in use beyond it are
+            given back when somebody leaves.
     """
 
     most: int
@@ -60,12 +65,12 @@ class Seating:
     wanted: int = 0
 
     def allow(self, wanted: int, used: int) -> None:
-        """Hold `wanted` seats from now on, or `used` seats if that is more."""
+        """Assign `wanted` seats to the room from now on, or `used` seats if that is more."""
         self.wanted = wanted
         self.held = max(wanted, used)
 
     def give_back(self, used: int) -> int:
-        """Give back seats that are neither wanted nor in use; returns the number still held."""
+        """Give back seats that are neither wanted nor in use; return the number still assigned."""
         if self.held is None:
             return self.most
         self.held = min(self.held, max(self.wanted, used))
@@ -73,7 +78,7 @@ class Seating:
 
     @property
     def limit(self) -> int:
-        """Number of seats that can be taken at present."""
+        """Number of people that may have a seat at present."""
         return self.most if self.held is None else min(self.most, self.held)
 
     def check(self, present: int, kept: int = 0, promised: int = 0) -> None:
@@ -81,7 +86,7 @@ class Seating:
 
         Args:
             present: Number of people in the room.
-            kept: Number of further seats kept for people whose connections were just lost.
+            kept: Number of further seats reserved for people whose connections were just lost.
             promised: Number of further seats promised to people who came earlier and wait.
         """
         limit = self.limit
@@ -106,26 +111,27 @@ STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until 
 
 
 class Room:
-    """The users of one body.
+    """The users of one body, and the state of the simulation.
 
     Args:
         body: The deformable object.
         first_user: Number of the first user; larger than all user numbers of earlier rooms.
 
     Attributes:
-        world: State after the last tick.
+        world: State of the simulation after the last tick.
         members: Users in the room, by number.
         patches: Patches of the last tick, by user number.
         frames: Encoded meshes of the body.
-        next_user: Number of the next user that joins.
-        frozen: Whether the body takes no forces at all.
+        next_user: Number that the next user to join will get.
+        frozen: Whether an administrator has frozen the body, so that it takes no forces.
         left_alone: Last time at which an administrator was in the frozen room, or else the time at
             which the freeze was first seen [s]; None before that.
-        force_budget: Limit on the sum of all forces [N]; None for the world's limit only.
+        force_budget: Limit on the sum of all users' forces [N]; None if only the simulation limits
+            it.
         seats, watch_seats: Seats of users, and of watchers.
         queue: People who wait for a seat.
         muted: Users whom an administrator has muted.
-        kept: Names of users whose connections were lost.
+        kept: Names that are reserved for users whose connections were lost.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -160,18 +166,19 @@ class Room:
         *,
         called: bool = False,
     ) -> tuple[Welcome, UserJoined, tuple[UserLeft, ...]]:
-        """Add a user.
+        """Add a user to the room.
 
         Args:
+            hello: First message of the user.
             now: Time [s].
-            source: Network address whose budgets the user's connection spends.
+            source: Network address against whose rate limits the user's connection counts.
             guest: Identity and grants of the user.
             called: Whether the user has waited in the queue and was called to a seat.
 
         Returns:
-            The welcome for the user, the message for the others, and a leave message for each
-            member that the user replaces, because that member has the same name or the same
-            session. The caller ends the sessions of the replaced members.
+            The welcome for the user; the message for the other users; and a leave message for each
+            member with the same name or the same session, whom the user replaces. The caller ends
+            the sessions of the replaced members.
 
         Raises:
             RemoteProtocolError: The name is in use, the room is full, or the client asks for gains,
@@ -213,7 +220,7 @@ class Room:
         return welcome, UserJoined(user=user, name=hello.name), left
 
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
-        """Store a sample as the newest one of its user, with the settings of that user."""
+        """Store a contact sample, with the user's settings, as the newest touch of that user."""
         member = self.members[user]
         hello = member.hello
         # Positional arguments, since keyword arguments would double the time of this method.
@@ -238,7 +245,7 @@ class Room:
         member.heard = now
 
     def set_law(self, user: int, change: SetLaw) -> None:
-        """Change the control law of a user's local model.
+        """Change the control law of a user's patches.
 
         Raises:
             RemoteProtocolError: The change asks for gains, which this server does not let users
@@ -270,14 +277,14 @@ class Room:
     def leave(
         self, user: int, reason: str = "left", lost: float | None = None, *, seat: bool = True
     ) -> UserLeft | None:
-        """Remove a user, whose force then fades; returns None if the user is not in the room.
+        """Remove a user, whose force then fades; return None if the user is not in the room.
 
         Args:
             user: Number of the user.
             reason: Reason that the other users are told.
-            lost: Time at which the connection was lost [s], so that the room keeps the user's name;
-                None if the connection was ended on purpose.
-            seat: Whether the room keeps the seat of a lost connection as well.
+            lost: Time at which the connection was lost [s], so that the room reserves the user's
+                name; None if the connection was ended on purpose.
+            seat: Whether the room also reserves the seat of a lost connection.
         """
         member = self.members.pop(user, None)
         if member is None:
@@ -288,7 +295,7 @@ class Room:
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def check_name(self, name: str, but: Collection[int | None] = ()) -> None:
-        """Raise RemoteProtocolError if a user has this name, or one that looks like it.
+        """Raise RemoteProtocolError if a user has this name, or a name that looks like it.
 
         Args:
             name: Name that a client wants.
@@ -305,7 +312,7 @@ class Room:
         return UserLeft(user=member.user, name=name, reason="replaced by its return")
 
     def seated(self, now: float) -> int:
-        """Number of seats in use: users, seats kept for lost connections, and called people."""
+        """Return the number of seats that users, lost connections and called people occupy."""
         return len(self.members) + self.kept.seats(now) + self.queue.called
 
     def call(self, now: float) -> tuple[int, ...]:
@@ -315,32 +322,32 @@ class Room:
         return called
 
     def name_of(self, user: int) -> str:
-        """Name of a user; the number as text if the user is not in the room."""
+        """Return the name of a user; the number as text if the user is not in the room."""
         return self.members[user].hello.name if user in self.members else str(user)
 
     @property
     def restrains(self) -> bool:
-        """Whether an administrator keeps the force of any user from the body."""
+        """Whether an administrator has frozen the body or muted a user."""
         return self.restraints != Restraints()
 
     @property
     def restraints(self) -> Restraints:
-        """Forces that an administrator keeps from the body: all (frozen) or those of the muted."""
+        """Message that says whether the body is frozen, and which users are muted."""
         muted = tuple(user for user, member in self.members.items() if member.muted)
         return Restraints(frozen=self.frozen, muted=muted)
 
     def take_over(self, before: Room) -> None:
-        """Take over seats, kept names and an administrator's orders from the previous room."""
+        """Copy seats, reserved names and an administrator's orders from the previous room."""
         self.seats, self.watch_seats, self.kept = before.seats, before.watch_seats, before.kept
         self.muted, self.frozen = before.muted, before.frozen
         self.force_budget = before.force_budget
 
     def reset(self, now: float) -> None:
-        """Reset the body to its initial state after `RESET_AFTER`, when every force has faded."""
+        """Return the body to its initial state after `RESET_AFTER`, when every force has faded."""
         self._reset_at = now + RESET_AFTER
 
     def tick(self, now: float) -> dict[int, Patch]:
-        """Advance the world by one period; returns the patch of each user by number.
+        """Advance the simulation by one period; return the patches by user number.
 
         The force of a user whose samples have stopped fades, but the user still gets patches, since
         only the uplink of the client may have stalled.
@@ -373,5 +380,5 @@ class Room:
         return not (self.members or waits) and is_at_rest(self.world)
 
     def pass_over(self, ticks: int) -> None:
-        """Count `ticks` ticks that have passed while the room was at rest."""
+        """Count ticks that have passed while the room was at rest, without computing them."""
         self.world, self.patches = pass_over(self.world, ticks), {}

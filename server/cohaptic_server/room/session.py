@@ -28,7 +28,7 @@ HELLO_TIMEOUT = 5.0  # s
 
 
 class State(Enum):
-    """State of a session."""
+    """State of a client's session; the values complete the sentence "the session ..."."""
 
     AWAIT_HELLO = "waits for hello"
     GREETED = "waits for the room"
@@ -59,9 +59,9 @@ class ServerSession:
 
     Attributes:
         state: State of the session.
-        close: Code and reason when the connection is to be closed; None before.
-        outbox: Messages that wait for the client.
-        problem: Reason why the newest patch was left out; empty if it was sent.
+        close: Code and reason with which the connection is to be closed; None while it stays open.
+        outbox: Messages that wait to be sent to the client.
+        problem: Reason why the newest patch could not be sent; empty if it was queued.
     """
 
     def __init__(self, now: float) -> None:
@@ -74,7 +74,7 @@ class ServerSession:
         self._last_seq = 0
 
     def receive(self, data: str | bytes, now: float) -> None:
-        """Handle one message from the client."""
+        """Handle one message from the client; `events` then returns what the room has to handle."""
         self.handle_timer(now)
         if self.state is State.JOINED and isinstance(data, bytes):
             sample = self.receive_sample(data)
@@ -116,20 +116,20 @@ class ServerSession:
         return sample
 
     def events(self) -> list[Event]:
-        """Messages for the room that arrived since the last call."""
+        """Return the messages for the room that arrived since the last call."""
         events, self._events = self._events, []
         return events
 
     def queue(self) -> None:
-        """Let the client wait for a seat, since the room is full."""
+        """Mark the client as waiting for a seat, since the room is full."""
         assert self.state is State.GREETED
         self.state = State.QUEUED
 
     def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
-        """Let a client join that the room has accepted.
+        """Mark the client as joined, and queue the welcome.
 
         Args:
-            rest_mesh: Frame of the touch mesh at rest, for a client of mesh patches; None for
+            rest_mesh: Frame of the touch mesh at rest, for a client with mesh patches; None for
                 other clients.
         """
         assert self.state in (State.GREETED, State.QUEUED)
@@ -139,7 +139,7 @@ class ServerSession:
             self._check(fits=self.outbox.put_event(rest_mesh))
 
     def fail(self, error: ProtocolError) -> None:
-        """End the session because of `error` and tell the client."""
+        """Tell the client the error, and end the session."""
         if self.state is State.CLOSED:
             return
         self.send(Error(code=error.code.value, message=str(error)))
@@ -152,11 +152,11 @@ class ServerSession:
 
     @property
     def hears_news(self) -> bool:
-        """Whether the client is told who joins and leaves."""
+        """Whether the client is told who joins and who leaves."""
         return self.state is State.JOINED
 
     def take(self, *, clear: bool) -> list[str | bytes]:
-        """Remove and return the messages to write now, as for `Outbox.take`."""
+        """Remove and return the messages to write now; see `Outbox.take`."""
         return self.outbox.take(clear=clear)
 
     def send(self, message: ControlMessage) -> None:
@@ -169,10 +169,10 @@ class ServerSession:
             self._end(CloseCode.TOO_SLOW.value, reason)
 
     def send_patch(self, patch: Patch) -> None:
-        """Queue the newest patch; a patch with numbers beyond the wire format is left out.
+        """Queue the newest patch, unless its numbers exceed the range of the wire format.
 
-        That happens, for example, when others push the body out of the coordinate range. The user
-        stays in the room, and the client fades its force because no patches arrive.
+        Numbers exceed it, for example, when other users push the body out of the coordinate range.
+        The user stays in the room, and the client fades its force because no patches arrive.
         """
         if self.state is not State.JOINED:
             return
@@ -183,11 +183,11 @@ class ServerSession:
             self.problem = str(error)
 
     def next_deadline(self) -> float | None:
-        """Time at which `handle_timer` must be called [s]; None without a deadline."""
+        """Return the time at which `handle_timer` must be called [s]; None without a deadline."""
         return self._deadline if self.state is State.AWAIT_HELLO else None
 
     def handle_timer(self, now: float) -> None:
-        """End the session if its deadline has passed."""
+        """End the session if no hello has arrived within `HELLO_TIMEOUT`."""
         if self.state is State.AWAIT_HELLO and now >= self._deadline:
             error = RemoteProtocolError(
                 "time without a hello",
@@ -214,5 +214,5 @@ class ServerSession:
 
 
 def close_frame(code: int, reason: str) -> tuple[int, str]:
-    """Cut the reason of a close code to the 123 bytes that a close frame allows (RFC 6455)."""
+    """Return a close code and its reason, cut to 120 bytes; a close frame allows 123 (RFC 6455)."""
     return code, reason.encode()[:120].decode(errors="ignore")

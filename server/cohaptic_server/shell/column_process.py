@@ -1,4 +1,7 @@
-"""Input and main function of the process that `column_worker.py` starts to solve for columns."""
+"""Main function and shared memory of the process that solves for compliance columns.
+
+`column_worker.py` starts the process.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +24,12 @@ from cohaptic_server.numeric import Ints, Narrow
 
 
 class Task(NamedTuple):
-    """One request to the process: solve for the displacements under unit forces.
+    """A request to the process: solve for the displacements under unit forces on some vertices.
 
     Args:
         vertices: Vertices on which the unit forces act.
-        rows: Number of rows that the task uses in the inbox; 0 asks for the block of Green's
-            functions of one vertex, for pages.
+        rows: Number of vertices in `Inbox.rows` whose displacement is wanted; 0 asks for the block
+            of Green's functions of one vertex, for pages.
     """
 
     vertices: list[int]
@@ -38,9 +41,9 @@ class Inbox:
     """Memory that the server and the solving process share, since their pipe carries few bytes.
 
     Args:
-        nodes: Index of each surface vertex among the free nodes, as from `shared_ints`.
+        nodes: Index of each surface vertex among the free nodes of the mesh, as from `shared_ints`.
         rows: Vertices whose displacement is wanted.
-        values: Displacements that the process has solved for, or the bytes of a block.
+        values: Displacements that the process has solved for [m/N], or the bytes of a block.
     """
 
     nodes: tuple[Any, tuple[int, ...]]
@@ -49,7 +52,7 @@ class Inbox:
 
     @classmethod
     def of(cls, nodes: Ints, rows: int, context: SpawnContext) -> Inbox:
-        """Make an inbox for this number of rows, counted over all columns of a batch."""
+        """Make shared memory for a batch of columns with `rows` rows altogether."""
         return cls(
             shared_ints(nodes, context),
             context.RawArray("q", rows),
@@ -57,29 +60,29 @@ class Inbox:
         )
 
     def put_rows(self, rows: Ints) -> None:
-        """Write the rows of a task."""
+        """Write the vertices whose displacement a task asks for."""
         np.frombuffer(self.rows, dtype=np.int64)[: len(rows)] = rows
 
     def rows_of(self, task: Task) -> Ints:
-        """Read the rows of a task."""
+        """Read the vertices whose displacement a task asks for."""
         return np.frombuffer(self.rows, dtype=np.int64)[: task.rows]
 
 
 def as_values(shared: Any) -> Narrow:
-    """View shared memory as numbers of single precision."""
+    """Return a view of shared memory as numbers of single precision."""
     return np.frombuffer(shared, dtype=np.float32)
 
 
 def as_bytes(shared: Any) -> Any:
-    """View shared memory as bytes."""
+    """Return a view of shared memory as bytes."""
     return np.frombuffer(shared, dtype=np.uint8)
 
 
 def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> None:
-    """Answer tasks until the pipe closes; the main function of the process.
+    """Solve the server's tasks until the pipe closes; the main function of the process.
 
-    The first answer is an empty text, which says that the process has read an intact factor. Any
-    other text says why the process ends.
+    The first answer is an empty text, which says that the process has read an intact factorisation.
+    Any other text is the reason why the process ends.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server ends this process
     stand_back()
@@ -106,7 +109,7 @@ def solve_until_closed(pipe: Connection, reader: FactorReader, inbox: Inbox) -> 
 
 
 def _solve(factor: Factor, nodes: Ints, task: Task, inbox: Inbox) -> int:
-    """Solve a task; returns the number of values, or of bytes of a block, that were written."""
+    """Solve a task; return the number of values, or of bytes of a block, in shared memory."""
     vertices = np.array(task.vertices)
     if task.rows:
         found = solve_columns(factor, nodes, vertices, inbox.rows_of(task))

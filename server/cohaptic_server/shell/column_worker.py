@@ -1,11 +1,11 @@
-"""Solves for missing compliance columns of a solid and for pages' Green's functions off the tick.
+"""Solves for missing compliance columns and for pages' Green's functions outside the tick.
 
 A separate process of lowest priority solves. A thread of low priority would delay the tick if the
 system preempted it while it holds Python's global lock. Requests and answers are a few bytes in a
-pipe, so that neither process blocks; the solutions are in shared memory. There is one request at a
-time, for the columns that the solid needs most at that time. Until the process is ready the solid
-answers from its far field. If the process ends (the system kills the largest process when memory
-is short), the worker starts it again up to `_TRIES` times, with exponential back-off.
+pipe, so that neither process blocks; the solutions are in shared memory. At most one request is
+open at a time, for the columns that the solid needs most then. While a column is missing, the solid
+uses its far field instead. If the process ends (the system kills the largest process when memory is
+short), the worker starts it again up to `_TRIES` times, with exponential back-off.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _LOG = logging.getLogger(__name__)
 _PAUSE = 1.0  # s until a process that has ended is started again; doubled after each try
 _TRIES = 5
 _LASTING = 60.0  # s; a process that was ready for longer resets the number of tries
-_TURN = 4  # solves, of which one is for a page even if hands still need columns
+_TURN = 4  # solves, of which one is for a page even if users still need columns
 
 
 class Unsolved(CohapticError):
@@ -51,7 +51,7 @@ class Unsolved(CohapticError):
 
 @runtime_checkable
 class HasColumns(Protocol):
-    """A body that needs columns of its compliance, for which another process can solve."""
+    """A body that uses compliance columns, for which another process can solve."""
 
     @property
     def columns(self) -> GreenColumns:
@@ -64,7 +64,7 @@ class HasColumns(Protocol):
         ...
 
     def in_background(self, *, fill: bool = True) -> None:
-        """Stop solving for columns in the body itself, and list the missing columns instead."""
+        """Stop solving for columns in this process; `request` then lists the missing columns."""
         ...
 
     def request(self, limit: int) -> ColumnRequest | None:
@@ -72,7 +72,7 @@ class HasColumns(Protocol):
         ...
 
     def deliver(self, columns: Iterable[Column]) -> None:
-        """Take columns that the process has solved for."""
+        """Add columns that the process has solved for."""
         ...
 
 
@@ -80,7 +80,7 @@ class ColumnWorker:
     """Runs the process that solves for the compliance columns of one solid, and delivers them.
 
     Args:
-        body: Solid that answers from its far field while a column is missing.
+        body: Solid whose columns are solved for; while a column is missing, it uses its far field.
 
     Raises:
         OSError: There is not enough shared memory.
@@ -115,7 +115,7 @@ class ColumnWorker:
         self._launch()
 
     def _make(self) -> None:
-        """Make the pipe and a process that is not started yet."""
+        """Make the pipe and the process object, without starting the process."""
         self._pipe, self._theirs = self._context.Pipe()
         self._process = self._context.Process(
             target=solve_until_closed,
@@ -157,10 +157,10 @@ class ColumnWorker:
     def green_block(self, vertex: int) -> bytes:
         """Return the Green's functions of a vertex, encoded for pages (`encode_block`).
 
-        The call waits for the process, so it must not come from the thread of the tick.
+        The call waits for the process, so the thread that runs the ticks must not make it.
 
         Raises:
-            Unsolved: The process has ended for good.
+            Unsolved: The process has ended and is not started again.
         """
         found: Future[bytes] = Future()
         self._blocks.append((vertex, found))
@@ -169,7 +169,7 @@ class ColumnWorker:
         return found.result()
 
     def _start_again(self) -> None:
-        """Start the process after its pause, in a thread: a start takes longer than a tick."""
+        """After the back-off, start the process in a thread: a start takes longer than a tick."""
         if self._starting is not None:
             if not self._starting.is_alive():
                 self._starting = None
@@ -187,7 +187,7 @@ class ColumnWorker:
             self._theirs.close()
 
     def stop(self) -> None:
-        """Kill the process, whatever it is doing, since it has nothing to clean up."""
+        """Kill the process at once, since it has nothing to clean up."""
         self._dead = True
         self._give_up()
         if self._starting is not None:
@@ -198,7 +198,7 @@ class ColumnWorker:
             self._process.join()
 
     def _take(self, answer: int | str) -> None:
-        """Handle an answer: a count of values or bytes, or the reason why the process ends."""
+        """Handle an answer of the process: a count of values or bytes, or why the process ends."""
         asked, self._asked = self._asked, None
         if isinstance(answer, str):
             if answer:
@@ -227,11 +227,11 @@ class ColumnWorker:
             self._pipe.send(Task(request.vertices.tolist(), len(rows)))
 
     def _found(self, request: ColumnRequest, count: int) -> list[Column]:
-        """Return the columns that answer a request, as views of `count` values in shared memory."""
+        """Return the solved columns of a request, as views of `count` values in shared memory."""
         return columns_of(request, as_values(self._inbox.values)[:count])
 
     def _lose(self, what: str, *, for_good: bool = False) -> None:
-        """Handle the end of the process: plan its next start after a pause, or give up for good."""
+        """Handle the end of the process: plan its next start with back-off, or stop starting it."""
         now = self._clock.now()
         if now - self._ready_since > _LASTING:
             self._tries = 0
@@ -259,7 +259,7 @@ class ColumnWorker:
         )
 
     def _give_up(self) -> None:
-        """Fail all waiting requests for Green's functions with `Unsolved`."""
+        """Raise `Unsolved` in all threads that wait for Green's functions."""
         if isinstance(self._asked, Future):
             self._blocks.append((0, self._asked))
             self._asked = None

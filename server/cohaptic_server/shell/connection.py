@@ -24,12 +24,13 @@ class Connection:
     """The connection of one peer.
 
     Args:
+        ws: Websocket of the connection.
         peer: Peer at the other end; its session holds the messages to it.
         deliver: Called at the end of a message's injected delay, with the connection, the message
             and the time at which the message counts as arrived [s].
 
     Attributes:
-        ready: Whether messages may be written; False while a long message goes out in fragments.
+        ready: Whether messages may be written; False while a long message is sent in fragments.
     """
 
     def __init__(
@@ -57,19 +58,19 @@ class Connection:
 
     @property
     def user(self) -> int | None:
-        """Number of the peer in the room; None if it has not joined."""
+        """User number of the peer in the room; None if it has not joined, and for a watcher."""
         return self.peer.user
 
     @property
     def clear(self) -> bool:
-        """Whether all written bytes have left the process and more may be written."""
+        """Whether the operating system has taken all written bytes, and more may be written."""
         ws = self.ws
         return self.ready and not ws.transport.is_closing() and ws.unsent() == 0
 
     async def send_whole(self, data: bytes, timeout: float) -> bool:
-        """Send a long message; nothing else is written meanwhile.
+        """Send a long message in fragments; no other message is written meanwhile.
 
-        The message goes out in fragments, so that memory does not hold a copy for each peer.
+        Because of the fragments, memory does not hold a copy of the message for each peer.
 
         Args:
             timeout: Time within which the peer has to take the message [s].
@@ -89,7 +90,7 @@ class Connection:
         return True
 
     def apply_latency(self) -> None:
-        """Delay messages in both directions by the peer's latency from now on."""
+        """Delay messages in both directions by the peer's injected latency from now on."""
         self.take_samples()
         if self._latency is None:
             self._latency = UserLatency(seed=self.user or 0)
@@ -105,7 +106,7 @@ class Connection:
             self._push(self._latency.push_up, data)
 
     def receive_frame(self, frame: bytes) -> None:
-        """Keep the frame of a sample until the tick, or until another kind of message comes.
+        """Store the frame of a sample until the next tick, or until another kind of message comes.
 
         No sample is used before the tick. Decoding all samples at the tick takes a third of the
         time that it takes to decode each sample when the event loop wakes for it.
@@ -118,7 +119,7 @@ class Connection:
         self._frames.append((frame, self._clock.now()))
 
     def take_samples(self) -> None:
-        """Deliver the waiting samples, each with its time of arrival."""
+        """Deliver the stored samples, each with its time of arrival."""
         if self._frames:
             frames, self._frames = self._frames, []
             for frame, arrived in frames:
@@ -139,12 +140,12 @@ class Connection:
             self._closing = asyncio.get_running_loop().create_task(closing)
 
     def fail(self, error: ProtocolError) -> None:
-        """End the session because of `error`."""
+        """End the session because of an error, and tell the client the error."""
         self.session.fail(error)
         self.flush()
 
     def take_rest(self) -> None:
-        """Deliver the remaining messages that a peer sent before it disconnected."""
+        """Deliver the delayed and stored messages that a peer sent before it disconnected."""
         self.take_samples()
         if self._timer is not None:
             self._timer.cancel()
@@ -154,7 +155,7 @@ class Connection:
                 self._deliver(self, data, self._clock.now())
 
     async def closed(self) -> None:
-        """Wait until the connection is closed, if a close has begun."""
+        """Wait until the connection is closed, if it is being closed."""
         if self._closing is not None:
             await self._closing
 
@@ -174,7 +175,7 @@ class Connection:
         self._run()
 
     def _run(self) -> None:
-        """Pass on messages that are due, and set a timer for the others."""
+        """Deliver or write the messages whose delay is over, and set a timer for the others."""
         latency = self._latency
         # Delivering a message may queue an answer; the outer call of this function passes it on.
         if latency is None or self._running:
@@ -205,6 +206,6 @@ class Connection:
         self.ws.write([data])
 
     def _write_delayed(self) -> None:
-        """Write the messages that are still delayed, since they precede the close."""
+        """Write all messages that are still delayed, since they precede the close."""
         if self._latency is not None:
             self.ws.write(self._latency.due_down(float("inf")))

@@ -1,4 +1,4 @@
-"""Further kinds of websocket connections, which a server takes beside hands and watchers."""
+"""Further kinds of websocket connections, beside those of users and watchers."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ class Endpoint:
     """A further kind of connection, which a client requests by its subprotocol.
 
     Args:
-        serve: Serves one connection. After the connection has closed, `serve` has the time
-            `leaving` to return, and is cancelled then.
+        serve: Serves one connection. After the connection has closed, `serve` is cancelled if it
+            has not returned within `leaving`.
         longest: Largest message that a client may send [bytes].
         own_page_only: Whether only clients on the server's machine are let in: programs, the
             server's own page and pages of `--allow-origin`. If not, origin and host are checked as
-            for the pages of hands. No client needs a token in either case.
-        as_fast_as_served: Whether a client may send as much as `serve` takes. If not, its messages
-            spend the same budgets as the messages of a hand.
+            for the pages of users. No client needs a token in either case.
+        as_fast_as_served: Whether a client may send as much as `serve` takes. If not, the rate
+            limits of a user's messages apply.
         leaving: Time for `serve` to return after the close [s]; None if `serve` ends by itself.
     """
 

@@ -1,4 +1,4 @@
-"""Parts for replacing the object of a running server, and its process that solves for columns."""
+"""Replaces the body of a running server, and the process that solves for the body's columns."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ OBJECT_CHANGED = "there is another object now; connect again to touch it"
 
 @dataclass(frozen=True, eq=False)
 class Exchange:
-    """A request to serve another object.
+    """A request to serve another body.
 
     Args:
         build: Makes the new body.
-        use: Called with the new body when it can be served; returns the function that solves its
-            Green's functions for pages, or None if the body itself solves.
-        done: Future that the requester waits for.
+        use: Called with the new body when it can be served; returns the function that solves for
+            its Green's functions for pages, or None if the body itself solves.
+        done: Future that the code which asked for the exchange waits for.
     """
 
     build: Callable[[], Body]
@@ -29,12 +29,12 @@ class Exchange:
     done: asyncio.Future[None]
 
     def succeed(self) -> None:
-        """Report success to the requester, unless the requester has stopped waiting."""
+        """Report success to the code that waits on `done`, unless it has stopped waiting."""
         if not self.done.done():
             self.done.set_result(None)
 
     def fail(self, error: BaseException) -> None:
-        """Report the error to the requester, unless the requester has stopped waiting."""
+        """Report the error to the code that waits on `done`, unless it has stopped waiting."""
         if not self.done.done():
             self.done.set_exception(error)
 
@@ -50,17 +50,17 @@ class ServedBody:
         self._worker = _worker_of(body)
 
     def start(self) -> None:
-        """Start the process; the call takes longer than a tick."""
+        """Start the process that solves for columns; the call takes longer than a tick."""
         if self._worker is not None:
             self._worker.start()
 
     @property
     def solve(self) -> Solve | None:
-        """Function that solves Green's functions for pages; None if the body itself solves."""
+        """Function that solves for Green's functions for pages; None if the body itself solves."""
         return None if self._worker is None else self._worker.green_block
 
     def use(self, body: Body) -> Solve | None:
-        """End the old body's process and start one for a new body; returns the new `solve`."""
+        """Replace the old body's process by one for a new body; return the new `solve`."""
         worker = _worker_of(body)
         if worker is not None:
             worker.start()
@@ -74,7 +74,7 @@ class ServedBody:
             self._worker.pump()
 
     def stop(self) -> None:
-        """End the process."""
+        """End the process that solves for columns, if there is one."""
         if self._worker is not None:
             self._worker.stop()
 

@@ -1,9 +1,8 @@
-"""Protection of a server: its settings, and the gate, which admits connections within budgets.
+"""Access settings of a server, and the gate, which admits connections within rate limits.
 
 The settings are those of access control and encryption, and the proxies that the server trusts.
 
-The gate admits connections while the budgets of their addresses last. It also counts bytes,
-refusals and spent budgets since the start of the server.
+The gate also counts bytes, refusals and exceeded rate limits since the start of the server.
 """
 
 from __future__ import annotations
@@ -32,12 +31,13 @@ from cohaptic_server.room.peer import LogLine
 
 @dataclass(frozen=True, slots=True)
 class Protection:
-    """Access control and encryption of one server; by default, open to anybody, no encryption.
+    """Access control and encryption of one server; by default, anybody may come in, unencrypted.
 
     Args:
         admission: Decides which clients may come in.
         certificate: Certificate for TLS; None without TLS.
-        proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
+        proxies: Addresses and networks of trusted proxies, whose headers name a connection's
+            origin.
         watched: Files that the server reads again when they change.
         state: Folder for bans and used tokens, which outlive the process; None stores nothing.
     """
@@ -66,8 +66,10 @@ class Traffic:
     Attributes:
         received: Bytes from all connections, after TLS decryption.
         sent: Bytes of messages and of the bodies of responses, before TLS encryption.
-        refused: Sessions that the server has closed, and requests that it has not served, by cause.
-        spent: Connections or responses that were refused because a budget was spent, by budget.
+        refused: Number of sessions that the server has closed, and of requests that it has not
+            served, by cause.
+        spent: Number of connections or responses that were refused because of an exceeded rate
+            limit, by name of the limit.
     """
 
     received: int = 0
@@ -76,7 +78,7 @@ class Traffic:
     spent: Counter[str] = field(default_factory=Counter[str])
 
     def end(self, close: tuple[int, str] | None) -> None:
-        """Count the end of a session if the server has closed it as a refusal.
+        """Count the end of a session as a refusal, if the server has closed it for a fault.
 
         Args:
             close: Code and reason with which the server closed; None if the peer left by itself.
@@ -97,15 +99,17 @@ class Gate:
     """Admits the connections of one server, counts them, and limits the log lines about them.
 
     Args:
+        limits: Rate limits and other limits of connections and addresses.
         simulation_hz: Ticks of the server per second.
-        proxies: Addresses and networks of trusted proxies, which say where a connection comes from.
+        proxies: Addresses and networks of trusted proxies, whose headers name a connection's
+            origin.
 
     Attributes:
-        limits: All budgets; `open_in_all` is reduced to the file descriptors that are available.
-        sources: State of the budgets of all addresses.
-        taken: Open connections that count against the budgets, by file descriptor.
+        limits: The limits, with `open_in_all` reduced to the number of available file descriptors.
+        sources: State of the rate limits of all addresses.
+        taken: Open connections that count against the limits, by file descriptor.
         came: Event that is set when a connection is added to `taken`; wakes a sleeping server.
-        traffic: Counters of bytes, refusals and spent budgets.
+        traffic: Counters of bytes, refusals and exceeded rate limits.
     """
 
     def __init__(
@@ -127,18 +131,18 @@ class Gate:
         self._simulation_hz = simulation_hz
 
     def source_of_peer(self, peername: Any) -> str:
-        """Return the source whose budgets a connection spends, from its transport's peer name."""
+        """Return the source of a connection, found from the peer name of its transport."""
         # An IP socket has a tuple that begins with the address; other sockets have a text.
         if not peername or isinstance(peername, str):
             return UNKNOWN
         return self.proxies.source_of(str(peername[0]))
 
     def meter(self) -> Meter:
-        """Make the meter that checks the messages of a new connection."""
+        """Return a meter that checks the rates of a new connection's messages."""
         return Meter(self.limits, self._simulation_hz)
 
     def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
-        """Write a log line about an address, unless its rate limit for lines is reached."""
+        """Write a log line about an address, unless the address's limit for lines is reached."""
         self.write(LogLine(text, warning, source, event))
 
     def write(self, line: LogLine) -> None:
@@ -149,7 +153,9 @@ class Gate:
             log.log(level, "%s", line.text, extra=told)
 
     def admit(self, source: str) -> Refusal | None:
-        """Count a new connection; `Sources.leave` has to be called when it has ended.
+        """Count a new connection if the limits allow it.
+
+        The caller must call `Sources.leave` when the connection has ended.
 
         Args:
             source: Source of the peer; a proxy's connection gets its final source in `settle`.
@@ -168,7 +174,7 @@ class Gate:
         self.came.set()
 
     def enter(self, connection: Taken, source: str) -> Refusal | None:
-        """Admit a connection and count it until its end; returns None, or the refusal."""
+        """Admit a connection and count it until its socket is closed; return None or a refusal."""
         refusal = self.admit(source)
         if refusal is None:
             self.keep(connection, source)
@@ -177,7 +183,7 @@ class Gate:
     def settle(
         self, file: int, proxy: str, said: Sequence[Sequence[str]], now: float
     ) -> str | Refusal:
-        """Count a connection that a proxy forwards against the visitor's source instead.
+        """Count a connection that a proxy forwards against the visitor's address, not the proxy's.
 
         Args:
             file: File descriptor of the connection.
@@ -186,7 +192,7 @@ class Gate:
             now: Time [s].
 
         Returns:
-            Source whose budgets the connection spends from now on, or the refusal.
+            Source against whose rate limits the connection counts from now on, or the refusal.
         """
         source = self.proxies.visitor(proxy, *said)
         if isinstance(source, Refusal):
@@ -203,7 +209,11 @@ class Gate:
         return source
 
     def report(self, after: float = _REPORTED_AFTER) -> None:
-        """Log the number of suppressed lines, at most once a second; called at every tick."""
+        """Log the number of suppressed lines, at most once a second; called at every tick.
+
+        Args:
+            after: Least time since the first suppressed line about a source [s]; 0 reports at once.
+        """
         now = self.clock.now()
         if after and now < self._next_report:
             return
@@ -214,7 +224,7 @@ class Gate:
 
 
 class Turns:
-    """Limits the TLS handshakes in one round of the event loop, so that ticks are not held up.
+    """Limits the TLS handshakes in one round of the event loop, so that ticks are not delayed.
 
     A handshake takes 0.75 ms, and the loop would serve all ready handshakes in one round: 256 from
     one address take 0.2 s. Bytes that are not read now are ready again in the next round.
@@ -239,14 +249,14 @@ class Turns:
 
 
 class Taken(socket.socket):
-    """A connection that is counted until its socket is closed.
+    """Socket of a connection that the gate counts until the socket is closed.
 
     The socket itself reports its end to the gate, since a connection whose TLS handshake fails
     never has a protocol that could report it.
 
     Attributes:
         gate: Gate that counts the connection; None after the counting has ended.
-        source: Source whose budgets the connection spends.
+        source: Source against whose rate limits the connection counts.
         turns: Limit on handshakes per round, while this connection's handshake runs; None after it
             and without TLS.
     """
@@ -262,17 +272,17 @@ class Taken(socket.socket):
         return super().recv_into(buffer, nbytes, flags)
 
     def keep_counted(self) -> None:
-        """Keep the connection counted when this socket closes, since another process takes over.
+        """Let the gate count the connection beyond the close of this socket.
 
-        The code that hands the connection over calls `Sources.leave` when the other process has
-        ended the connection.
+        This is for a connection that another process takes over; the code that hands it over calls
+        `Sources.leave` when the other process has ended the connection.
         """
         gate, self.gate = self.gate, None
         if gate is not None:
             gate.taken.pop(self.fileno(), None)
 
     def close(self) -> None:
-        """Close the connection, and count its end if the gate still counts the connection."""
+        """Close the socket, and count the connection's end if the gate still counts it."""
         gate = self.gate
         self.keep_counted()
         if gate is not None:
@@ -281,7 +291,7 @@ class Taken(socket.socket):
 
 
 def _files() -> int:
-    """Number of connections that the limit on open files allows beside the server's own files."""
+    """Return how many connections the limit on open files allows beside the server's own files."""
     if sys.platform == "win32":
         return _MOST_FILES
     import resource

@@ -1,8 +1,8 @@
 """Answers the HTTP requests that the websocket library passes on.
 
-Green's functions for pages are solved one at a time beside the tick, and cached. A solve on a large
-solid takes longer than a tick, so a separate thread solves, or waits for the process that solves
-(`column_worker.py`). Only the request waits for that thread; the tick does not.
+Green's functions for pages are solved one at a time outside the tick, and cached. A solve on a
+large solid takes longer than a tick, so a separate thread solves, or waits for the process that
+solves (`column_worker.py`). Only the request waits for that thread; the tick does not.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ _MAX_WAITING = 64  # solves that are queued; more than the vertices under one ha
 
 
 class GreenBlocks:
-    """Cache of each vertex's encoded Green's functions; drops the least recently used first.
+    """Cache of encoded Green's functions by vertex; drops the least recently used block first.
 
     Args:
-        solve: Finds the block of a vertex, in another thread than the tick's; raises `Unsolved`
-            if the process that solves for the columns has ended for good.
+        solve: Finds the block of a vertex, called in another thread than the tick's; raises
+            `Unsolved` if the process that solves for the columns has ended for good.
         kept_bytes: Size of the cache [bytes].
 
     Attributes:
@@ -84,7 +84,7 @@ class GreenBlocks:
         return len(self._solving)
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
-        """Block of a vertex; None if it was not solved within `patience` [s] or cannot be."""
+        """Return a vertex's block; None if it cannot be solved, or not within `patience` [s]."""
         if vertex in self._kept:
             self._kept.move_to_end(vertex)
             return self._kept[vertex]
@@ -170,7 +170,7 @@ class Web:
 
     Args:
         body: Body whose Green's functions are served.
-        gate: Gate with the budgets and the clock of the server.
+        gate: Gate with the rate limits and the clock of the server.
         solve: Finds the block of Green's functions of a vertex; None lets the body itself solve.
         endpoints: Further kinds of connections, by their subprotocols.
 
@@ -212,7 +212,7 @@ class Web:
         self.model, self._blocks, self._site = model, blocks, site
 
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
-        """Return the answer to a request, or None if the request may become a websocket."""
+        """Return the response to a request, or None if the request may become a websocket."""
         plain_request, headers = plain(request), request.headers
         assert isinstance(connection, Wire)
         refusal = connection.come_from(headers)
@@ -274,7 +274,7 @@ class Web:
     def _refuse_endpoint(
         self, connection: Wire, request: HttpRequest, endpoint: Endpoint
     ) -> Response | None:
-        """Return the refusal of a connection to an endpoint, or None to let the connection in."""
+        """Return the refusal of a connection to an endpoint; None, and set limits, if allowed."""
         refused = None
         if not endpoint.own_page_only:
             refused = self._check(connection, request)
@@ -289,11 +289,11 @@ class Web:
 
     @property
     def waiting(self) -> int:
-        """Number of Green's functions that are being solved or queued."""
+        """Number of vertices whose Green's functions are being solved or queued."""
         return 0 if self._blocks is None else self._blocks.waiting
 
     def _counted(self, connection: Wire, request: Request, answer: Answer) -> Response:
-        """Count a response's bytes; returns it, or a refusal if too many unread bytes wait."""
+        """Return the response, with its bytes counted; a refusal if too many unread bytes wait."""
         size = len(answer.body)
         refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
         if refusal is None:
@@ -303,25 +303,24 @@ class Web:
         return response(too_many(request, refusal))
 
     def close(self) -> None:
-        """Cancel the solves that are queued."""
+        """Cancel the queued solves of Green's functions."""
         if self._blocks is not None:
             self._blocks.close()
 
 
 def _subprotocols(request: HttpRequest) -> list[str]:
-    """Names of the websocket subprotocols that a client offers."""
     listed = ",".join(request.headers.get_all("Sec-WebSocket-Protocol"))
     return [name.strip() for name in listed.split(",")]
 
 
 def _own_address(connection: ServerConnection) -> str | None:
-    """Address of this machine at which a connection came in; None if it is not known."""
+    """Return the local address of a connection; None if it is not known."""
     own: Any = connection.local_address
     return str(own[0]) if own and not isinstance(own, str) else None
 
 
 def too_many(request: Request, refusal: Refusal) -> Answer:
-    """Make the response to a refused request; most refusals are due to a spent budget."""
+    """Return the response to a refused request, with the time after which to try again."""
     retry = ("Retry-After", str(int(refusal.retry) + 1))
     status = refusal.status
     return text(request, status.value, status.phrase, f"{refusal.why}\n", retry)
@@ -332,7 +331,7 @@ def _solver(source: GreenSource) -> Callable[[int], bytes]:
 
 
 def plain(request: HttpRequest) -> Request:
-    """Convert a request of the library to the parts of it that determine the response."""
+    """Return the parts of a request of the library that determine the response."""
     # Before version 17 the library accepts only GET, and its requests have no method.
     method = str(getattr(request, "method", "GET"))
     return Request(method, request.path, ", ".join(request.headers.get_all("Accept-Encoding")))

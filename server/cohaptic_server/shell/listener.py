@@ -38,7 +38,7 @@ log = logging.getLogger("cohaptic.server")
 
 
 class Listener:
-    """Listens on all addresses of one server.
+    """The running websocket servers on all addresses of one server.
 
     Args:
         servers: Servers of the websockets library, one for each address.
@@ -66,15 +66,16 @@ async def listen(
     door: socket.socket | None = None,
     further: Collection[str] = (),
 ) -> tuple[Listener, str]:
-    """Open the port and serve its connections; returns the listener and its URL.
+    """Open the port and serve its connections; return the listener and its URL.
 
     Args:
         handle: Serves a websocket, which is closed when `handle` returns.
         process: Answers an HTTP request; returns None to let it become a websocket.
+        settings: Settings of the server, with host, port and base path.
         gate: Gate that admits connections.
         tls: TLS settings of every connection; None without TLS.
         door: Listening socket to use in place of a new port; None opens the port.
-        further: Subprotocols that the server takes besides its own.
+        further: Subprotocols that the server accepts beside its own.
 
     Raises:
         SettingError: The address or port is not available.
@@ -94,10 +95,16 @@ async def serve_doors(
     base: str = "",
     further: Collection[str] = (),
 ) -> Listener:
-    """Serve the connections of these listening sockets; other arguments are as for `listen`.
+    """Serve the connections of listening sockets that are open already.
 
     Args:
+        handle: Serves a websocket, which is closed when `handle` returns.
+        process: Answers an HTTP request; returns None to let it become a websocket.
+        doors: Listening sockets.
+        gate: Gate that admits connections.
+        tls: TLS settings of every connection; None without TLS.
         base: Path prefix that requests may have; `handle` and `process` see the path without it.
+        further: Subprotocols that the server accepts beside its own.
     """
 
     async def handle_wire(connection: ServerConnection) -> None:
@@ -153,6 +160,7 @@ async def open_doors(
     """Open a listening socket on each address of the server's host name that this machine has.
 
     Args:
+        settings: Settings of the server, with host and port.
         gate: Gate that admits connections.
         tell: Called with a sentence for each address of the name that this machine does not have.
         tls: Whether connections begin with a TLS handshake.
@@ -175,7 +183,7 @@ async def open_doors(
 
 
 def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
-    """URL of a server that listens on a socket; without a port for a unix socket."""
+    """Return the URL of a server that listens on `door`; a unix socket's URL has no port."""
     name = f"[{host}]" if ":" in host else host
     address = door.getsockname()
     scheme = "wss" if tls else "ws"
@@ -218,7 +226,7 @@ async def _doors(
 
 
 def page_address(url: str) -> str:
-    """Address of the page of the server at `url`, for a browser on this machine."""
+    """Return the address of the web page of the server at `url`, for a browser on this machine."""
     scheme, _, rest = url.partition("://")
     host, _, port = rest.rpartition(":")
     name = "localhost" if host.strip("[]") in _ALL_INTERFACES else host
@@ -228,7 +236,10 @@ def page_address(url: str) -> str:
 def _select_subprotocol(
     further: Collection[str], _connection: ServerConnection, offered: Sequence[Subprotocol]
 ) -> Subprotocol | None:
-    """Choose our subprotocol, or another version of it so that a browser can show the reason."""
+    """Return the subprotocol to use: a further one, ours, or another version of ours.
+
+    With another version the connection is opened, so that a browser can show why it is refused.
+    """
     if (special := next((name for name in offered if name in further), None)) is not None:
         return special
     others = (name for name in offered if name.startswith(FAMILY))

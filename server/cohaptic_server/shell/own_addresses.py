@@ -17,7 +17,7 @@ _PORT = 9
 
 
 def machine_addresses() -> tuple[str, ...]:
-    """Different addresses of this machine, the internet route's address first; () if offline."""
+    """Return the addresses of this machine, that of the internet route first; () if offline."""
     found: list[str] = []
     for family, target in _TARGETS:
         try:

@@ -1,7 +1,7 @@
 """Refuses a client with one sentence: by a close code of its websocket, or by an HTTP response.
 
-A websocket is refused if it asks for another room. The HTTP response ends a connection that was
-refused earlier, without waiting.
+A websocket is refused if it asks for another room. The HTTP response is for a connection that is
+refused before its request is read; it is sent without waiting.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ async def refuse(ws: Wire, code: CloseCode, why: str) -> None:
 
 
 def why_not_here(target: str, room: str | None) -> str:
-    """Reason why an address does not lead to the room of this server; empty if it does.
+    """Return the reason why an address is not that of this server's room; empty if it is.
 
     An unknown path does not lead to the room at the root: it may name another room in an unknown
     form, or a proxy may have added a path of its own.
@@ -46,7 +46,7 @@ def why_not_here(target: str, room: str | None) -> str:
 
 
 async def refuse_other_room(ws: Wire, room: str | None) -> bool:
-    """Refuse a client that asked for another room; returns whether it was refused."""
+    """Refuse a client that asked for another room; return whether it was refused."""
     why = why_not_here(ws.request.path, room) if ws.request is not None else ""
     if why:
         await refuse(ws, CloseCode.NO_ROOM, why)
@@ -54,7 +54,7 @@ async def refuse_other_room(ws: Wire, room: str | None) -> bool:
 
 
 def turn_away(connection: socket.socket, refusal: Refusal, status: int = 429) -> None:
-    """Send the reason of a refusal, if it can be sent without waiting; close the connection."""
+    """Send the reason of a refusal, unless the client cannot take it now; close the connection."""
     phrase = "Too Many Requests" if status == 429 else "Service Unavailable"
     text = f"{refusal.why}\n".encode()
     head = (

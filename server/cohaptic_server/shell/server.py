@@ -57,7 +57,8 @@ class CohapticServer:
 
     Args:
         body: Deformable object that the users touch.
-        solve: Finds Green's functions for pages, as for `Web`; None lets the body itself solve.
+        solve: Finds the block of Green's functions of a vertex, for pages; None lets the body
+            itself solve.
         protection: Access control, encryption and trusted proxies; None admits anybody without
             encryption.
 
@@ -65,10 +66,10 @@ class CohapticServer:
         room: Room with the users who touch the body.
         audience: Watchers of the room.
         entrance: Decides which clients may come into the room.
-        lobby: Handles the messages of all peers, users and watchers alike.
-        gate: Admits connections, and limits how much each address may ask for.
+        lobby: State machine that handles the messages of all peers, users and watchers alike.
+        gate: Admits connections, and limits the rates of each address.
         meters: Meters of the ticks since the start, or since other code assigned fresh meters.
-        ending: Set when the server begins to stop.
+        ending: Event that is set when the server begins to stop.
     """
 
     def __init__(
@@ -106,7 +107,7 @@ class CohapticServer:
         return self._connections.values()
 
     async def start(self, door: socket.socket | None = None) -> str:
-        """Start to listen for connections; returns the URL of the server.
+        """Start to listen for connections; return the URL of the server.
 
         Args:
             door: Listening socket to use in place of the port of the settings; None opens the port.
@@ -125,7 +126,7 @@ class CohapticServer:
         return url
 
     async def run(self, before_tick: Callable[[], None] | None = None) -> None:
-        """Tick until cancelled, then send every client the close and stop.
+        """Run ticks until cancelled, then send every client the close and stop.
 
         Args:
             before_tick: Called before each tick, to deliver results that were computed outside the
@@ -161,7 +162,7 @@ class CohapticServer:
         return self._exchange is None and not self.gate.taken and self.lobby.sleeps
 
     async def _nap(self, due: float, before_tick: Callable[[], None] | None) -> float:
-        """Sleep until a client connects, or for `NAP`; returns when the newest tick was due [s].
+        """Sleep until a client connects, or for `NAP`; return when the newest tick was due [s].
 
         The ticks that passed during the sleep are counted. A new client finds the room as if it had
         ticked, and the next tick is due at the same time as without the sleep.
@@ -186,7 +187,8 @@ class CohapticServer:
         Args:
             build: Makes the new body, in a thread, while nobody is in the room.
             use: Called in that thread with the new body when it can be served, before any client
-                comes; returns the function `solve`, as for this class.
+                comes; returns the function that finds Green's functions for pages, None if the body
+                itself solves.
 
         Raises:
             CohapticError: The new body could not be made, or another exchange is running; the old
@@ -230,7 +232,7 @@ class CohapticServer:
         self.lobby = Lobby(room, self.audience, self.entrance)
 
     def tick(self) -> float:
-        """Advance the simulation and write the patches; returns the time after the writing [s]."""
+        """Advance the simulation and write the patches; return the time after the writing [s]."""
         for connection in self._connections.values():
             connection.take_samples()
         now = self.web.ticked = self.clock.now()
@@ -248,7 +250,7 @@ class CohapticServer:
             log.warning("%s", line)
 
     def _show(self, now: float) -> None:
-        """Send each watcher the newest scene, if it is due."""
+        """Send the newest scene to each watcher that is due to get one."""
         watching = self.lobby.watching
         if not watching:
             return
@@ -271,7 +273,7 @@ class CohapticServer:
             connections[peer].flush()
 
     def connect(self, ws: Wire) -> Connection:
-        """Make an open websocket a peer of the lobby; its samples are received from now on."""
+        """Make an open websocket a peer of the lobby, and let it receive samples from now on."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
         peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered, ws.source)
         take = partial(self._take, self.lobby)
@@ -287,7 +289,7 @@ class CohapticServer:
             endpoint: Serves the connections of this kind.
 
         Raises:
-            SettingError: The name is no HTTP token, belongs to the protocol of hands and watchers,
+            SettingError: The name is no HTTP token, belongs to the protocol of users and watchers,
                 or belongs to another endpoint.
         """
         if not _TOKEN.fullmatch(subprotocol):
@@ -297,7 +299,7 @@ class CohapticServer:
         self._endpoints[subprotocol] = endpoint
 
     async def _serve_endpoint(self, ws: Wire, subprotocol: str) -> None:
-        """Serve a connection of a further kind until it ends, then close it."""
+        """Serve a connection to an endpoint until it ends, then close it."""
         endpoint = self._endpoints[subprotocol]
 
         async def serve() -> None:
@@ -373,7 +375,7 @@ class CohapticServer:
             self._carry_out(outcome)
 
     async def _send_mesh(self, connection: Connection) -> None:
-        """Send the resting mesh, then the scene; only the handler of this peer waits for them."""
+        """Send the mesh at rest, then the scene; only the handler of this peer waits for them."""
         peer = connection.peer
         taken = await connection.send_whole(self.lobby.begin_mesh(peer), MESH_TIMEOUT)
         now, clear = self.clock.now(), connection.clear

@@ -6,7 +6,8 @@ delivered unchanged (`unmask` gives its payload). Every other frame is passed on
 which reads and checks it. While such a message waits for the handler, samples go through the
 library as well, so that messages stay in order.
 
-If a client exceeds its budgets, the server reads no more from it, sends the reason and disconnects.
+If a client exceeds a rate limit, the server reads no more from it, sends the reason and
+disconnects.
 """
 
 from __future__ import annotations
@@ -50,12 +51,12 @@ def is_small_binary(frame: bytes) -> bool:
 
 
 def unmask(frame: bytes) -> bytes:
-    """Payload of a client's frame that passed `is_small_binary`."""
+    """Return the payload of a client's frame that passed `is_small_binary`."""
     return mask(frame[2 + KEY :], frame[2 : 2 + KEY])
 
 
 class ClientStream:
-    """Cuts the bytes of a client into the request that opens the connection, and whole frames.
+    """Cuts a client's bytes into the HTTP request that opens the connection, and whole frames.
 
     Args:
         longest: Longest payload that is buffered until it is complete [bytes]. A longer payload, or
@@ -74,7 +75,7 @@ class ClientStream:
         self._whole = True
 
     def allow(self, longest: int) -> None:
-        """From now on buffer payloads of up to `longest` bytes until they are complete."""
+        """Buffer payloads of up to `longest` bytes from now on until they are complete."""
         self._longest = longest
 
     def cut(self, data: bytes) -> list[bytes]:
@@ -89,7 +90,7 @@ class ClientStream:
         return self._frames(data)
 
     def _open(self, data: bytes) -> list[bytes]:
-        """Pass on the bytes of the request, and cut frames behind its end."""
+        """Return the bytes of the request, and the whole frames behind its end."""
         known = len(self._rest)
         seen = self._rest + data
         at = seen.find(END_OF_HEAD)
@@ -116,7 +117,7 @@ class ClientStream:
         return found
 
     def _size(self, data: bytes, at: int) -> int | None:
-        """Size of the frame that begins at `at` [bytes]; None if its header is not complete."""
+        """Return the size of the frame that begins at `at` [bytes]; None if its head is cut off."""
         head = read_head(data, at)
         if head is None:
             return None
@@ -134,17 +135,17 @@ _CONTROL = 0x08  # bit of the opcode of a ping, pong or close
 
 
 class Wire(ServerConnection):
-    """The connection to one client.
+    """The websocket connection to one client.
 
     Args:
-        gate: Gate with the budgets of the server; None makes a gate for this connection alone.
+        gate: Gate with the rate limits of the server; None makes a gate for this connection alone.
 
     Attributes:
         deliver: Called with the frame of each small binary message that comes while no message
             waits for the handler; None leaves all messages to `recv`.
         dismiss: Called with the error when the server stops reading from a peer; has to close the
             connection.
-        source: Source whose budgets the connection spends.
+        source: Source against whose rate limits the connection counts.
     """
 
     def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
@@ -168,15 +169,15 @@ class Wire(ServerConnection):
 
         Args:
             longest: Largest message [bytes].
-            as_fast_as_served: Whether the handler alone limits the rate of longer messages, so that
-                these spend no budget.
+            as_fast_as_served: Whether messages other than samples and pings are free of rate
+                limits, because the handler limits their rate.
         """
         self._stream.allow(longest)
         self.protocol.max_message_size = longest
         self._brings_files = as_fast_as_served
 
     def count_response(self, size: int) -> None:
-        """Count the `size` bytes of a response that `Sources.respond` has allowed."""
+        """Count the bytes of a response that `Sources.respond` has allowed."""
         self._unread += size
         self._traffic.sent += size
 
@@ -201,7 +202,7 @@ class Wire(ServerConnection):
         return settled
 
     def taken(self) -> None:
-        """Note that the handler is done with a message from `recv`; samples may bypass it again."""
+        """Note that the handler has finished a message from `recv`; samples may bypass it again."""
         self._waiting -= 1
 
     def write(self, messages: list[str | bytes]) -> None:
@@ -212,13 +213,13 @@ class Wire(ServerConnection):
             self.transport.write(data)
 
     async def send(self, message: Any, **options: Any) -> None:
-        """Send a message as the library does, and count its bytes; waits for the peer."""
+        """Send a message as the library does, which may wait for the peer; count its bytes."""
         whole = isinstance(message, str | bytes)
         self._traffic.sent += len(message) if whole else sum(map(len, message))
         await super().send(message, **options)
 
     def unsent(self) -> int:
-        """Number of written bytes that have not left the process."""
+        """Return the number of written bytes that the operating system has not taken yet."""
         if self._unsent is None:
             self._unsent = unsent_of(self.transport)
         return self._unsent()
@@ -277,7 +278,7 @@ class Wire(ServerConnection):
             super().data_received(piece)
 
     def _excess(self, pieces: Sequence[bytes], *, in_head: bool) -> ProtocolError | None:
-        """Count the pieces of one read; returns the error if they exceed a budget, or None."""
+        """Count the pieces of one read; return an error if they exceed a rate limit, or None."""
         if self._stream.flooded:
             limit = f"at most {MOST_FRAMES}"
             return RemoteProtocolError("frames in one read", "more", limit, CloseCode.TOO_MANY)
@@ -289,7 +290,7 @@ class Wire(ServerConnection):
                 samples += 1
             else:
                 texts += 1
-        # The handler limits the rate of a file's pieces, so that they spend no budget.
+        # The handler limits the rate of a file's pieces, so that no rate limit applies to them.
         texts = 0 if self._brings_files else texts
         if beats and self.unsent() > MAX_UNREAD_BYTES:
             limit = f"at most {MAX_UNREAD_BYTES:,}"
@@ -329,11 +330,11 @@ class Wire(ServerConnection):
 
 
 def last_words(closed: ConnectionClosed) -> tuple[bool, str]:
-    """Return whether the peer closed a connection, and the reason of the close in one line.
+    """Return whether the peer itself closed the connection, and the reason of the close.
 
-    The reason comes from the peer, or is the error that the library found in the peer's messages.
-    The text is empty if there is no reason, or if the connection was lost because the peer has
-    answered no ping.
+    The reason, one line of text, comes from the peer, or is the error that the library found in the
+    peer's messages. The text is empty if there is no reason, or if the connection was lost because
+    the peer has answered no ping.
     """
     rcvd, sent = closed.rcvd, closed.sent
     if rcvd is not None and closed.rcvd_then_sent is not False:

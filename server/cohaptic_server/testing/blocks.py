@@ -1,4 +1,4 @@
-"""Tetrahedral test meshes: a block, and a half ball in place of a half space."""
+"""Tetrahedral test meshes: a block, and a half ball that stands in for a half space."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ _GRADING = 1.8  # exponent that moves layers of the core towards its face
 
 
 def grid(xs: Floats, ys: Floats, zs: Floats) -> TetMesh:
-    """Fill each cell of a grid with six tetrahedra about its diagonal away from x = y = 0.
+    """Make a mesh of a box from a grid, with six tetrahedra in each cell.
+
+    The tetrahedra of a cell share the diagonal that points away from the axis x = y = 0.
 
     Args:
         xs, ys, zs: Rising positions of the planes across x, y and z [m].
@@ -60,7 +62,7 @@ def half_ball(core: Floats, shells: Floats) -> TetMesh:
     the shells continue the core's triangles outwards, each with the same number of elements.
 
     Args:
-        core: Rising radii of the core, the first of them 0, shape (k + 1,) [m].
+        core: Rising radii of the layers of the core, the first of them 0, shape (k + 1,) [m].
         shells: Rising radii of the shells beyond the core, shape (s,) [m].
     """
     k = len(core) - 1

@@ -3,12 +3,12 @@
     check_body(MyBody())              # a linear body: displacements add up
     check_body(MyRubber(), linear=False)
 
-The contacts of the checks, and of tests, are presses at soft places; their depths are measured at
-once and in the steady state.
+The checks apply loads at a few compliant vertices, and compare the depths of these contacts in the
+first tick and in the steady state.
 
-Each law is a function that asserts the law; an error names the broken one. The laws are the
-invariants of science 3.6, as far as the `Body` Protocol shows them, and those properties of a body
-on which the control laws of science 3.1 and 3.3 rely.
+Each law is a function that asserts the law; an error names the broken law. The laws are those
+invariants of science 3.6 that can be checked through the `Body` Protocol, and those properties of a
+body on which the control laws of science 3.1 and 3.3 rely.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ R_co = TypeVar("R_co", bound=Response, covariant=True)
 
 
 def press_vertex(body: Body, vertex: int, force: float) -> Load:
-    """Return a press against the normal, centred at a vertex, with the body's contact radius."""
+    """Return a load of `force` [N] against the normal at a vertex, with the contact radius."""
     mesh = body.mesh
     vertices, weights = pressure(
         mesh, mesh.vertices[vertex], body.contact_radius, mesh.normals[vertex]
@@ -41,10 +41,10 @@ def press_vertex(body: Body, vertex: int, force: float) -> Load:
 
 
 def soft_contacts(body: Body, count: int) -> list[Load]:
-    """Return presses of zero force, far from each other, where the body is not fixed.
+    """Return `count` loads of zero force at compliant vertices far from each other.
 
     Raises:
-        ValueError: The body has too few such places.
+        ValueError: The body has too few vertices that are compliant enough.
     """
     vertices = spread_over(body.mesh.vertices, _CANDIDATES)
     loads = [press_vertex(body, int(k), 0.0) for k in vertices]
@@ -56,22 +56,22 @@ def soft_contacts(body: Body, count: int) -> list[Load]:
 
 
 def pressed(loads: Sequence[Load], forces: Sequence[float] | Floats) -> list[Load]:
-    """Return the same contacts with other forces [N]."""
+    """Return copies of the loads with other forces, one for each load [N]."""
     return [replace(load, force=float(force)) for load, force in zip(loads, forces, strict=True)]
 
 
 def depth(load: Load, response: Response) -> float:
-    """Displacement of a contact along its force [m]."""
+    """Return the displacement of a contact along its force [m]."""
     return float(load.weights @ (response.at(load.vertices) @ load.direction))
 
 
 def depths(loads: Sequence[Load], response: Response) -> Floats:
-    """Displacement of each contact along its force, shape (c,) [m]."""
+    """Return the displacement of each contact along its force, shape (c,) [m]."""
     return np.array([depth(load, response) for load in loads])
 
 
 class Responding(Protocol[R_co]):
-    """A body that is generic in the type of its response."""
+    """The part of a body that `settled` uses, generic in the type of the response."""
 
     @property
     def name(self) -> str:
@@ -95,8 +95,8 @@ def settled(
 
     Args:
         before: Response to start from; None for rest.
-        tolerance: Largest change of any vertex in the last tick and in the tick before it, since a
-            swinging body is still for a moment where it turns [m].
+        tolerance: Largest motion of any vertex in the last tick and in the tick before it, since an
+            oscillating body hardly moves in the one tick in which it turns back [m].
         ticks: Largest number of ticks.
 
     Raises:
@@ -112,19 +112,19 @@ def settled(
 
 
 _EXACT = 1e-6  # relative tolerance; columns are kept in single precision
-_TANGENT = 2e-3  # relative; for finite differences, and for loads that a viscous body drops
+_TANGENT = 2e-3  # relative; finite differences, and decaying loads that a viscous body drops
 _TABLE = 0.05  # relative; a client scales the table by the exact C_ii of each patch
-_TABLE_PRESSES = 12  # vertices of the table that are pressed on, roughly
-_DIFFERENCE = 0.02  # step of a force difference over the force
+_TABLE_PRESSES = 12  # vertices of the table that are checked by a load, roughly
+_DIFFERENCE = 0.02  # step of the force in a finite difference, over the force
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A body under check and the loads that press it.
+    """A body under check, and the loads of the check.
 
     Args:
         linear: Whether displacements under several loads add up.
-        loads: A few distant contacts, each with a force of its own.
+        loads: Loads at a few distant contacts, each with a different force.
         forces: Forces of the loads, shape (c,) [N].
         scale: Displacement that the loads cause, for tolerances [m].
     """
@@ -137,7 +137,10 @@ class Subject:
 
 
 def rest_is_rest(subject: Subject) -> None:
-    """Without force nothing moves and no energy is stored; C has its usual shape."""
+    """Assert that zero force causes no displacement and no energy.
+
+    The shape of the compliance matrix C is checked, too: a row and a column for each load.
+    """
     body, c = subject.body, len(subject.loads)
     for loads in ([], pressed(subject.loads, np.zeros(c))):
         response = body.respond(loads)
@@ -147,7 +150,7 @@ def rest_is_rest(subject: Subject) -> None:
 
 
 def compliance_is_symmetric_and_definite(subject: Subject) -> None:
-    """C is symmetric (Maxwell and Betti) and has no negative eigenvalue."""
+    """Assert that the compliance C is symmetric (Maxwell, Betti) without negative eigenvalues."""
     for response in (subject.body.respond(subject.loads), settled(subject.body, subject.loads)):
         C = response.compliance
         size = np.abs(C).max()
@@ -158,7 +161,7 @@ def compliance_is_symmetric_and_definite(subject: Subject) -> None:
 
 
 def own_force_dents_inward(subject: Subject) -> None:
-    """A contact moves along its own force, at once and in the steady state."""
+    """Assert that a force moves its own contact inward, in the first tick and when steady."""
     for load in subject.loads:
         first = depth(load, subject.body.respond([load]))
         last = depth(load, settled(subject.body, [load]))
@@ -167,7 +170,7 @@ def own_force_dents_inward(subject: Subject) -> None:
 
 
 def reciprocity(subject: Subject) -> None:
-    """A small force at contact i moves contact j as much as the same force at j moves i."""
+    """Assert that a small force at contact i moves contact j as much as the force at j moves i."""
     share = 0.01
     loads = pressed(subject.loads, np.full(len(subject.loads), share * subject.forces.min()))
     moved = np.array([depths(loads, settled(subject.body, [load])) for load in loads])
@@ -176,9 +179,10 @@ def reciprocity(subject: Subject) -> None:
 
 
 def compliance_is_the_steady_tangent(subject: Subject) -> None:
-    """C is the derivative of the steady depths by the forces, at the present loads.
+    """Assert that the compliance C is the derivative of the steady depths by the present forces.
 
-    Delays act on the steady compliance (science 3.1); a C below half of that is not safe (3.3).
+    A control loop with delay depends on the steady compliance (science 3.1); gains from a C below
+    half of it are not safe (3.3).
     """
     body, loads = subject.body, subject.loads
     steady = settled(body, loads)
@@ -194,7 +198,7 @@ def compliance_is_the_steady_tangent(subject: Subject) -> None:
 
 
 def displacements_add_up(subject: Subject) -> None:
-    """A linear body obeys superposition and proportionality."""
+    """Assert that displacements of a linear body add up, and are proportional to the loads."""
     body, loads = subject.body, subject.loads
     both = settled(body, loads).displacement
     apart = sum(settled(body, [load]).displacement for load in loads)
@@ -204,21 +208,21 @@ def displacements_add_up(subject: Subject) -> None:
 
 
 def compliance_does_not_depend_on_load(subject: Subject) -> None:
-    """The compliance C of a linear body, and so K_o, does not change with load."""
+    """Assert that the compliance C of a linear body, and so its stiffness, is constant."""
     at_rest = subject.body.respond(pressed(subject.loads, np.zeros(len(subject.loads))))
     C, loaded = at_rest.compliance, settled(subject.body, subject.loads).compliance
     _near(loaded, C, _EXACT * np.abs(C).max(), "C under load and at rest")
 
 
 def energy_is_half_the_work(subject: Subject) -> None:
-    """The energy of a linear body under steady loads is f' C f / 2."""
+    """Assert that a linear body under steady forces f stores the energy f' C f / 2 [J]."""
     steady = settled(subject.body, subject.loads)
     half = 0.5 * float(subject.forces @ steady.compliance @ subject.forces)
     _near(np.array(steady.energy), half, _TANGENT * half, "energy and half of the work")
 
 
 def energy_is_paid_for(subject: Subject) -> None:
-    """In no tick does the stored energy grow by more than the work of the forces on the body."""
+    """Assert that the stored energy never grows by more than the work of the forces in a tick."""
     body, count = subject.body, len(subject.loads)
     rng = np.random.default_rng(0)
     response = body.respond(pressed(subject.loads, np.zeros(count)))
@@ -235,7 +239,7 @@ def energy_is_paid_for(subject: Subject) -> None:
 
 
 def energy_is_a_potential(subject: Subject) -> None:
-    """Between steady states the energy changes by the work done, while loading and unloading."""
+    """Assert that the energy between steady states changes by the work, loading or unloading."""
     body, loads = subject.body, subject.loads
     shares = np.concatenate([np.linspace(0.0, 1.0, 9), np.linspace(1.0, 0.0, 9)[1:]])
     states: list[tuple[Floats, Floats, float]] = []
@@ -251,7 +255,7 @@ def energy_is_a_potential(subject: Subject) -> None:
 
 
 def order_of_loads_does_not_matter(subject: Subject) -> None:
-    """A permutation of the loads permutes C and does not change the rest of the response."""
+    """Assert that permuted loads permute the compliance matrix, and change nothing else."""
     body, loads = subject.body, subject.loads
     order = [*range(1, len(loads)), 0]
     one, two = body.respond(loads), body.respond([loads[i] for i in order])
@@ -262,7 +266,10 @@ def order_of_loads_does_not_matter(subject: Subject) -> None:
 
 
 def response_depends_on_its_arguments_only(subject: Subject) -> None:
-    """The same loads and earlier response give the same response, whatever calls lie between."""
+    """Assert that a response depends only on the loads and the earlier response passed to it.
+
+    Calls in between, with other arguments, must not change it.
+    """
     body, loads = subject.body, subject.loads
     before = body.respond(loads[:1])
     earlier = np.array(before.displacement)
@@ -278,7 +285,7 @@ def response_depends_on_its_arguments_only(subject: Subject) -> None:
 
 
 def steady_state_does_not_depend_on_the_way(subject: Subject) -> None:
-    """A body reaches the same equilibrium from rest as from another press."""
+    """Assert that a body reaches the same equilibrium from rest as from another steady state."""
     body, loads = subject.body, subject.loads
     cold = settled(body, loads)
     warm = settled(body, loads, settled(body, loads[:1]))
@@ -287,7 +294,10 @@ def steady_state_does_not_depend_on_the_way(subject: Subject) -> None:
 
 
 def parts_of_a_response_agree(subject: Subject) -> None:
-    """`at` and `without` agree with `displacement` and C (the x_free of science 3.3)."""
+    """Assert that `at` and `without` of a response agree with its displacement and compliance.
+
+    `without` gives the x_free of science 3.3.
+    """
     body, loads = subject.body, subject.loads
     response = settled(body, loads)
     some = np.arange(0, len(body.mesh.vertices), 3)
@@ -303,7 +313,11 @@ def parts_of_a_response_agree(subject: Subject) -> None:
 
 
 def a_hand_comes_to_rest(subject: Subject) -> None:
-    """By eq. (8), a proportional hand with K_h = K_o / 2 rests at eq. (11) at every delay."""
+    """Assert that a simulated proportional hand comes to rest on the body at every delay.
+
+    By eq. (8), a hand of stiffness K_h = K_o / 2, for the stiffness K_o of the body at the contact,
+    comes to rest at the equilibrium of eq. (11).
+    """
     body, load = subject.body, subject.loads[0]
     own = float(settled(body, [load]).compliance[0, 0])
     k_h, reach = 0.5 / own, 1.5 * depth(load, settled(body, [load]))
@@ -319,7 +333,10 @@ def a_hand_comes_to_rest(subject: Subject) -> None:
 
 
 def table_is_of_contacts(subject: Subject) -> None:
-    """A table `vertex_compliance`, if any, holds C_ii of presses centred at the vertices."""
+    """Assert that a body's table `vertex_compliance`, if any, agrees with loads at the vertices.
+
+    The table holds the compliance C_ii of a load centred at each vertex.
+    """
     body = subject.body
     if not isinstance(body, Surveyed):
         return
@@ -359,23 +376,23 @@ LAWS: tuple[Law, ...] = (
 
 
 def _near(values: Floats, expected: Floats | float, tolerance: float, name: str) -> None:
-    """Assert that values agree; NaN never agrees."""
+    """Assert that values differ by no more than `tolerance`; NaN never passes."""
     gap = float(np.abs(np.asarray(values) - expected).max(initial=0.0))
     assert gap <= tolerance, f"{name} differ by {gap:g}, more than {tolerance:g}"
 
 
 def _tolerance(subject: Subject) -> float:
-    """Tolerance of displacements [m]."""
+    """Return the tolerance for differences of displacements [m]."""
     return _EXACT * subject.scale
 
 
 def _energy_scale(subject: Subject) -> float:
-    """Sum of the forces times the displacement that they cause [J]."""
+    """Return the sum of the forces times the displacement that they cause [J]."""
     return float(subject.forces.sum()) * subject.scale
 
 
 _CONTACTS = 3
-_DENT = 0.15  # depth of a press over the contact radius: past small strains of a nonlinear body
+_DENT = 0.15  # depth of a load over the contact radius: past small strains of a nonlinear body
 
 
 class BrokenLawError(AssertionError):
@@ -392,7 +409,7 @@ class BrokenLawError(AssertionError):
 
 
 def check_body(body: Body, *, linear: bool = True) -> None:
-    """Check the laws of an elastic body.
+    """Check that a body obeys the laws of elasticity.
 
     Args:
         body: Any implementation of the `Body` Protocol, also a viscous one.

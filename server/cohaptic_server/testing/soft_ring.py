@@ -1,7 +1,7 @@
-"""Tetrahedral mesh of a ring of soft tissue, of any fineness: fine outside, coarse inside.
+"""Tetrahedral mesh of a ring of soft tissue, of any resolution: fine outside, coarse inside.
 
-Most vertices lie on the surface, which is touched; each layer below has half as many vertices.
-Tests and benchmarks press on the ring, as on the meshes of `blocks.py`.
+Most vertices lie on the surface, where users touch; each layer below has half as many vertices.
+Tests and benchmarks apply loads to the ring, as to the meshes of `blocks.py`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _CORE = 6  # vertices round the innermost tube
 
 
 def ring(along: int, across: int) -> TetMesh:
-    """Make a solid torus about the z axis.
+    """Make a tetrahedral mesh of a solid torus about the z axis.
 
     Args:
         along: Number of vertices of the surface along the ring.
@@ -44,12 +44,12 @@ def ring(along: int, across: int) -> TetMesh:
 
 
 def fixed(mesh: TetMesh) -> Mask:
-    """Find the vertices that stand on the table and do not move, shape (n,)."""
+    """Find the vertices that stand on the table and are fixed: a mask of shape (n,)."""
     return np.asarray(mesh.vertices[:, 2] < FOOT)
 
 
 def _torus(n: int, m: int, radius: float) -> Floats:
-    """Points of a torus, the angle of the ring first, shape (n m, 3) [m]."""
+    """Return the points of a torus, n along the ring by m round the tube, shape (n m, 3) [m]."""
     u, v = np.meshgrid(
         2.0 * np.pi * np.arange(n) / n, 2.0 * np.pi * np.arange(m) / m, indexing="ij"
     )
@@ -59,17 +59,21 @@ def _torus(n: int, m: int, radius: float) -> Floats:
 
 
 def _halved(above: Ints, below: Ints) -> list[Ints]:
-    """Tetrahedra between a layer (2 k, l) and one of half as many rows (k, l), both periodic."""
+    """Return tetrahedra between two layers of vertices, both periodic.
+
+    The upper layer has the shape (2 k, l); the lower one has half as many rows, (k, l).
+    """
     a, b, c = above[0::2], above[1::2], np.roll(above[0::2], -1, axis=0)
     d, e = below, np.roll(below, -1, axis=0)
     return [*_prisms(a, d, b), *_prisms(d, b, e), *_prisms(b, c, e)]
 
 
 def _prisms(a: Ints, b: Ints, c: Ints) -> list[Ints]:
-    """Tetrahedra of prisms: triangles (k, l) extruded along their second axis, which is periodic.
+    """Return the tetrahedra of prisms between successive triangles, periodic along axis 1.
 
-    A side is cut from its earlier corner to the later corner of the next triangle. The corners have
-    one order everywhere (along rows, then down), so that neighbours cut a common side alike.
+    The corners `a`, `b` and `c` of the triangles have the shape (k, l). Each side of a prism is cut
+    from its earlier corner to the later corner of the next triangle. The corners have one order
+    everywhere (along rows, then down), so that neighbours cut a common side alike.
     """
     d, e, f = (np.roll(p, -1, axis=1) for p in (a, b, c))
     quads = ((a, b, c, f), (a, b, e, f), (a, d, e, f))

@@ -1,20 +1,22 @@
-"""The forces that the body gets in a tick, from those that users request (science 3.8).
+"""Decide the forces that the body gets in a tick, from those that users request (science 3.8).
 
-The forces that hands are about to have are predicted from their samples (science 3.13). Each tick
-chooses at its end the part of the coupling to be anticipated (`planning.py`). The next tick
-multiplies this part with the change of the forces: from those that the body carried when the
-patches were made that samples answer, to those in the samples.
+A requested force is cut to the limits of its contact and of the body, passes the room's lag, and
+changes more slowly if it would change the force on another hand too fast. When a probe jumps to
+another contact, its force stays at the old contact and fades there.
 
-The sum and the rate of change of the forces are limited. A press that grows to 6 N within 0.1 s
+Samples are old when they arrive, so the forces that hands are about to have are predicted from the
+samples (science 3.13). At its end, each tick chooses the part of the coupling to be anticipated
+(`planning.py`). The next tick multiplies this part with the change of the forces, which is the
+difference between two forces: the force in a sample, and the force that the body carried in the
+tick whose patch that sample answers.
+
+The sum and the rate of change of the forces are limited. A force that grows to 6 N within 0.1 s
 changes the force on a neighbour that shares all of the hand's compliance by 60 N/s, and is not
 limited. If several users together would change the force on another user faster, the largest
 changes are cut to a common cap and smaller changes stay as they are, so that only the user who
 shakes the body is slowed down. A contact that slides over the body also changes the forces on
-others, without a change of its own force; this is left to the clients, whose own limit is stricter
-(`cohaptic_client.loop.slew`).
-
-A requested force is limited, passes the room's lag, and is slowed down if it would move other hands
-too fast. When a probe jumps, its force stays at the old contact and fades there.
+others, without a change of its own force. The server leaves this to the clients, whose own limit is
+stricter (`cohaptic_client.loop.slew`).
 """
 
 from __future__ import annotations
@@ -36,12 +38,15 @@ from cohaptic_server.world.users import Applied, Tracked, WorldState
 def remember(
     past: tuple[Carried, ...], tick: int, tracked: Tracked, applied: Applied, ticks: int
 ) -> tuple[Carried, ...]:
-    """Return the forces that the body carried in ticks that samples may still answer, oldest first.
+    """Append the forces that the body carries in this tick to those of the last ticks.
 
     Args:
-        past: Forces of the ticks before this one, oldest first.
+        past: Forces that the body carried in earlier ticks, oldest first.
         tick: Number of this tick.
-        ticks: Number of ticks that are kept.
+        ticks: Number of ticks to keep: all those whose patches samples may still answer.
+
+    Returns:
+        Forces of the last `ticks` ticks, this tick included, oldest first.
     """
     forces = tracked.contacts.normals * applied.force[:, None] + applied.tangential
     return (*past[1 - ticks :], Carried(tick, _numbers(tracked), forces))
@@ -54,16 +59,17 @@ def anticipate(
     normal: Floats,
     tangential: Floats,
 ) -> tuple[Floats, Floats]:
-    """Return the forces that hands will have when each has felt the newest forces of the others.
+    """Predict the forces that hands will have when each has felt the newest forces of the others.
 
     Args:
-        plan: Plan from the end of the last tick.
-        past: Forces that the body carried, oldest first.
-        normal: Normal force of each user, within the limits of its contact, shape (n,) [N].
+        plan: Part of the coupling to anticipate, chosen at the end of the last tick.
+        past: Forces that the body carried in earlier ticks, oldest first.
+        normal: Normal force of each user, cut to the limits of its contact, shape (n,) [N].
         tangential: Tangential force of each user, shape (n, 3) [N].
 
     Returns:
-        Normal and tangential forces; only those of users in the plan who press are changed.
+        Predicted normal forces, shape (n,), and tangential forces, shape (n, 3) [N]. The forces of
+        users who are not in the plan, or who do not press, stay as they are.
     """
     numbers = _numbers(tracked)
     rows = np.flatnonzero((numbers[:, None] == plan.users).any(axis=1))  # few: `isin` takes longer
@@ -90,7 +96,7 @@ def anticipate(
 
 
 def _carried(plan: Anticipation, past: Sequence[Carried], ticks: Sequence[int]) -> Floats:
-    """Forces of all loads in the tick of the patch that each user answers, shape (k, l) [N]."""
+    """Return the forces of the l loads in the tick that each user's sample answers, (k, l) [N]."""
     forces = np.empty((len(ticks), len(plan.owner)))
     newest, oldest = past[-1].tick, past[0].tick
     answered = np.array(ticks)
@@ -116,11 +122,14 @@ MAX_COUPLING_RATIO = 10.0
 
 
 def fair_cap(demands: Floats, total: float) -> float:
-    """Return the max-min fair cap that cuts demands to the sum `total`; infinite if none is cut.
+    """Find the cap to which demands are cut so that their sum becomes `total` (max-min fairness).
 
     Args:
         demands: Demands of the users, none negative, shape (n,).
         total: Amount available to all users together, in the unit of the demands.
+
+    Returns:
+        Largest demand that any user is granted; infinite if the demands need no cut.
     """
     if demands.sum() <= total:
         return np.inf
@@ -135,7 +144,7 @@ def fair_cap(demands: Floats, total: float) -> float:
 
 
 def limit_forces(requested: Floats, max_force: Floats) -> Floats:
-    """Cut normal forces to the limits of each contact and of the body, shape (n,) [N].
+    """Return the requested normal forces, cut to the limits of contacts and body, shape (n,) [N].
 
     Args:
         requested: Force requested by each user, shape (n,) [N].
@@ -146,13 +155,13 @@ def limit_forces(requested: Floats, max_force: Floats) -> Floats:
 
 
 def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: float) -> Floats:
-    """Share of each user's change of force that is allowed in this tick, shape (n,), 0 to 1.
+    """Return the share of each user's change of force that this tick allows, 0 to 1, shape (n,).
 
     Args:
         change: Magnitude of each user's change of force, shape (n,) [N].
         stiffness: Stiffness K of each hand, shape (n,) [N/m].
         C: Compliance between contacts, infinite where it is not known yet, shape (n, n) [m/N].
-        max_effect: Largest change of the force on one hand by all others together [N].
+        max_effect: Largest change of the force on one hand by all other users together [N].
     """
     # The campaign compiles this function with numba, which supports only a part of numpy.
     shares = np.ones_like(change)
@@ -174,7 +183,7 @@ def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Flo
 
     Args:
         previous: Forces applied in the last tick [N].
-        requested: Input of the lag in this tick [N].
+        requested: Forces that the lagged forces approach, of the same shape [N].
         lag: Time constant of each force, of a shape that broadcasts [s].
         dt: Simulation period [s].
     """
@@ -182,11 +191,11 @@ def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Flo
 
 
 def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
-    """Return samples whose largest forces are cut fairly, so that the sum stays within a budget.
+    """Return samples whose `max_force` is cut fairly, so that all forces sum to at most `budget`.
 
     Args:
         touches: Newest samples of all users.
-        budget: Largest sum of their forces [N].
+        budget: Largest sum of the forces of all users [N].
     """
     demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
     cap = fair_cap(demands, budget)
@@ -202,7 +211,7 @@ MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow
 def update_releases(
     state: WorldState, tracked: Tracked, fade: float, *, max_move: float
 ) -> tuple[Release, ...]:
-    """Return the forces that fade where probes have left them: those still fading, and new ones.
+    """Update the forces that fade at contacts from which probes have jumped away.
 
     Args:
         state: The world after the last tick.
@@ -211,7 +220,7 @@ def update_releases(
         max_move: Distance that a hand can move a contact in one tick [m].
 
     Returns:
-        At most one release for each user.
+        Forces that still fade, and those of probes that jumped in this tick; at most one per user.
     """
     releases = [
         replace(release, share=release.share - fade)
@@ -244,7 +253,8 @@ def apply_forces(
         body: The deformable object.
         state: The world after the last tick.
         tracked: Users with their contacts and requested forces.
-        released: Users whose force still fades at a previous contact; they press nowhere else.
+        released: Numbers of the users whose force still fades at a previous contact; they do not
+            press at their new contact yet.
         dt: Simulation period N T [s].
         max_move: Distance that a hand can move a contact in one tick [m].
     """
@@ -293,9 +303,10 @@ def apply_forces(
 
 
 def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:
-    """Row of each user in the last tick, shape (n,), and whether any contact is new at its place.
+    """Return each user's row in the last tick, shape (n,), and whether any row is -1.
 
-    The row is -1 for a user who was not there, or whose contact moved further than a hand can.
+    The row is -1 for a user who was not in the last tick, or whose contact moved further than a
+    hand can move it.
     """
     rows = np.empty_like(tracked.before)
     old = state.users.tracked.contacts.frames
@@ -303,15 +314,13 @@ def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[
 
 
 def _lags(state: WorldState, tracked: Tracked) -> Floats:
-    """Lag of each force, shape (n,) [s]: the room's lag, cut short for a user who has left."""
+    """Return the lag of each force [s], shape (n,), limited where a user's samples have stopped."""
     lag = state.room.lag
     return np.where(tracked.settings[3] > 0.0, lag, min(lag, MAX_RELEASE_LAG))
 
 
 def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Floats:
-    """Tangential forces of the last tick in the tangent planes of this one, shape (n, 3) [N].
-
-    Under a sliding contact the tangent plane turns, and the force is projected onto it.
+    """Project the tangential forces of the last tick onto the present tangent planes, (n, 3) [N].
 
     Args:
         last: Forces of the last tick.
@@ -328,15 +337,15 @@ def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Fl
 
 
 def _previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
-    """Compliance C between users in the last tick, shape (n, n) [m/N].
+    """Return the compliance C between the users' contacts in the last tick, shape (n, n) [m/N].
 
-    C is not known for a user who was not at the present contact then. The effect of such a user on
-    others is set to infinity. The effect of others on that user is set to zero, since the user has
-    no force at the contact yet.
+    C is not known for a user whose contact is new. The column of such a user, its effect on others,
+    is set to infinity. Its row, the effect of others on it, is set to zero, since the user has no
+    force at the contact yet.
 
     Args:
         state: The world after the last tick.
-        rows: Row of each user in that tick; -1 if the user was not at the contact, shape (n,).
+        rows: Row of each user in that tick; -1 if the user's contact is new, shape (n,).
         anybody: Whether any row is -1.
     """
     n = len(rows)

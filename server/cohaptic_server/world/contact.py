@@ -50,7 +50,7 @@ class Contact:
             under a deep probe.
 
     Attributes:
-        places: Foot [m], contact point [m] and normal as tuples, for arithmetic without arrays.
+        places: The rows of `frame` as tuples: foot [m], contact point [m] and normal.
     """
 
     frame: Final[Floats]
@@ -83,11 +83,11 @@ class Contact:
         return np.asarray(self.frame[2])
 
     def load(self, force: float) -> Load:
-        """Load of a frictionless press with `force` [N]."""
+        """Return the load of a normal force `force` [N] on this contact."""
         return Load(self.vertices, self.weights, -self.normal, force)
 
     def moved(self, displacement: Field) -> Floats:
-        """Contact point on the surface displaced by `displacement`, shape (3,) [m]."""
+        """Return the contact point on the surface that `displacement` deforms, shape (3,) [m]."""
         return np.asarray(self.point + self.weights @ displacement[self.vertices])
 
 
@@ -115,7 +115,10 @@ class Contacts(NamedTuple):
         return Contact(self.frames[i], self.vertices[own], self.weights[own], slope)
 
     def put(self, i: int, contact: Contact) -> Contacts:
-        """Write contact `i` behind those before it; return the arrays, lengthened where needed."""
+        """Write `contact` to row `i`, after all rows before it; return the contacts.
+
+        The arrays are changed in place; arrays that are too short are replaced by longer ones.
+        """
         start, count = int(self.starts[i]), len(contact.vertices)
         self.frames[i], self.slopes[i] = contact.frame, contact.slope
         self.starts[i + 1] = end = start + count
@@ -154,9 +157,8 @@ def locate(
         probe: Position of the tip [m].
         free: Displacement of the vertices without this probe's own force.
         radius: Radius of the pressure [m].
-        hint: Contact of the last tick; None to search the whole surface.
-        tolerance: Distance along the surface to which the contact is found [m]; None for the
-            tolerance of a tick.
+        hint: Contact of the last tick, where the search starts; None to search the whole surface.
+        tolerance: Largest error of the contact along the surface [m]; None takes `TOLERANCE`.
     """
     final, keep = (TOLERANCE, KEEP_DISTANCE) if tolerance is None else (tolerance, tolerance)
     search = mesh.contacts.search
@@ -174,7 +176,7 @@ def locate(
 
 
 def place_on(mesh: SurfaceMesh, contact: Contact, free: Field) -> Vec3:
-    """Contact point on a displaced surface [m]; faster than `moved` where the field is known."""
+    """Return the contact point on a displaced surface [m]; fast if the field is a `CachedField`."""
     if isinstance(free, CachedField):
         search = mesh.contacts.search
         search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
@@ -188,7 +190,7 @@ def place_on(mesh: SurfaceMesh, contact: Contact, free: Field) -> Vec3:
 
 
 def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
-    """Return the same contact with its normal on a surface displaced by `free`."""
+    """Return a copy of a contact with the normal of the surface that is displaced by `free`."""
     search = mesh.contacts.search
     known = _known(free)
     search.take(contact.frame, contact.slope, contact.vertices, contact.weights)
@@ -200,7 +202,7 @@ def turned(mesh: SurfaceMesh, contact: Contact, free: Field) -> Contact:
 
 
 class _Known(NamedTuple):
-    """Known values of a field: at some vertices, or at all vertices in order (`whole`)."""
+    """Values of a field [m] at some vertices, or at all vertices in order if `whole` is true."""
 
     vertices: Ints
     values: Floats
@@ -216,7 +218,7 @@ def _known(field: Field) -> _Known:
 
 
 def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
-    """Return the field known also at the corners of all faces round the search's contact."""
+    """Return the values of a field also at all corners of the faces round the search's contact."""
     found = mesh.contacts
     under = found.under[: found.search.count]
     vertices = union(known.vertices, mesh.faces[mesh.rings[under]].ravel())
@@ -224,7 +226,7 @@ def _wider(mesh: SurfaceMesh, known: _Known, field: Field) -> _Known:
 
 
 def _found(mesh: SurfaceMesh, same: Contact | None) -> Contact:
-    """Return the contact that the search found, with the pressure of `same` if that is given."""
+    """Return the contact that the search found, with the pressure of `same` unless that is None."""
     found = mesh.contacts
     frame, search = found.frame.copy(), found.search
     if same is not None:

@@ -1,4 +1,4 @@
-"""The contacts of all users in this tick, and the forces that they request there."""
+"""Find the contacts of all users in a tick, and the forces that users request at them."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from cohaptic_server.world.users import Tracked, WorldState, settings_of, vector
 
 _MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
 _VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
-# Relaxation factor of the surface on which a contact is tracked: the share of the body's change of
-# one tick that it follows. If the surface followed all of the change, several contacts on a body
-# that softens under load would each slide to where the last tick's forces took the surface and push
-# each other to and fro; `equilibrium` takes half steps for the same reason.
+# A contact is tracked on a surface that follows only this share of the body's change in a tick. If
+# the tracked surface followed all of the change, several contacts on a body that softens under load
+# would each slide to where the last tick's forces took the surface, and would push each other to
+# and fro; `equilibrium` takes half steps for the same reason.
 RELAXATION = 0.5
 _NOT_MEASURED = LoopDelay()
 _USUAL = 48  # vertices under a contact for which arrays have room at first
@@ -51,15 +51,15 @@ def track_contacts(
     presence: Floats,
     time: TickTime,
 ) -> Tracked:
-    """Find each contact on the surface of the last tick, and the force requested there.
+    """Find each user's contact on the surface of the last tick, and the force requested there.
 
     Args:
         body: The deformable object.
         state: The world after the last tick.
         touches: Newest samples of the users, n of them.
         before: Row of each user in the last tick; -1 for a user who was not there, shape (n,).
-        presence: Share of each force that counts, 0 to 1, shape (n,).
-        time: Time of this tick.
+        presence: Share of each user's force that counts, 0 to 1, shape (n,).
+        time: Number, time and period of this tick.
     """
     probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
     rough = [i for i, touch in enumerate(touches) if touch.friction]
@@ -89,11 +89,11 @@ def track_contacts(
 def _follow(
     body: Body, state: WorldState, before: Ints, tips: Floats, dt: float
 ) -> tuple[Contacts, KnownFields, Floats]:
-    """Find each contact on its relaxed surface, from the contact of the last tick.
+    """Find each contact on its tracked surface, in a search that starts at the last tick's contact.
 
     Returns:
-        The contacts; the surfaces on which they were found, by the rows of the last tick; and the
-        contact points on the free surfaces, shape (n, 3) [m].
+        The contacts; the tracked surfaces, one for each row of the last tick; and the contact
+        points on the free surfaces, shape (n, 3) [m].
     """
     n, last, found = len(tips), state.users.tracked, body.mesh.contacts
     observed, old = state.users.observed, last.contacts
@@ -136,12 +136,12 @@ def _follow(
 def _places_to_follow(
     state: WorldState, touches: Sequence[Touch], before: Ints, probes: Floats
 ) -> Floats:
-    """Place that each contact follows: the tip, or the point that a finger holds, (n, 3) [m].
+    """Return the point to which each contact is the nearest one on the surface, shape (n, 3) [m].
 
-    A finger that sticks must stay on its material point, however far its own force and the other
-    users have moved finger and point, and although the surface may turn under the finger (science
-    3.10). The contact follows the finger's anchor, displaced as others have displaced its contact
-    point.
+    The point is the probe's tip, except for a finger that sticks. That finger must stay on its
+    material point, however far all forces have moved finger and point, and although the surface may
+    turn under the finger (science 3.10). Its point is therefore the finger's anchor, displaced as
+    the other users have displaced the contact point.
     """
     held = [i for i, touch in enumerate(touches) if touch.anchor is not None and before[i] >= 0]
     observed = state.users.observed
@@ -170,10 +170,10 @@ def _loop_delays(
 def _loop_delay(
     state: WorldState, touch: Touch, delay: LoopDelay, faded_in: bool, time: TickTime
 ) -> LoopDelay:
-    """Loop delay of a user in this tick: the age of the patch that its force answers.
+    """Return the user's loop delay, updated by the age of the patch that the user's force answers.
 
-    A force that is held because no newer sample arrives grows older tick by tick, and so does the
-    delay.
+    Without a newer sample, a user's force is held and answers an older patch in each tick, so that
+    the delay grows.
     """
     if not touch.fresh:
         return delay
@@ -186,7 +186,7 @@ def _loop_delay(
 
 
 def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:
-    """Share of the body's change that each tracked surface follows, shape (n,)."""
+    """Return the share of the body's change that each tracked surface follows, shape (n,)."""
     shares = np.full(len(before), RELAXATION)
     if state.turning > 0.0:
         slow = min(RELAXATION, 1.0 - kept(state.turning, dt))

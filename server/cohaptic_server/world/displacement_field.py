@@ -1,17 +1,17 @@
-"""Displacement of the surface, evaluated only at the vertices that are asked for.
+"""Fields: the displacement of the surface, computed only at vertices that a caller names.
 
-A tick evaluates the surface round its contacts only, so that its cost does not grow with the mesh.
-Vertices near a contact are evaluated once for all readers (`CachedField`); others are evaluated
-each time that they are asked for.
+A tick computes the surface round its contacts only, so that its cost does not grow with the mesh.
+The values of vertices near a contact are computed once and stored (`CachedField`); the values of
+other vertices are computed at each call.
 
-The free surface round a contact is shown as it is, except for a bulge off which the probe would
-slide. When two fingers pinch a thin part, each would find the bulge that the other finger would
-make alone: on a plate 3 mm thick that 1.5 N pinch by 1 mm, the bulge is 18 mm high and as sharp as
-a fingertip, while the plate itself stays flat. A probe that lies deeper below a bulge than the
-bulge's radius of curvature has its nearest point beside the bulge: the two contacts run away from
-each other, and come back a loop delay later. In the theory of small displacements no surface turns
-so far. The bulge is therefore shown flatter around the contact; the place and the compliance of
-the contact stay as they are.
+A patch shows the free surface round a contact as it is, except for a bulge off which the probe
+would slide. When two fingers pinch a thin part, the free surface of each finger has the bulge that
+the other finger would make alone: on a plate 3 mm thick that 1.5 N pinch by 1 mm, the bulge is
+18 mm high and as sharp as a fingertip, while the plate itself stays flat. A probe that lies deeper
+below a bulge than the bulge's radius of curvature has its nearest point beside the bulge: the two
+contacts run away from each other, and come back a loop delay later. In the theory of small
+displacements no surface turns so far. The patch therefore shows the bulge flatter around the
+contact; the position and the compliance of the contact stay as they are.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ _BULGE_ROOM = np.zeros((6, 8))  # working memory for one bulge after the other
 
 
 class Field(Protocol):
-    """Displacement by vertex number; an array of shape (n, 3) is such a field."""
+    """Displacement of the surface at any vertices; an array of shape (n, 3) is such a field."""
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
+        """Return the displacement of `vertices`, of any shape (...), shape (..., 3) [m]."""
         ...
 
 
 class ZeroField:
-    """Displacement of a body that no user has touched yet."""
+    """Displacement of a body without any load: zero at all vertices."""
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Zeros, shape (..., 3) [m]."""
+        """Return zeros for `vertices`, of any shape (...), shape (..., 3) [m]."""
         return np.zeros((*vertices.shape, 3))
 
 
@@ -66,23 +66,23 @@ class FreeField:
     loads: slice
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
+        """Return the displacement of `vertices`, of any shape (...), shape (..., 3) [m]."""
         ascending = np.unique(vertices)
         return np.asarray(self.on(ascending)[np.searchsorted(ascending, vertices)])
 
     def on(self, vertices: Ints) -> Floats:
-        """Displacement at vertices in ascending order, shape (k, 3) [m]."""
+        """Return the displacement of vertices in ascending order, shape (k, 3) [m]."""
         return self.response.without(self.loads, self.forces, vertices)
 
 
 @dataclass(frozen=True, eq=False)
 class CachedField:
-    """A field with known values round a contact.
+    """A field with stored values for some vertices.
 
     Args:
-        vertices: Vertices whose values are known, ascending, shape (k,).
+        vertices: Vertices whose values are stored, ascending, shape (k,).
         values: Displacement of these vertices, shape (k, 3) [m].
-        elsewhere: Field that answers for all other vertices.
+        elsewhere: Field that gives the displacement of all other vertices.
     """
 
     vertices: Ints
@@ -90,7 +90,7 @@ class CachedField:
     elsewhere: Field
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
+        """Return the displacement of `vertices`, of any shape (...), shape (..., 3) [m]."""
         if vertices is self.vertices:
             return self.values
         if not len(self.vertices):
@@ -105,7 +105,7 @@ class CachedField:
 
 
 class KnownFields(NamedTuple):
-    """Fields of several users, each known at some vertices, as arrays for compiled loops.
+    """Fields of several users, each stored for some vertices, as arrays for compiled loops.
 
     Args:
         starts: Where each user's vertices begin, and where the last ones end, shape (n + 1,).
@@ -125,12 +125,12 @@ NOWHERE_KNOWN = KnownFields(
 
 @dataclass(frozen=True, eq=False)
 class FlatterField:
-    """A field whose differences from the displacement of a contact are reduced.
+    """A field flattened round a contact: moved + share (field - moved).
 
     Args:
-        field: Field before the reduction.
+        field: Field before the flattening.
         moved: Displacement of the contact, shape (3,) [m].
-        share: Share of the differences that is left, 0 to 1.
+        share: Factor of the differences from `moved`, 0 to 1.
     """
 
     field: Field
@@ -138,7 +138,7 @@ class FlatterField:
     share: float
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
-        """Displacement at vertices of any shape (...), shape (..., 3) [m]."""
+        """Return the displacement of `vertices`, of any shape (...), shape (..., 3) [m]."""
         return np.asarray(self.moved + self.share * (self.field[vertices] - self.moved))
 
 
@@ -152,8 +152,8 @@ def flatten_bulges(
 ) -> Floats:
     """Flatten the free surface round each contact where its probe would slide off a bulge.
 
-    A surface on which the contact is stable stays as it is. Only parts that others bend as sharply
-    as a fingertip are flattened.
+    A surface on which the contact is stable stays as it is. Only surfaces that other users bend as
+    sharply as a fingertip are flattened.
 
     Args:
         mesh: Resting surface.
@@ -164,8 +164,8 @@ def flatten_bulges(
         contact_radius: Radius of the pressure under a contact [m].
 
     Returns:
-        Displacement of each contact [m], and the share that is left of the differences from it, 1
-        for a surface that stays as it is, shape (n, 4).
+        Displacement of each contact [m], and the factor by which differences from that displacement
+        were multiplied, 1 for a surface that stays as it is; shape (n, 4).
     """
     shown = np.empty((len(frames), 4))
     radius = curvature.fit_radius(mesh, contact_radius)

@@ -1,7 +1,8 @@
 """Reference solutions for a session: body and hands in equilibrium, frictionless or sticking.
 
-Each hand is a spring between its intention and its tip; the body is the one that the server
-simulates, touched through the same contacts. There is no network, law, gain or delay.
+Each hand is a spring between its intention, the position that it wants for its tip, and the tip.
+The body is the one that the server simulates, with the same model of contact. There is no network,
+control law, gain or delay.
 
 Without friction there are only forces f_i >= 0 such that every tip lies on the surface that it
 presses,
@@ -78,9 +79,9 @@ class Equilibrium:
         alone: Force on each hand at the same tip if no other hand touched the body, (c,) [N].
         tip: Tip of each hand, shape (c, 3) [m].
         place: Contact point of each hand on the resting surface, shape (c, 3) [m].
-        compliance: C of the contacts, shape (c, c) [m/N].
-        turning: Largest share of a shift of contacts along the surface that comes back as a further
-            shift: the normals turn with the shift, and body and hands yield to the turned forces.
+        compliance: Compliance C between the contacts, shape (c, c) [m/N].
+        turning: Largest ratio of a further shift of the contacts along the surface to a first one:
+            the normals turn with the first shift, and body and hands yield to the turned forces.
             At 1 a tip slides off.
     """
 
@@ -101,12 +102,12 @@ class Equilibrium:
 def solve(
     body: Body, hands: Sequence[RestingHand], iterations: int = MAX_ITERATIONS
 ) -> Equilibrium:
-    """Find the equilibrium of a body and hands.
+    """Find the equilibrium of a body and of hands without friction.
 
-    For given contacts this is a linear complementarity problem with a positive definite matrix,
-    which is solved exactly; then contacts are located again at the tips, until contacts and forces
-    agree. The equilibrium is then disturbed once, and hands and body have to return to it: this
-    test finds most unstable equilibria, but not all. A tip on top of a facet may stay there.
+    For fixed contacts the forces solve a linear complementarity problem with a positive definite
+    matrix, exactly. Then contacts are located again at the tips, until contacts and forces agree.
+    The equilibrium is then disturbed once, and hands and body have to return to it: this test finds
+    most unstable equilibria, but not all. A tip on top of a facet may stay there.
 
     Args:
         hands: All hands that touch the body.
@@ -166,7 +167,7 @@ def solve(
 
 
 def _first(body: Body, hand: RestingHand) -> Contact | None:
-    """Contact of a hand at its `start` with the resting surface; None if it has no start."""
+    """Return the contact of a hand's `start` with the resting surface; None if it has no start."""
     if hand.start is None:
         return None
     return locate(body.mesh, hand.start, ZeroField(), radius=body.contact_radius)
@@ -179,7 +180,7 @@ def _located(
     before: Sequence[Contact | None],
     tolerance: float | None,
 ) -> list[Contact]:
-    """Find each hand's contact on the surface without its own force, from its last contact."""
+    """Find the contact of each hand with its free surface, in a search from its last contact."""
     radius = body.contact_radius
     return [
         locate(body.mesh, x, moved, radius=radius, hint=hint, tolerance=tolerance)
@@ -188,7 +189,7 @@ def _located(
 
 
 def _forces_alone(contacts: Sequence[Contact], tip: Floats, C: Floats) -> Floats:
-    """Force on each hand with its tip held at `tip` and no other hand on the body, (c,) [N]."""
+    """Return the force on each hand at the same tip if it touched the body alone, (c,) [N]."""
     depth = np.array([c.normal @ (c.point - t) for c, t in zip(contacts, tip, strict=True)])
     return np.asarray(np.maximum(0.0, depth) / np.diag(C))
 
@@ -200,7 +201,7 @@ def _turning(
     contacts: Sequence[Contact],
     force: Floats,
 ) -> float:
-    """Largest eigenvalue of S_tt of science 3.12, where hands yield by their own compliance."""
+    """Return the largest eigenvalue of S_tt (science 3.12), with each hand's own compliance."""
     pressing = np.flatnonzero(force > 0.0).tolist()
     if not pressing:
         return 0.0
@@ -222,19 +223,22 @@ def _largest(change: Floats) -> float:
 
 
 def _nonlinearity(contact: Contact, response: Response, i: int, force: Floats) -> float:
-    """Displacement of contact i against its normal, minus C f; zero on a linear body [m]."""
+    """Return the displacement of contact i against its normal, less C f [m].
+
+    C is the compliance matrix of the response and f the forces; the result is 0 on a linear body.
+    """
     moved = contact.normal @ (contact.moved(response.displacement) - contact.point)
     return float(-moved - response.compliance[i] @ force)
 
 
 def complementarity(M: Floats, q: Floats) -> Floats:
-    """Solve f >= 0, M f - q >= 0, f . (M f - q) = 0 for symmetric positive definite M.
+    """Solve f >= 0, M f - q >= 0, f . (M f - q) = 0 for the vector f, shape (n,).
 
     Projected Gauss-Seidel finds the active set, on which the system is then solved exactly.
 
     Args:
-        M: Shape (n, n).
-        q: Shape (n,).
+        M: Symmetric positive definite matrix, shape (n, n).
+        q: Right-hand side, shape (n,).
     """
     f = np.zeros(len(q))
     for _ in range(500):
@@ -278,7 +282,7 @@ class StickingEquilibrium:
 
     Args:
         force: Force on each hand, shape (n, 3) [N].
-        normal: Outward normal of the surface free of each hand's own force, shape (n, 3).
+        normal: Outward unit normal of each hand's free surface, shape (n, 3).
         response: Response of the body; None without hands.
     """
 
@@ -326,7 +330,7 @@ def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> StickingEquilib
 
 
 def compliance_of(body: Body, hands: Sequence[StickingHand]) -> Floats:
-    """Compliance C between contacts on a body at rest, in world axes, (n, 3, n, 3) [m/N]."""
+    """Return the compliance between contacts on a resting body, world axes, (n, 3, n, 3) [m/N]."""
     presses = [_press(hand.contact, np.zeros(3)) for hand in hands]
     response = body.respond([load for press in presses for load in press.loads()])
     return _in_space(response.compliance, presses).reshape(len(hands), 3, len(hands), 3)
@@ -367,18 +371,18 @@ def _press(contact: Contact, force: Floats) -> Press:
 
 
 def _tips(hands: Sequence[StickingHand], force: Floats) -> Floats:
-    """Position of each hand's tip under its force, shape (n, 3) [m]."""
+    """Return the position of each hand's tip under the force on it, shape (n, 3) [m]."""
     compliance = np.array([1.0 / hand.stiffness for hand in hands])
     return np.asarray(np.array([hand.intention for hand in hands]) + compliance[:, None] * force)
 
 
 def _displaced(contact: Contact, response: Response) -> Floats:
-    """Position of the material point of a contact, shape (3,) [m]."""
+    """Return the displaced position of the material point of a contact, shape (3,) [m]."""
     return np.asarray(contact.point + contact.weights @ response.at(contact.vertices))
 
 
 def _in_space(compliance: Floats, presses: Sequence[Press]) -> Floats:
-    """Transform C from the axes of the contacts to world axes, shape (3 n, 3 n) [m/N]."""
+    """Transform a compliance matrix from contact axes to world axes, shape (3 n, 3 n) [m/N]."""
     axes = np.zeros(compliance.shape)
     for i, press in enumerate(presses):
         axes[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = press.axes
@@ -388,7 +392,7 @@ def _in_space(compliance: Floats, presses: Sequence[Press]) -> Floats:
 def _normals(
     body: Body, hands: Sequence[StickingHand], presses: Sequence[Press], response: Response
 ) -> Floats:
-    """Normals of the surface free of each hand's own force, shape (n, 3)."""
+    """Return the outward unit normal of each hand's free surface, shape (n, 3)."""
     normals: list[Floats] = []
     loads = [press.loads() for press in presses]
     for hand, own, span in zip(hands, loads, load_spans(loads), strict=True):

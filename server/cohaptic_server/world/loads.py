@@ -1,4 +1,4 @@
-"""The loads that users put on a body, and the compliance C between users.
+"""The loads that users put on a body, and the compliance matrix C between these loads.
 
 A user without friction has one load, along the normal. A user with friction has three loads, along
 the normal and two tangents, so that the body answers with the 3x3 compliance of the contact
@@ -42,14 +42,14 @@ class Press:
 
     @property
     def axes(self) -> Floats:
-        """Normal of the contact, and with friction two tangents; unit vectors, (1 or 3, 3)."""
+        """Unit vectors of the loads: the normal, with friction also two tangents, (1 or 3, 3)."""
         n = self.contact.normal
         if self.tangential is None:
             return n[None]
         return contact_axes(n)
 
     def loads(self) -> list[Load]:
-        """One load for each of `axes`; the body gets the opposite of the force on the hand."""
+        """Return one load for each of `axes`; a load is the opposite of the force on the hand."""
         contact = self.contact
         if self.tangential is None:
             return [contact.load(self.force)]
@@ -62,7 +62,7 @@ class Press:
 
 
 def load_spans(loads: Sequence[Sequence[Load]]) -> list[slice]:
-    """Position of each user's loads among the concatenated loads of all users."""
+    """Return the span of each user's loads among the concatenated loads of all users."""
     ends = np.cumsum([0] + [len(own) for own in loads]).tolist()
     return [slice(start, stop) for start, stop in itertools.pairwise(ends)]
 
@@ -74,7 +74,7 @@ def loads_of(
     rough: Sequence[int],
     others: Sequence[Press],
 ) -> tuple[Loads, Ints]:
-    """Return the loads of all users, followed by the loads of other presses.
+    """Return the loads of all users, followed by the loads of fading forces.
 
     Args:
         contacts: Contacts of the users.
@@ -82,10 +82,11 @@ def loads_of(
         tangential: Tangential force on each hand, shape (n, 3) [N].
         rough: Rows of users who may have a tangential force, or whose compliance along the surface
             is needed.
-        others: Presses at contacts that no user is at any more.
+        others: Forces that fade at contacts which their users have left.
 
     Returns:
-        The loads; the first load of each user and the end of the last user's, shape (n + 1,).
+        The loads; and the index of each user's first load, followed by the end of the last user's
+        loads, shape (n + 1,).
     """
     n = len(forces)
     spans = np.arange(n + 1)
@@ -118,22 +119,22 @@ def loads_of(
 
 
 def contact_axes(normal: Floats) -> Floats:
-    """Normal of a contact with friction, and two tangents; unit vectors, shape (3, 3)."""
+    """Return the normal of a contact and two tangents as unit vectors, shape (3, 3)."""
     return np.array([normal, *tangents(vec3(normal))])
 
 
 def without_tangents(
     compliance: Floats, spans: Sequence[slice], users: Sequence[int]
 ) -> tuple[Floats, list[slice]]:
-    """Return C without the tangents of some users, who have no friction.
+    """Return the compliance matrix C without the tangential loads of some users.
 
     Args:
         compliance: C between all loads, shape (loads or more, loads or more) [m/N].
-        spans: Loads of each user.
-        users: Rows of the users of whom only the normal is kept.
+        spans: Span of each user's loads.
+        users: Rows of the users of whom only the load along the normal stays, as without friction.
 
     Returns:
-        C of the loads that are left, and the loads of each user in it.
+        C between the loads that stay, and the span of each user's loads in it.
     """
     if not users:
         return compliance, list(spans)
@@ -145,16 +146,16 @@ def without_tangents(
 
 
 def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
-    """C between users for the choice of gains, shape (users, users) [m/N].
+    """Return a compliance between users that is safe for the choice of gains, (users, users) [m/N].
 
     The diagonal holds the normal compliance of each contact. For any other entry, |C| is summed
-    from one direction of the one contact to all directions of the other, and multiplied by the
-    ratio of the normal compliance to that direction's own; the entry is the largest such value. A
-    gain that is safe by this row is therefore safe for every direction of a contact.
+    from one direction of the first contact to all directions of the second, and multiplied by the
+    ratio of the first contact's normal compliance to that direction's own; the entry is the largest
+    such value. A gain that is safe by this row is therefore safe for every direction of a contact.
 
     Args:
-        compliance: C between all loads of the users, shape (loads, loads) [m/N].
-        spans: Loads of each user.
+        compliance: Compliance C between all loads of the users, shape (loads, loads) [m/N].
+        spans: Span of each user's loads.
     """
     if not spans:
         return np.zeros((0, 0))
@@ -173,16 +174,16 @@ def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
 
 
 def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
-    """Bound the diagonal of C of the users' loads to `MIN_COMPLIANCE` and `MAX_COMPLIANCE` [m/N].
+    """Return the compliance matrix C of the users' loads with a bounded diagonal [m/N].
 
-    A contact on a fixed or very stiff place then has a positive definite compliance like any other
-    contact, and is as stiff as a device can show. For a contact of three directions, the smallest
-    eigenvalue of its block is raised. A place too soft to be felt is made stiffer, by one factor in
-    all rows and columns of its contact.
+    The bounds are `MIN_COMPLIANCE` and `MAX_COMPLIANCE`. A contact on a fixed or very stiff part
+    then has a positive definite compliance like any other contact, and is as stiff as a device can
+    display. For a contact with three loads, the smallest eigenvalue of its block is raised. A
+    contact too soft to be felt is made stiffer, by one factor in all its rows and columns.
 
     Args:
         compliance: C between all loads, shape (loads or more, loads or more) [m/N].
-        spans: Loads of each user.
+        spans: Span of each user's loads.
     """
     loads = spans[-1].stop if spans else 0
     C = np.array(compliance[:loads, :loads], order="C")
@@ -204,9 +205,10 @@ def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
 
 
 def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
-    """Factors of C that bring each contact within `MAX_COMPLIANCE`, whatever its axes are.
+    """Return factors of C that bring each contact within `MAX_COMPLIANCE`, shape (loads, loads).
 
-    The largest compliance of a contact in any direction is at most the trace of its 3x3 compliance.
+    The largest compliance of a contact in any direction is at most the trace of its 3x3 compliance,
+    whatever axes the loads have.
     """
     root = np.ones(len(C))
     for span in spans:
@@ -216,12 +218,12 @@ def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
 
 
 def contact_compliance(compliance: Floats, normal: Floats, span: slice) -> Compliance3 | None:
-    """Return the 3x3 compliance of a contact in the world frame; None without friction.
+    """Return the 3x3 compliance of a contact in world axes; None without friction.
 
     Args:
-        compliance: C between all loads, bounded, shape (loads, loads) [m/N].
+        compliance: Compliance between all loads, bounded, shape (loads, loads) [m/N].
         normal: Normal of the contact, shape (3,).
-        span: Loads of the contact: one, or three with friction.
+        span: Span of the contact's loads: one, or three with friction.
     """
     if span.stop - span.start == 1:
         return None

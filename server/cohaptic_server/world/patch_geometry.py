@@ -1,9 +1,9 @@
-"""Shape of the free surface round each contact: a plane, a sphere or a mesh, as the user asked.
+"""The free surface round each contact as plane, sphere or mesh, whichever the client requested.
 
-A mesh patch carries all vertices that the probe can reach while the patch is in use. They are
+A mesh patch contains all vertices that the probe can reach while the patch is in use. They are
 vertices of the touch mesh (`touch_mesh.py`) round the contact and, for a hand that slides, along
-its path over the surface for as long as the patch will be in use. If a frame cannot hold all of
-them, the nearest vertices are taken.
+its path over the surface for as long as the patch will be in use. If a frame of the protocol cannot
+hold all of them, it holds the nearest ones.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ _UNUSABLE = Neighbourhood(math.nan, math.nan, b"")
 
 
 def _half_widths(mesh: TouchMesh, horizons: Floats) -> Floats:
-    """Largest distance of a vertex from the path of each contact, shape (n,) [m].
+    """Return the distance from each contact's path within which a mesh patch needs vertices [m].
 
-    The distance covers all that the probe can reach, or the disc of `MAX_VERTICES` if that is
-    smaller.
+    The distance, shape (n,), covers all points that the probe can reach, or the disc that
+    `MAX_VERTICES` vertices cover if that is smaller.
     """
     spacing = mesh.spacing
     widest = _DISC_MARGIN * spacing * math.sqrt(MAX_VERTICES / math.pi)
@@ -51,7 +51,7 @@ def _half_widths(mesh: TouchMesh, horizons: Floats) -> Floats:
 def quantised(
     starts: Ints, vertices: Ints, displacement: Floats, c_ii: Floats
 ) -> list[Neighbourhood]:
-    """Encode several neighbourhoods as `Neighbourhood.of` does one, in two compiled loops.
+    """Encode several neighbourhoods in two compiled loops, each as by `Neighbourhood.of`.
 
     Args:
         starts: Where each of n neighbourhoods begins, and where the last ends, shape (n + 1,).
@@ -60,8 +60,8 @@ def quantised(
         c_ii: Compliance of each vertex, finite and not negative, shape (k,) [m/N].
 
     Returns:
-        The neighbourhoods. A neighbourhood with a value out of range is made unusable, so that
-        `encode` refuses it: only the user concerned loses a patch, and the tick goes on.
+        The neighbourhoods. If a value is out of range, the scales of its neighbourhood are NaN, so
+        that `encode` refuses it: only the user concerned loses a patch, and the tick goes on.
 
     Raises:
         ValueError: The vertices are out of order or range, or the shapes do not fit.
@@ -74,7 +74,7 @@ def quantised(
     most = np.empty((len(starts) - 1, 2))
     largest(starts, displacement, c_ii, most)
     scales = _scales(most)
-    # Values that are not finite are packed as zeros: Python and C have no integers for them.
+    # Values that are not finite are packed as zeros: they have no integer in Python or C.
     known = (scales > 0.0) & (scales[:, :1] >= 0.0)
     per = np.where(known, 1.0 / np.where(known, scales, 1.0), 0.0)
     numbers = np.empty((len(vertices), FIELDS), np.uint16)
@@ -90,22 +90,28 @@ def quantised(
 
 
 def _scales(most: Floats) -> Floats:
-    """`Neighbourhood.scales` of each row of `most`, shape (n, 2); negative scales stay negative."""
+    """Return the scales of each neighbourhood as `Neighbourhood.scales` does, shape (n, 2).
+
+    Args:
+        most: Largest displacement [m] and compliance [m/N] of each neighbourhood, shape (n, 2);
+            negative values stay negative.
+    """
     wanted = most / _UNITS
     single = (wanted * (1.0 + 1e-7)).astype(np.float32).astype(np.float64)
     return np.where(np.abs(wanted) < _SMALLEST, 0.0, single)
 
 
 def path_ahead(mesh: TouchMesh, speeds: Floats, horizons: Floats) -> tuple[Floats, Floats]:
-    """Find the paths of sliding contacts round which vertices are carried.
+    """Return the paths along which contacts will slide while their patches are in use.
 
     Args:
         mesh: Touch mesh of the body.
         speeds: Speed of each contact along the surface, shape (n,) [m/s].
-        horizons: Duration of each path, shape (n,) [s].
+        horizons: Time for which each patch will be in use, shape (n,) [s].
 
     Returns:
-        Length of each path, and largest distance of a vertex from it, shape (n,) each [m].
+        Length of each path, and distance from it within which a patch needs vertices, shape (n,)
+        each [m].
     """
     return np.minimum(MAX_PATH, speeds * horizons), _half_widths(mesh, horizons)
 
@@ -134,9 +140,9 @@ class Windows(NamedTuple):
         starts: Where each window begins, and where the last ends, in `vertices`, in `fitted`, and
             in `touched` and `carried`; shape (3, n + 1).
         vertices: Vertices of the surface, those of each window ascending, shape (k,) or longer.
-        fitted: Positions in the window of the vertices that the touch mesh has, too, and that face
-            the same way as the contact; none for a plane.
-        touched: Vertices of the touch mesh that a mesh patch carries, ascending; none for other
+        fitted: Vertices from which the curvature is fitted, as positions in the window: vertices
+            that are also in the touch mesh and face the same way as the contact; none for a plane.
+        touched: Vertices of the touch mesh that a mesh patch contains, ascending; none for other
             geometries.
         carried: Positions of the `touched` vertices in `vertices`.
     """
@@ -151,13 +157,13 @@ class Windows(NamedTuple):
 
     @classmethod
     def room_for(cls, geometry: Ints, vertices: int) -> Windows:
-        """Return empty windows with room for `vertices` vertices in all windows together."""
+        """Return empty windows whose arrays have room for `vertices` vertices in all."""
         n = len(geometry)
         starts, flat = np.zeros((3, n + 1), dtype=np.int64), np.empty((4, vertices), dtype=np.int64)
         return cls(geometry, np.empty((n, _KEY)), starts, *flat)
 
     def widened(self) -> Windows:
-        """Return the same windows with twice the room."""
+        """Return a copy of the windows whose arrays have twice the room."""
         flat = (np.concatenate([part, np.empty_like(part)]) for part in self[3:])
         return Windows(self.geometry, self.keys, self.starts, *flat)
 
@@ -174,7 +180,7 @@ def choose_windows(
     before: Ints,
     previous: Windows,
 ) -> Windows:
-    """Choose the vertices round each contact; keep a window of the last tick that still covers it.
+    """Choose the vertices round each contact; reuse a window of the last tick if it still suffices.
 
     Args:
         touched_body: The deformable object and its touch mesh.
@@ -182,7 +188,7 @@ def choose_windows(
         contacts: Contacts of the probes.
         velocities: Velocities of the probes, shape (n, 3) [m/s].
         horizons: Time for which each patch will be in use, shape (n,) [s].
-        before: Row of each user in `previous`; -1 for a user who has none, shape (n,).
+        before: Row of each user in `previous`; -1 for a user without a window there, shape (n,).
         previous: Windows of the last tick.
     """
     body = touched_body.body
@@ -228,16 +234,15 @@ def free_shapes(
     x_free: Floats,
     normals: Floats,
 ) -> tuple[Floats, list[Neighbourhood | None]]:
-    """Curvature [1/m] and neighbourhood of the free surface round each contact, for its patch.
+    """Return curvature [1/m] and mesh neighbourhood of the free surface round each contact.
 
-    A plane has neither. A mesh patch carries the curvature as well, for a probe beyond the end of
-    its neighbourhood.
+    A plane has curvature 0 and no neighbourhood. A mesh patch has both: a probe beyond the end of
+    the neighbourhood needs the curvature.
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        windows: Windows of the contacts, with the geometries to be made.
-        displacement: Displacement at the windows' vertices without each user's own force, shape
-            (k, 3) [m].
+        windows: Windows of the contacts, with the geometries of the patches.
+        displacement: Displacement of the free surface at the windows' vertices, shape (k, 3) [m].
         x_free: Contact points on the free surfaces, shape (n, 3) [m].
         normals: Outward unit normals there, shape (n, 3).
     """

@@ -1,7 +1,7 @@
-"""Values of one user: its newest sample, its state after a tick, the force that it leaves behind.
+"""Values of one user: its newest sample, its state after a tick, and the force of it that fades.
 
-Between two ticks the world also keeps the forces that the body carried, and the part of the
-coupling that the next tick anticipates (science 3.13).
+Between two ticks the world also keeps the forces that the body carried in earlier ticks, and the
+part of the coupling that the next tick anticipates (science 3.13).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Touch:
 
     Args:
         user: Number of the user.
-        law: Control law of the client's local model.
+        law: Control law that the client runs on its local model.
         max_stiffness: Largest stiffness of the device [N/m].
         max_force: Largest force of the device [N].
         damping_budget: Damping that the client's passivity layer may add [N s/m].
@@ -58,7 +58,7 @@ class Touch:
         arrived: Arrival of the sample on the server's clock [s].
         fresh: Whether samples still arrive; a stale user's force is released.
         fixed_gains: Gains that the user chose, if the server allows it.
-        geometry: Geometry of the patches that the user asked for.
+        geometry: Geometry of the patches that the client requests.
         friction: Whether the force may have a tangential part.
         anchor: Point of the resting surface that the finger holds by friction [m]; None if it
             holds no point.
@@ -96,10 +96,10 @@ class UserState:
             friction.
         delay: Measured delay of the user's loop.
         velocity: Velocity of the probe, smoothed [m/s].
-        free: Displacement without the user's own force; None until the tick is over.
-        compliance: 3x3 compliance of the contact; None without friction or before the first tick
-            is over.
-        k_o_coupled: Coupling-aware stiffness, 1 / sum_j |C_ij| (science 3.2) [N/m].
+        free: Displacement of the user's free surface; None until the tick is over.
+        compliance: 3x3 compliance of the contact; None without friction or until the tick is over.
+        k_o_coupled: Coupling-aware stiffness, 1 / sum_j |C_ij| with the compliance matrix C
+            (science 3.2) [N/m].
     """
 
     touch: Touch
@@ -142,7 +142,7 @@ class Release:
     share: float
 
     def faded(self) -> Press:
-        """The press with the share of its force that the body still carries."""
+        """Return the press with the force that the body still carries."""
         tangential = self.press.tangential
         return Press(
             self.press.contact,
@@ -166,7 +166,7 @@ class Carried:
     forces: Floats
 
     def of(self, users: Ints) -> Floats:
-        """Forces of some users, zero for a user who was not there, shape (k, 3) [N]."""
+        """Return the forces on some users, zero for a user who was not there, shape (k, 3) [N]."""
         if np.array_equal(users, self.users):
             return self.forces
         rows = {user: i for i, user in enumerate(self.users.tolist())}
@@ -181,10 +181,10 @@ class Anticipation:
     Args:
         users: Numbers of the users who take part, shape (k,).
         owner: Owner of each load as a position in `users`, shape (l,).
-        axes: Direction of each load on the hand, shape (l, 3).
-        part: X, the change of the force of each load (row) per change of the force of another
-            (column), shape (l, l) [N/N].
-        solve: (1 + X)^-1, shape (l, l).
+        axes: Unit vector of the force on the hand for each load, shape (l, 3).
+        part: The matrix X of science 3.13: change of the force of each load (row) per change of the
+            force of another load (column), shape (l, l) [N/N].
+        solve: The matrix (1 + X)^-1, shape (l, l).
     """
 
     users: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))

@@ -2,13 +2,13 @@
 
 A tick has five steps:
 
-1. track each contact on the surface free of its own force (`contact_tracking.py`);
+1. find each contact on the user's free surface (`contact_tracking.py`);
 2. decide the forces that the body gets from those that users request (`applied_forces.py`);
-3. let the body respond to all of them at once;
-4. evaluate the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
-5. choose the lags of the next tick (`lags/`) and the share of the object's swing that it shows to
-   hands (science 3.14), and build one patch per user: the free surface and the body's stiffness at
-   the user's contact, and gains.
+3. let the body respond to all forces at once;
+4. compute the free surface round each contact (`patch_geometry.py`, `displacement_field.py`);
+5. choose the lags of the next tick (`lags/`) and the share of the body's swing that hands feel in
+   the next tick (science 3.14), and build one patch per user: the free surface and the body's
+   stiffness at the user's contact, and the gains of the client's control law.
 
 Each step is one call for all users, over the arrays of `users.py` (docs/design/wire.md).
 
@@ -76,10 +76,10 @@ NEAR_HEIGHT = 0.005  # m above the surface; a probe below it counts fully as a n
 
 
 def nearness(height: Floats, force: Floats) -> Floats:
-    """Weight of each user as a neighbour, shape (n,): 1 in contact or about to be, 0 out of reach.
+    """Return the weight of each user as a neighbour, shape (n,): 1 in contact, 0 out of reach.
 
     Args:
-        height: Height of each probe over the surface free of its own force, shape (n,) [m].
+        height: Height of each probe over the user's free surface, shape (n,) [m].
         force: Normal force of each user that the body carries, shape (n,) [N].
     """
     fade = (MAX_CONTACT_HEIGHT - height) / (MAX_CONTACT_HEIGHT - NEAR_HEIGHT)
@@ -98,13 +98,14 @@ def build_patches(
     room: RoomLag,
     time: TickTime,
 ) -> dict[int, Patch]:
-    """Build the patch of each connected user, with the geometry that the user asked for.
+    """Build the patch of each connected user, with the geometry that its client requests.
 
     Args:
         touched_body: The deformable object and its touch mesh.
         connected: Numbers of the users who get a patch.
-        rows: Rows of C between users, the other users weighted by nearness, shape (n, n) [m/N].
-        delays: Loop delays for which gains are chosen [s].
+        rows: Compliance matrix between users for the choice of gains, with the entries of other
+            users weighted by nearness, shape (n, n) [m/N].
+        delays: Loop delay of each user, without the room's lag [s].
         compliance: 3x3 compliance of each contact; None without friction.
     """
     frames, x_free = users.contacts.frames, observed.x_free
@@ -141,12 +142,12 @@ def build_patches(
 
 
 def _tuples(vectors: Floats) -> list[Vec3]:
-    """Vectors of shape (n, 3) as tuples of Python floats."""
+    """Return vectors of shape (n, 3) as tuples of Python floats."""
     return list(zip(*vectors.T.tolist(), strict=True))
 
 
-# Rates at which the share may rise and fall [1/s]. A change of the share moves surfaces under
-# fingers, and a fall has to be complete before the room has answered.
+# Rates at which the felt share of the swing may rise and fall [1/s]. A change of the share moves
+# surfaces under fingers, and a fall has to be complete before the hands in the room have answered.
 _RISE, _FALL = 1.0, 10.0
 
 
@@ -161,20 +162,24 @@ def show_swing(
     starts: Sequence[int],
     dt: float,
 ) -> Response:
-    """Return the response, set to the share of its swing that the next tick shows to hands.
+    """Choose the share of the body's swing that hands feel in the next tick.
+
+    The swing is the deviation of the body's natural modes from their static amplitudes.
 
     Args:
         body: The object, which has mass.
-        response: Response of this tick; a response without a swing is returned as it is.
+        response: Response of this tick.
         gains: Gains of the loop that anticipation leaves; None if the coupling cannot be
-            anticipated, and the share is 0. The share is also 0 for a hand alone with a law of the
-            paper: the law answers its own dent a delay later, and may have no gain left for a
-            swing.
+            anticipated, and the share is 0. The share is also 0 if a hand has a law of the paper:
+            that law answers its own dent a delay later, and may have no gain left for a swing.
         lag: Lag of the room [s].
         compliance: Compliance between the loads of the loop, shape (loads, loads) [m/N].
-        spans: Rows of each user in `compliance`.
+        spans: Span of each user's loads in `compliance`.
         starts: First load of each user in the response.
         dt: Simulation period N T [s].
+
+    Returns:
+        The response with the chosen share; the same response if it has no swing.
     """
     swinging = body.swinging(response)
     if swinging is None:
@@ -197,9 +202,10 @@ def show_swing(
 
 
 RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
-PREFETCH_TIME = 0.2  # s; a body is told of vertices this long before a finger reaches them
-# Range of slides within `PREFETCH_TIME`, in contact radii, that a body is told of. Below the range
-# the finger presses where it is; above it, it has moved on before the body could use the vertices.
+PREFETCH_TIME = 0.2  # s; vertices are announced to a body this long before a finger reaches them
+# Range of slides within `PREFETCH_TIME`, in contact radii, for which vertices are announced. Below
+# it, the finger stays nearly where it is; above it, the finger has left before the body could use
+# the vertices.
 _SLOWEST_SLIDE, _FASTEST_SLIDE = 0.1, 1.0
 # A contact that moves further than both of these in a tick was not moved by a hand.
 _MAX_STEP = 0.03  # m
@@ -240,7 +246,7 @@ def advance(
     applied = apply_forces(body, state, tracked, released, dt, max_move=max_move)
 
     fading = [release.faded() for release in releases]
-    # For steep contacts the body is asked for two more directions, along the surface.
+    # Steep contacts need the body's response in two more directions, along the surface.
     turns = steep_contacts(tracked.contacts.slopes)
     steep = [i for i in turns if i not in tracked.rough]
     wide = sorted([*tracked.rough, *steep])
@@ -306,8 +312,8 @@ def _participants(
 ) -> tuple[list[Touch], Ints, Floats]:
     """Return samples, rows in the last tick, and presence of the users who take part in this tick.
 
-    The presence is the share of a force that counts. It rises towards 1 by `fade` for a user whose
-    samples arrive and whose loop is not too slow, and falls to 0 for any other user.
+    The presence of a user is the share of its force that counts. It rises towards 1 by `fade` if
+    samples arrive and the user's loop is not too slow, and falls towards 0 otherwise.
     """
     last, applied = state.users.tracked, state.users.applied
     touches: list[Touch] = [
@@ -337,12 +343,12 @@ def _participants(
 
 
 def _max_contact_move(body: Body, dt: float) -> float:
-    """Distance that a hand can move a contact in one tick [m]; beyond it, the contact is new."""
+    """Return the largest distance that a hand can move a contact in a tick [m]."""
     return max(_MAX_STEP, _MAX_SPEED * dt) + body.contact_radius
 
 
 def _vertices_ahead(body: Body, users: Tracked) -> Ints:
-    """Vertices that fingers will press in `PREFETCH_TIME` if they slide on, shape (k,)."""
+    """Return the vertices that sliding fingers will reach within `PREFETCH_TIME`, shape (k,)."""
     frames, slides = users.contacts.frames, np.empty_like(users.velocity)
     tangential_parts(frames, PREFETCH_TIME * users.velocity, slides)
     lengths = np.sqrt((slides * slides).sum(axis=1)) / body.contact_radius
@@ -353,7 +359,7 @@ def _vertices_ahead(body: Body, users: Tracked) -> Ints:
 
 
 def _weighted_rows(coupling: Floats, weight: Floats) -> Floats:
-    """Rows of C for the choice of gains: all entries but the diagonal weighted by nearness."""
+    """Return the compliance between users, entries off the diagonal weighted by nearness [m/N]."""
     rows = coupling * weight
     rows.reshape(-1)[:: len(rows) + 1] = coupling.diagonal()
     return rows
@@ -368,18 +374,18 @@ def _observe(
     spans: Ints,
     forces: Floats,
 ) -> tuple[Observed, Floats]:
-    """Evaluate the surface round each contact, free of that user's own force (science 3.3).
+    """Compute each user's free surface round its contact (science 3.3).
 
     Args:
         touched_body: The deformable object and its touch mesh.
-        last: Surfaces of the last tick; None before the first tick.
+        last: Free surfaces of the last tick; None before the first tick.
         horizons: Time for which the patches will be in use, shape (n,) [s].
         response: Response of the body to all loads.
         spans: First load of each user, and the end of the last user's loads, shape (n + 1,).
         forces: Forces of these loads, shape (l,) [N].
 
     Returns:
-        The surfaces, and the height of each probe over its own surface, shape (n,) [m].
+        The free surfaces, and the height of each probe over its user's surface, shape (n,) [m].
     """
     mesh, contacts, n = touched_body.body.mesh, users.contacts, len(users.touches)
     windows = choose_windows(

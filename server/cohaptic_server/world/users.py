@@ -2,7 +2,7 @@
 
 In a tick of many users Python calls cost more than arithmetic, so each stage is one call for all
 users (docs/design/wire.md). Row i of every array belongs to the same user. The `UserState` of one
-user is made only when it is asked for.
+user is made only when a caller reads it.
 
 A world that all users have left comes to rest: it becomes the initial world again, except its tick
 number. At rest a tick changes only the number, so ticks without any client need not be computed: a
@@ -46,17 +46,18 @@ def vectors(rows: Sequence[Sequence[float]]) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """Surfaces of n users at the end of a tick, each free of that user's own force.
+    """Free surfaces of n users at the end of a tick.
 
     Args:
         response: Response of the body to all loads.
         spans: First load of each user, and the end of the last user's loads, shape (n + 1,).
         forces: Forces of these loads, shape (l,) [N].
-        windows: Vertices at which the surfaces are known, round the contacts.
-        free: Displacement at these vertices, shape (k, 3) [m].
-        shown: Displacement of each contact [m], and the share to which differences from that
-            displacement are reduced beyond the window, shape (n, 4); None if none is reduced.
-        x_free: Contact points on these surfaces, shape (n, 3) [m].
+        windows: Vertices round the contacts, at which the surfaces are stored.
+        free: Displacement of the free surfaces at these vertices, shape (k, 3) [m].
+        shown: Displacement of each contact [m], and the factor of the differences from it beyond
+            the window, by which a bulge is flattened, shape (n, 4); None if no surface is
+            flattened.
+        x_free: Contact points on the free surfaces, shape (n, 3) [m].
     """
 
     response: Response
@@ -68,12 +69,12 @@ class Observed:
     x_free: Floats
 
     def field(self, i: int) -> CachedField:
-        """The surface of one user, at all vertices."""
+        """Return the displacement of one user's free surface, for all vertices."""
         a, b = self.windows.starts[0, i : i + 2].tolist()
         return CachedField(self.windows.vertices[a:b], self.free[a:b], self.elsewhere(i))
 
     def elsewhere(self, i: int) -> Field:
-        """The surface of one user beyond its window."""
+        """Return the displacement of one user's free surface beyond its window."""
         first, last = self.spans[i : i + 2].tolist()
         free = FreeField(self.response, self.forces[first:last], slice(first, last))
         if self.shown is None or (share := float(self.shown[i, 3])) == 1.0:
@@ -85,7 +86,7 @@ class Hand(NamedTuple):
     """Properties of a user on which the room's lag depends.
 
     Args:
-        touch: Newest sample of the user.
+        touch: Newest sample of the user, with its settings.
         delay: Measured delay of the user's loop.
     """
 
@@ -101,17 +102,17 @@ class Tracked:
         touches: Newest samples of the users.
         before: Row of each user in the tick before; -1 for a user who was not there, shape (n,).
         probes: Positions of the tips, shape (n, 3) [m].
-        settings: Values of the samples, shape (4, n): largest force [N] and stiffness [N/m] of the
-            device, time stamp [s], and 1 where samples still arrive, else 0.
+        settings: One column per user, shape (4, n): largest force [N] and largest stiffness [N/m]
+            of the device, time stamp of the sample [s], and 1 if samples still arrive, else 0.
         presence: Share of each user's force that counts, 0 to 1, shape (n,).
-        requested: Normal forces before lag and limits, shape (n,) [N].
-        tangential: Tangential forces before lag and limits, zeros without friction, shape (n, 3)
-            [N].
+        requested: Normal forces that users request, before lag and limits, shape (n,) [N].
+        tangential: Tangential forces that users request, before lag and limits; zeros without
+            friction, shape (n, 3) [N].
         rough: Rows of the users who may have a tangential force.
         delays: Measured delays of the users' loops.
         velocity: Velocity of the probes, smoothed, shape (n, 3) [m/s].
-        surfaces: Relaxed free surfaces on which the contacts are tracked, one for each row of the
-            tick before.
+        surfaces: Surfaces on which the contacts are tracked, which follow the free surfaces with a
+            delay (`contact_tracking.RELAXATION`); one for each row of the tick before.
     """
 
     touches: Sequence[Touch]
@@ -129,7 +130,7 @@ class Tracked:
 
 
 def settings_of(touches: Sequence[Touch]) -> Floats:
-    """`Tracked.settings` of some samples, shape (4, n)."""
+    """Return `Tracked.settings` for some samples, shape (4, n)."""
     rows = [(t.max_force, t.max_stiffness, t.t_client, t.fresh) for t in touches]
     return np.ascontiguousarray(np.array(rows, dtype=np.float64).reshape(-1, 4).T)
 
@@ -144,8 +145,8 @@ class Applied(NamedTuple):
         presence: Share of each user's force that counts, 0 to 1, shape (n,).
         force: Normal force of each user, shape (n,) [N].
         tangential: Tangential force of each user, zeros without friction, shape (n, 3) [N].
-        deep: Whether the force was cut to the limit of its contact or of the body, shape (n,).
-        fast: Whether the change of the force was cut for the sake of other users, shape (n,).
+        deep: Whether each force was cut to the limit of its contact or of the body, shape (n,).
+        fast: Whether the change of each force was cut because it would shake others, shape (n,).
     """
 
     presence: Floats
@@ -160,7 +161,7 @@ class Users(Mapping[int, UserState]):
     """The users of a room after a tick, as a mapping from user numbers to `UserState` values.
 
     Args:
-        observed: Surfaces of the users; None before the first tick is over.
+        observed: Free surfaces of the users; None before the first tick is over.
         compliance: 3x3 compliance of each contact, None without friction; empty before the end of
             the tick.
         k_o_coupled: Coupling-aware stiffness of each user; empty before the end of the tick [N/m].
@@ -194,7 +195,6 @@ class Users(Mapping[int, UserState]):
         return len(self.tracked.touches)
 
     def _state(self, i: int) -> UserState:
-        """Return the `UserState` of the user in a row."""
         tracked, applied, observed = self.tracked, self.applied, self.observed
         rough = tracked.touches[i].friction
         return UserState(
@@ -240,13 +240,13 @@ class WorldState:
         tick: Number of the last tick; 0 before the first.
         users: Users by number, in the order of the response's loads.
         response: Response of the body at that tick; None before the first.
-        releases: Forces that fade where their probes have left them.
-        room: Lag of the room, with the coupling and margin that it comes from.
+        releases: Forces that fade at contacts from which their probes have jumped away.
+        room: Lag of the room, with the coupling and the margin from which it was chosen.
         coupling: Compliance C between the users, in the order of `users`, shape (n, n) [m/N].
-        turning: Time constant with which users turn the steep contacts of others [s].
+        turning: Time constant of the lag with which other users turn a steep contact [s].
         anticipation: Part of the coupling that the next tick anticipates.
         past: Forces that the body carried in ticks that samples may still answer, oldest first.
-        unknown_at: Last time at which a tick could not know the coupling [s].
+        unknown_at: Last time at which a tick could not determine the coupling [s].
     """
 
     tick: int = 0
@@ -261,7 +261,10 @@ class WorldState:
     unknown_at: float = -math.inf
 
     def free_field(self, row: int) -> Field:
-        """Return the surface free of a user's own force; row -1 for a user who was not there."""
+        """Return the displacement of the free surface of the user in `row`.
+
+        Row -1 stands for a user who was not in the last tick: the surface under all forces.
+        """
         observed = self.users.observed
         if observed is not None and row >= 0:
             return observed.field(row)
@@ -270,24 +273,24 @@ class WorldState:
         return FreeField(self.response, np.zeros(0), slice(0, 0))
 
 
-# J; a swing or dent with less energy would push a fingertip by less than `state.NEGLIGIBLE`: a
-# surface of compliance C with the energy U pushes by sqrt(2 U / C) at most, and every touched place
-# has C of at least 2e-6 m/N.
+# J; a dent or a swing of less energy would push a fingertip by less than `state.NEGLIGIBLE`: a
+# surface of compliance C with the energy U pushes by sqrt(2 U / C) at most, and C is at least
+# 2e-6 m/N at every contact.
 REST_ENERGY = 1e-12
 
 
 def is_at_rest(state: WorldState) -> bool:
-    """Whether no response, user or fading force is left, as before the first touch."""
+    """Return whether the world has no response, user or fading force, as before the first touch."""
     return state.response is None and not len(state.users) and not state.releases
 
 
 def pass_over(state: WorldState, ticks: int) -> WorldState:
-    """Return a world at rest after some ticks in which no user took part."""
+    """Return a world at rest after `ticks` further ticks without users."""
     return replace(state, tick=state.tick + ticks)
 
 
 def settled(state: WorldState, now: float) -> WorldState:
-    """Return the initial world if no hand could feel what remains of `state`, else `state`.
+    """Return the initial world if the body's remaining motion is too weak to feel, else `state`.
 
     Args:
         state: State of the world after a tick.

@@ -14,4 +14,16 @@ lateness.py       measures the delay of a force
 rest.py           judges whether a force rests, creeps or oscillates
 result.py         evaluates the recordings; the result is a value, and JSON
 summary.py        shows the result as a table on the terminal
+
+Terms:
+    hand: Simulated user; the first hand presses or drags in a rhythm, the others rest.
+    place: Point of the resting surface where a hand stands, with the direction inwards.
+    placement: Places of all hands, and the depth to which the first hand presses [m].
+    level: Intended position of a hand, from 0 (off, or not dragged) to 1 (pressed, or dragged).
+    stretch: Interval of grid indices in which no hand intends to move.
+    window: Interval of grid indices around one press or drag.
+    felt: Part of the force on a hand that is due to the other hands [N].
+    reference: Force in the equilibrium of body and hands, without a network [N].
+    engaged: A user is engaged while its status is `touching` or `free` (in contact or not).
+    rest: Verdict on a force: it rests, approaches its value slowly, or is unstable.
 """

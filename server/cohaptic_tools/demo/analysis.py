@@ -27,7 +27,8 @@ class Recording:
 
     Args:
         name: Name of the user.
-        columns: Each column of `cohaptic.status.row.Row`, shape (n,); `t` is Unix time [s].
+        columns: Each column of `cohaptic.status.row.Row`, shape (n,) for n haptic periods; `t` is
+            Unix time [s].
     """
 
     name: str
@@ -35,7 +36,7 @@ class Recording:
 
     @classmethod
     def load(cls, path: Path) -> Recording:
-        """Load a recording of `cohaptic touch --record`."""
+        """Load a file that `cohaptic touch --record` has written."""
         with np.load(path) as file:
             columns = dict(zip(file["columns"].tolist(), file["rows"].T, strict=True))
             columns["t"] = columns["t"] + float(file["to_wall"])
@@ -44,7 +45,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Recordings of all users on one time grid.
+    """Recordings of all users on one time grid with n instants.
 
     Args:
         t: Grid [s], shape (n,).
@@ -84,7 +85,7 @@ class Timeline:
 
     @property
     def tips(self) -> Floats:
-        """Tip of each hand, shape (users, 3, n) [m]."""
+        """Position of each hand's tip, shape (users, 3, n) [m]."""
         return np.stack([self.columns[c] for c in ("x", "y", "z")], axis=1)
 
     @property
@@ -99,17 +100,18 @@ class Timeline:
 
     @property
     def ready(self) -> npt.NDArray[np.bool_]:
-        """Whether every hand is engaged and all but the first rest at full depth, shape (n,)."""
+        """Whether all users get their full force and all but the first press fully, shape (n,)."""
         scale, level = self.columns["scale"], self.columns["level"]
         return np.asarray((scale >= 1.0).all(axis=0) & (level[1:] >= 1.0).all(axis=0))
 
 
 def stretches(timeline: Timeline, *, pressed: bool, expected: float) -> list[slice]:
-    """Find the stretches of time in which the first hand stays pressed, or stays off.
+    """Return the intervals in which the first hand stays pressed, or stays off.
 
     Args:
-        pressed: Whether to return the stretches with the hand pressed; if not, with the hand off.
-        expected: Length of a complete stretch [s]; stretches below 80 % of it are left out.
+        timeline: Recordings of all users.
+        pressed: Whether to return the intervals with the hand pressed; if not, with the hand off.
+        expected: Length of a complete interval [s]; intervals below 80 % of it are omitted.
     """
     level = timeline.columns["level"][0]
     held = (level >= 1.0 if pressed else level <= 0.0) & timeline.ready
@@ -128,7 +130,7 @@ def measured(stretch: slice) -> slice:
 
 
 def patch_rate(timeline: Timeline, user: int) -> float:
-    """Patches per second that the user in row `user` received; NaN if none was received."""
+    """Return the patches per second that user number `user` (from 0) received; NaN without any."""
     tick = timeline.columns["tick"][user]
     received = tick > 0.0
     # Interpolation spreads a step of the tick over two samples: count changes of its integer part.
@@ -137,19 +139,20 @@ def patch_rate(timeline: Timeline, user: int) -> float:
 
 
 def mean_over(values: Floats, windows: Sequence[slice]) -> Floats:
-    """Mean over all windows of values whose last axis is time; NaN without a window."""
+    """Return the mean over all windows of values whose last axis is time; NaN without a window."""
     if not windows:
         return np.full(values.shape[:-1], np.nan)
     return np.asarray(np.concatenate([values[..., w] for w in windows], axis=-1).mean(axis=-1))
 
 
 def press_windows(timeline: Timeline, *, injected: float) -> list[slice]:
-    """Find a window for each press of the first hand, from `AROUND` before it until the release.
+    """Return a window for each press of the first hand, from `AROUND` before it until the release.
 
-    Releases are left out: a control law with an integral term reduces a force much faster than it
+    Releases are omitted: a control law with an integral term reduces a force much faster than it
     builds up a force.
 
     Args:
+        timeline: Recordings of all users.
         injected: Injected delay of a round trip [s].
     """
     level = timeline.columns["level"][0]

@@ -2,19 +2,19 @@
 
 In a drag both fingers stick, and the reference consists of the tangential forces in equilibrium.
 `right` touches down first, and then `left`, on the surface that `right` has deformed; from then on
-the equilibrium is linear (`world/equilibrium.py`). The position of the material under a
-hand follows from the hand's own tip, its force f and the compliance C of its contact,
+the equilibrium is linear (`world/equilibrium.py`). The position of the material under a hand
+follows from the hand's own tip, its force f and the compliance C of its contact,
 
     material = tip + C f,
 
 whatever the network does. The measured delay is the delay of this position, relative to the
 position that the force of the other hand would cause at the same instant.
 
-In a press, the reference is the force on each hand due to the others without a network. It is
-computed from the recorded tips and forces: at each instant the forces that all users have at that
-instant act on the body, and each contact is located on the surface displaced by all forces but its
-own. There is no delay, no lag of the room and no rate limit. The force due to the others is the
-difference between the body with and without the other users. The delay of the recorded force is
+In a press, the reference is the force on each hand that the other hands cause without a network. It
+is computed from the recorded tips and forces: at each instant the forces that all users have at
+that instant act on the body, and each contact is located on the surface displaced by all forces but
+its own. There is no delay, no lag of the room and no rate limit. The force that the others cause is
+the difference between the body with and without the other users. The delay of the recorded force is
 measured against this force (`lateness.py`); both contain the same motion of the hands.
 """
 
@@ -51,7 +51,7 @@ _AROUND = 0.02  # m around a contact; radius of the window of displacements
 
 
 def instants(window: slice) -> Ints:
-    """Indices of the grid at which forces are computed, shape (n,)."""
+    """Return the n grid indices within a window at which forces are computed, shape (n,)."""
     fine, coarse = round(_FINE / STEP), round(_COARSE / STEP)
     start = window.start + round(AROUND / STEP)
     end = min(window.stop, start + round(_CHANGE / STEP))
@@ -73,14 +73,15 @@ class _Hand:
 
 
 def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats, Floats]:
-    """Compute the force on each hand due to the others, without a network.
+    """Return the force that the other hands cause on each hand without a network.
 
     Args:
+        timeline: Recordings of all users.
         body: Touched body, at rest.
-        window: Indices of the grid around a press.
+        window: Grid indices around a press.
 
     Returns:
-        Times, shape (n,) [s], and forces, shape (users, n) [N].
+        Times of the n instants, shape (n,) [s], and forces, shape (users, n) [N].
     """
     tips, forces = timeline.tips, timeline.forces
     damping = timeline.columns["scale"] * timeline.columns["damping"]
@@ -116,7 +117,10 @@ def _locate(body: Body, tip: Floats, before: _Hand | None) -> _Hand:
 
 
 def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
-    """Move a hand's displacement field towards the body's free field, by `RELAXATION`."""
+    """Return a hand whose displacement field is moved by `RELAXATION` towards the free field.
+
+    The free field is the displacement of the body without the force of this hand [m].
+    """
     near = body.mesh.near(hand.contact.foot, body.contact_radius + _AROUND)
     previous = hand.surface[near]
     return _Hand(
@@ -125,7 +129,7 @@ def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
 
 
 def _felt(contact: Contact, tip: Floats, free: Field, compliance: float) -> float:
-    """Normal force of the body on a tip, minus the force without the other users [N]."""
+    """Return the body's normal force on a tip minus its force without the other users [N]."""
     depth = float(contact.normal @ (contact.moved(free) - tip))
     alone = float(contact.normal @ (contact.point - tip))
     return (max(0.0, depth) - max(0.0, alone)) / compliance
@@ -141,7 +145,7 @@ class Drag:
     Args:
         rest: Equilibrium before the drag.
         dragged: Equilibrium after the drag.
-        compliance: Compliance C of both contacts, shape (2, 3, 2, 3) [m/N].
+        compliance: Compliance matrix C of both contacts, shape (2, 3, 2, 3) [m/N].
     """
 
     rest: StickingEquilibrium
@@ -159,19 +163,28 @@ class Drag:
         return np.maximum(self.rest.friction_needed, self.dragged.friction_needed)
 
     def along(self, forces: Floats) -> Floats:
-        """Tangential part of each hand's force, shape (2, 3, ...) [N]."""
+        """Return the tangential part of each hand's force, shape (2, 3, ...) [N]."""
         n = self.rest.normal
         pressed = np.einsum("ui,ui...->u...", n, forces)
         return np.asarray(forces - np.einsum("ui,u...->ui...", n, pressed))
 
     def felt(self, change: Floats) -> Floats:
-        """Component of each hand's measured `change` along the reference change, shape (2,) [N]."""
+        """Return each measured change of force, projected on the reference change, shape (2,) [N].
+
+        Args:
+            change: Measured change of each hand's tangential force, shape (2, 3) [N].
+        """
         expected = self.change
         projected = np.einsum("ui,ui->u", change, expected)
         return np.asarray(projected / np.linalg.norm(expected, axis=1))
 
     def delay(self, timeline: Timeline, window: slice) -> float:
-        """Delay with which `right` is dragged in a window [s]; NaN if it is hardly dragged."""
+        """Return the delay with which `right` is dragged [s]; NaN if it hardly moves.
+
+        Args:
+            timeline: Recordings of all users.
+            window: Grid indices around the drag.
+        """
         direction = self.change[RIGHT] / np.linalg.norm(self.change[RIGHT])
         forces, tips = timeline.forces[:, :, window], timeline.tips[:, :, window]
         C = self.compliance
@@ -184,7 +197,7 @@ class Drag:
 
 
 def reference_drag(scene: Scene, body: Body) -> Drag:
-    """Solve for the equilibria of a scene in which `left` drags and `right` sticks beside it.
+    """Return the equilibria of a scene in which `left` drags and `right` sticks beside it.
 
     Raises:
         BodyError: A hand meets no surface on its way, or there is no equilibrium.
@@ -216,8 +229,8 @@ class Compared:
     """Measured and reference forces of one user; unknown values are NaN.
 
     Args:
-        felt: Measured force due to the other users [N].
-        reference: Force due to the other users in the equilibrium of body and hands [N].
+        felt: Measured force that the other users cause [N].
+        reference: Force that the other users cause in the equilibrium of body and hands [N].
         error: Difference of the two divided by the reference, or by `LEAST` if that is larger.
         force: Measured force on the hand [N].
         reference_force: Force on the hand in equilibrium [N].
@@ -242,13 +255,15 @@ def compare(
     off: Sequence[slice],
     windows: Sequence[slice],
 ) -> list[Compared]:
-    """Compare every user's forces with the reference, and measure the delays.
+    """Return for every user the measured forces, the reference forces and the delay.
 
     Args:
+        scene: Scene that the users performed.
         body: Touched body, at rest.
-        pressed: Stretches of time in which the first hand stays pressed, or stays dragged.
-        off: Stretches of time in which the first hand stays off, or has not dragged yet.
-        windows: Windows of time around the presses or drags.
+        timeline: Recordings of all users.
+        pressed: Stretches in which the first hand stays pressed, or stays dragged.
+        off: Stretches in which the first hand stays off, or has not dragged yet.
+        windows: Windows around the presses or drags.
     """
     windows = windows[-_REPLAYED:]
     if scene.drags:
@@ -327,7 +342,7 @@ def _drags(
 
 
 def _median(delays: Callable[[slice], list[float]], windows: Sequence[slice], users: int) -> Floats:
-    """Median delay over windows in which a force changed, shape (users,) [s]; NaN without any."""
+    """Return each user's median delay over the windows, shape (users,) [s]; NaN without a value."""
     values = np.array([delays(window) for window in windows]).reshape(-1, users)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # no force changed in any window

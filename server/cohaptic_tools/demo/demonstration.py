@@ -51,7 +51,7 @@ def demonstrate(
     nonlinear: bool,
     browser: bool,
 ) -> bool:
-    """Perform a scene on a body, and print the result.
+    """Perform a scene on a body, print the result, and return whether all users were stable.
 
     Args:
         scene: Scene in which the places of the hands are not chosen yet.
@@ -60,7 +60,7 @@ def demonstrate(
         json: Path of the file for the result; None writes no file.
         keep: Folder in which recordings and logs stay; None deletes them at the end.
         nonlinear: Whether the body is nonlinear (finite deformation).
-        browser: Whether to open the page.
+        browser: Whether to open the web page of the server.
 
     Returns:
         True if no user was unstable.
@@ -104,7 +104,7 @@ def _perform(
     *,
     browser: bool,
 ) -> DemoResult:
-    """Run the processes of a scene until its end, and compare their recordings."""
+    """Run the processes of a scene until its end, and return the evaluated recordings."""
     with _recordings_folder(keep) as folder:
         typer.echo("starting the server ...", err=True)
 
@@ -157,7 +157,7 @@ def _stop_on_interrupt() -> threading.Event:
 
 
 def open_page(address: str) -> bool:
-    """Open the page in a graphical browser; returns False without a built page or such a browser.
+    """Open the web page in a graphical browser; return False if there is no page or browser.
 
     A browser that runs in the terminal would hide the live view.
     """

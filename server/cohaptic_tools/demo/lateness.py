@@ -1,4 +1,7 @@
-"""Measures the delay of a force: when half of its change is made, relative to no network."""
+"""Measures the delay of a force, relative to the force that would act without a network.
+
+The delay is taken where each force has made half of its change.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ _SMOOTH = 11  # ms; width of a centred moving average of a recorded force
 
 
 def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> float:
-    """Time from half of the change of `at_once` to half of the change of `felt` [s].
+    """Return the time from half of the change of `at_once` to half of the change of `felt` [s].
 
     Each half refers to the change of the same force, so that a control law which loses a part of
     the force does not count as late. The result is NaN if either force changes by less than
@@ -22,9 +25,9 @@ def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> f
 
     Args:
         t: Times of a window around one press, evenly spaced, shape (n,) [s].
-        felt: Force on a hand due to the others, shape (n,) [N].
+        felt: Measured force that the other hands cause on a hand, shape (n,) [N].
         at_once_t: Increasing times, shape (m,) [s].
-        at_once: Force on the hand due to the others without a network, shape (m,) [N].
+        at_once: Force that the other hands would cause without a network, shape (m,) [N].
     """
     width = max(1, round(1e-3 * _SMOOTH / float(t[1] - t[0]))) | 1
     padded = np.pad(felt, width // 2, mode="edge")
@@ -33,7 +36,7 @@ def felt_delay(t: Floats, felt: Floats, at_once_t: Floats, at_once: Floats) -> f
 
 
 def half_change(t: Floats, force: Floats) -> float:
-    """Time at which a force has made half of its change between the ends of a window [s].
+    """Return the time at which a force has made half of its change in a window [s].
 
     The result is NaN if the force changes by less than `LEAST`, or has already made half of its
     change at the first sample.

@@ -31,13 +31,15 @@ def watch(
 
     Args:
         stage: The running processes of the scene.
+        scene: Scene that the users perform.
+        console: Terminal on which the view is shown.
         stop: Event that ends the view.
 
     Returns:
         The last status of each user, and the faults that switched forces off, by name of the user.
 
     Raises:
-        DemoFailed: A client has ended, or not all clients were engaged in time.
+        DemoFailed: A client has ended, or not all clients were engaged within `GATHER`.
     """
     clock = SystemClock()
     monitor, told = Monitor(scene, clock.now()), clock.now()
@@ -59,14 +61,16 @@ def watch(
 class Monitor:
     """Follows the statuses of all users from the start of their processes.
 
+    A user is engaged while its status is "touching" or "free".
+
     Args:
         scene: Scene that the users perform.
         opened: Time at which the processes were started [s].
 
     Attributes:
-        statuses: The last statuses; empty before the first reading.
-        faults: Faults seen since all users were engaged, by name of the user.
-        since: Time from which all users were engaged; None before [s].
+        statuses: Statuses at the last reading; empty before the first.
+        faults: Faults since all users were engaged, by name of the user.
+        since: Time since which all users have been engaged [s]; None before that.
     """
 
     def __init__(self, scene: Scene, opened: float) -> None:
@@ -77,7 +81,7 @@ class Monitor:
         self.since: float | None = None
 
     def read(self, statuses: list[TouchStatus], now: float) -> None:
-        """Take one reading of every user.
+        """Store one status of every user, and note faults and whether all users are engaged.
 
         Raises:
             DemoFailed: A client has ended, or not all are engaged `GATHER` after the start.
@@ -103,13 +107,13 @@ class Monitor:
         return self.since is not None and duration is not None and now - self.since >= duration
 
     def picture(self, now: float, width: int) -> Group:
-        """Draw the live view of the last reading, for a terminal of `width` characters."""
+        """Return a drawing of the last reading, for a terminal of `width` characters."""
         since = None if self.since is None else now - self.since
         return picture(self._scene, self.statuses, self._traces, since, width, every=REFRESH)
 
 
 def traced(scene: Scene, status: TouchStatus) -> float:
-    """Force for the sparkline: tangential in a scene with friction, else the magnitude [N]."""
+    """Return the force for the sparkline: tangential in a scene with friction, else whole [N]."""
     return (status.along or 0.0) if scene.drags else status.force
 
 
@@ -122,7 +126,7 @@ def picture(
     *,
     every: float,
 ) -> Group:
-    """Draw the live view: a headline, a table of the users, and a sparkline of each force.
+    """Return the live view: a headline, a table of the users, a sparkline of each force.
 
     Args:
         statuses: Last status of each user.
@@ -147,7 +151,7 @@ def picture(
 
 
 def _action(scene: Scene) -> str:
-    """Describe the actions of the first hand and of the others in words."""
+    """Return in words what the first hand and the other hands do."""
     every = f"every {scene.rhythm.period:.1f} s"
     if scene.drags:
         action = f"drags {1e3 * DRAG:g} mm along the surface and back"
@@ -164,7 +168,7 @@ def _progress(scene: Scene, since: float | None) -> str:
 
 
 def sparkline(values: deque[float], top: float = _TOP) -> str:
-    """Draw forces as block characters, one for each force, whose heights show the forces.
+    """Return forces as a line of block characters, whose heights show the forces.
 
     Args:
         values: Forces, shape (n,) [N].

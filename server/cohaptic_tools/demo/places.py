@@ -2,11 +2,13 @@
 
 At an admissible place no other part of the body is within a hand's width in front of the surface,
 no fixed vertex is near, the fixed part lies behind the surface, and the body is thick enough to
-press into. C_ii is the compliance at a press i, and C_ij the displacement at place j per force at
-i, both inwards. The pressing hand is felt most where C_ij is large relative to C_ii, and best where
-C_ij is negative: there a press moves the surface outwards, as on the far side of a balloon.
+press into. C_ii is the compliance at a pressed place i, and C_ij the displacement at place j per
+force at i [m/N], both inwards. The pressing hand is felt most where C_ij is large relative to C_ii,
+and best where C_ij is negative: there a press moves the surface outwards, as on the far side of a
+balloon.
 
-Places near a rim are left out, since a finger there would touch the neighbouring face instead.
+Places near a rim are not admissible, since a finger there would touch the neighbouring face
+instead.
 """
 
 from __future__ import annotations
@@ -46,7 +48,7 @@ _FROM_HELD = (2.0, 1.0, 0.5)
 # At 2 radii two contacts on the same side meet; on a bottle of 133 tetrahedra with a fingertip of
 # 28 mm there is no place further away.
 _APART = (3.0, 2.2, 1.5)
-_MAX_DEPTH = 0.6  # largest depth of a press, as a share of the depth of the body under the place
+_MAX_DEPTH = 0.6  # largest depth of a press over the thickness of the body at the place
 # A thin wall yields as a whole, so that a hand may press deeper than the wall is thick: until it
 # gets the force `_FELT` [N], three times the perception threshold, but at most by `_MAX_SHARE` of
 # `SurfaceMesh.size`. Without this rule two hands on a bottle's wall of 1.2 mm felt 3 mN.
@@ -55,19 +57,19 @@ _MAX_SHARE = 0.15
 
 
 def _silent(share: float) -> None:
-    """Do nothing; default for a progress callback."""
+    """Ignore the completed fraction; the default for a progress callback."""
 
 
 def place_hands(
     body: Body, held: npt.NDArray[np.bool_], users: int, progress: Callable[[float], None] = _silent
 ) -> Placement:
-    """Choose places at which `users` hands come to rest.
+    """Return a placement of `users` hands at which they come to rest.
 
     Args:
         body: The body at rest.
         held: Whether each vertex of the surface is fixed, shape (n,).
         users: Number of hands.
-        progress: Called with the completed share.
+        progress: Called with the completed fraction, 0 to 1.
 
     Raises:
         BodyError: There are not enough admissible places.
@@ -135,7 +137,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
 def _groups(
     x: Floats, pressed: Ints, admissible: Ints, score: Floats, users: int, apart: float
 ) -> list[Ints]:
-    """Choose groups of vertices for all hands, the best group first; its first vertex is pressed.
+    """Return groups of one vertex for each hand, the best group first; the first hand presses.
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
@@ -158,7 +160,7 @@ def _groups(
 
 
 def width_of_hand(mesh: SurfaceMesh) -> float:
-    """Width of a hand, along the surface and in front of it, on an object of this size [m]."""
+    """Return the space that a hand takes along and in front of a surface of this size [m]."""
     return min(_FINGER, 0.5 * mesh.size)
 
 
@@ -172,7 +174,14 @@ def is_open(mesh: SurfaceMesh, vertices: Ints, room: float) -> npt.NDArray[np.bo
 def supported(
     mesh: SurfaceMesh, vertices: Ints, held: npt.NDArray[np.bool_], margin: float
 ) -> npt.NDArray[np.bool_]:
-    """Whether the fixed vertex nearest to each vertex is beyond `margin` [m] and behind, (k,)."""
+    """Whether the fixed vertex nearest to each of k vertices is far enough and behind, (k,).
+
+    Args:
+        mesh: Surface of the body.
+        vertices: Vertices to test, shape (k,).
+        held: Whether each vertex of the surface is fixed, shape (n,).
+        margin: Least distance to the nearest fixed vertex [m].
+    """
     if not held.any():
         return np.ones(len(vertices), dtype=np.bool_)
     x = mesh.vertices[held]
@@ -183,7 +192,7 @@ def supported(
 
 
 def _distance(mesh: SurfaceMesh, points: Floats) -> Floats:
-    """Distance from points to the nearest sample of the surface, shape points.shape[:-1] [m]."""
+    """Return the distance of points to the nearest surface sample, shape points.shape[:-1] [m]."""
     return np.asarray(mesh.quadrature.tree.query(points)[0])
 
 
@@ -195,7 +204,7 @@ def _press(body: Body, vertex: int) -> Load:
 
 
 def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
-    """Compliance C_ii at each press, shape (p,), and C_ij at the felt places, (p, f) [m/N]."""
+    """Return C_ii at each pressed vertex, shape (p,), and C_ij at the felt ones, (p, f) [m/N]."""
     response = body.respond([_press(body, int(k)) for k in pressed])
     inward = -body.mesh.normals[felt]
     C = np.empty((len(pressed), len(felt)))
@@ -207,12 +216,12 @@ def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
 
 
 def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> Placement:
-    """Make a placement of the hands at chosen vertices, with a depth for the first hand.
+    """Return the placement of the hands at these vertices, with a depth for the first hand.
 
     Args:
         body: The body at rest.
         chosen: Vertex of each hand, shape (users,); the first hand presses.
-        under: Least depth of the body under these vertices [m].
+        under: Thickness of the body under these vertices, the least of them [m].
         felt: Least force that the first hand should feel [N]; `_MAX_SHARE` of the size and
             `PRESS_DEPTH` still bound the depth.
     """

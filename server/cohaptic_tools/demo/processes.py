@@ -76,10 +76,10 @@ class Process:
         self._first.set()
 
     def first_line(self, tell: Callable[[str], None] = lambda words: None) -> str:
-        """Wait for the first line of output, without a time-out while the process lives.
+        """Wait for the first line of output, and return it; there is no time-out.
 
-        If the object of a server could not be stored, the server prepares the object once more,
-        which takes minutes.
+        The wait may take minutes: if the object of a server could not be stored, the server
+        prepares the object once more.
 
         Args:
             tell: Called with a sentence every `_START` while the process is still starting.
@@ -100,7 +100,7 @@ class Process:
 
     @property
     def running(self) -> bool:
-        """Whether the process has not ended."""
+        """Whether the process is still running."""
         return self._process.poll() is None
 
     @property
@@ -109,7 +109,7 @@ class Process:
         return self._process.pid
 
     def let_end(self) -> None:
-        """Close the lifeline, so that the process ends."""
+        """Close the lifeline, so that the process ends by itself."""
         assert self._process.stdin is not None
         with contextlib.suppress(OSError):
             self._process.stdin.close()
@@ -131,6 +131,7 @@ class Stage:
     """Context in which all processes of a scene run; at its end the clients end, then the server.
 
     Args:
+        scene: Scene that the users perform.
         folder: Folder for recordings and logs.
         body: Options of `cohaptic serve` that describe the touched body.
         tell: Called with a sentence if the start of the server takes long.
@@ -205,7 +206,7 @@ class Stage:
         return process
 
     def recording(self, name: str) -> Path:
-        """Path of a user's recording, which the client writes at its end."""
+        """Return the path of a user's recording, which the client writes at its end."""
         return self._folder / f"{name}.npz"
 
     def statuses(self) -> list[TouchStatus]:
@@ -231,7 +232,7 @@ class Stage:
 
 
 def _placement_options(script: HandScript) -> list[str]:
-    """Options of `cohaptic touch` for the place of a hand."""
+    """Return the options of `cohaptic touch` that say where a hand stands."""
     if script.place is None:
         return ["--angle", repr(math.degrees(script.angle))]
     at, inward = map(repr, script.place.point), map(repr, script.place.inward)
@@ -239,6 +240,6 @@ def _placement_options(script: HandScript) -> list[str]:
 
 
 def _with_modules_of(folder: Path) -> dict[str, str]:
-    """Return the environment with a folder added to Python's search path for modules."""
+    """Return the environment variables, with a folder added to Python's module search path."""
     places = filter(None, (str(folder), os.environ.get("PYTHONPATH")))
     return {**os.environ, "PYTHONPATH": os.pathsep.join(places)}

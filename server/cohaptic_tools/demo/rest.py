@@ -1,9 +1,11 @@
-"""Judges whether a force comes to rest, still creeps to its value, or oscillates.
+"""Judges whether a force comes to rest, still approaches its value, or oscillates.
 
 There are three cases with different remedies. A loop whose oscillation does not decay is
 *unstable*, and waiting does not help. A loop whose force still approaches its value is *slow*, and
 waiting helps. A hand whose device is softer than the object feels less force, but the force rests
 (`TouchStatus.soft`).
+
+A swing is one rise or fall of an oscillating force [N].
 """
 
 from __future__ import annotations
@@ -17,9 +19,9 @@ from cohaptic_server.numeric import Floats
 
 # A force counts as at rest if it varies by no more than the larger of these, peak to peak.
 RIPPLE = 0.02  # N; below the perception threshold of a fingertip
-RIPPLE_SHARE = 0.01  # share of the force
+RIPPLE_SHARE = 0.01  # fraction of the force
 DYING = 0.9  # largest ratio of successive swings in a decaying oscillation
-AT_LIMIT = 0.999  # share of the device's largest force
+AT_LIMIT = 0.999  # fraction of the device's largest force
 
 
 class Rest(Enum):
@@ -33,7 +35,7 @@ class Rest(Enum):
 def judge(
     force: Floats, stretches: Sequence[slice], measured: Callable[[slice], slice], limit: float
 ) -> list[Rest | None]:
-    """Classify the force on each hand; None if there is no stretch of time to judge from.
+    """Return a verdict on each hand's force; None if there is no stretch to judge from.
 
     In the measured part of a stretch a force at rest varies by at most `RIPPLE` or `RIPPLE_SHARE`
     of itself peak to peak, drift included. A force that varies more is slow if it changes
@@ -42,7 +44,7 @@ def judge(
 
     Args:
         force: Force on each hand, shape (users, n) [N].
-        stretches: Stretches of time in which no hand intends to move.
+        stretches: Intervals of time indices in which no hand intends to move.
         measured: Returns the part of a stretch in which a force must be at rest.
         limit: Largest force of the device [N].
     """
@@ -64,7 +66,7 @@ def _worst(
 
 
 def judge_stretch(force: Floats, end: Floats) -> Rest:
-    """Classify one force in a stretch of time in which no hand intends to move.
+    """Return a verdict on one force in a stretch, in which no hand intends to move.
 
     Args:
         force: Force in the stretch, shape (n,) [N].
@@ -79,7 +81,7 @@ def judge_stretch(force: Floats, end: Floats) -> Rest:
 
 
 def swings(force: Floats, least: float) -> list[float]:
-    """Heights of the successive rises and falls of a force [N].
+    """Return the heights of the successive rises and falls of a force [N].
 
     Args:
         force: Force over time, shape (n,) [N].
@@ -102,10 +104,14 @@ def swings(force: Floats, least: float) -> list[float]:
 
 
 def dies_out(sizes: Sequence[float]) -> bool:
-    """Whether two or more swings decay, each to at most `DYING` times the previous one.
+    """Whether an oscillation decays, on average to at most `DYING` from swing to swing.
 
     The decay is fitted after the largest swing, which may be the transient of a press, if enough
-    swings follow it. The last swing may be incomplete: its height so far is a lower bound.
+    swings follow it. The last swing may be incomplete: its height so far is a lower bound. Of only
+    two swings the second must be below half of the first.
+
+    Args:
+        sizes: Heights of the swings in order, two or more [N].
     """
     *whole, last = sizes
     if last > DYING * whole[-1]:

@@ -30,10 +30,11 @@ class UserResult(BaseModel):
     """Result of one user; a field is None if the demonstration was too short to measure it.
 
     Fields:
-        felt_from_others_n: Mean force due to the other users while the first presses; in a scene
-            with friction the change of the tangential force by the drag [N].
-        truth_from_others_n: The same force in the equilibrium of body and hands, without a network;
-            None if a finger slips, since there is no such equilibrium then [N].
+        name: Name of the user.
+        felt_from_others_n: Mean force that the other users cause while the first presses; in a
+            scene with friction the change of the tangential force by the drag [N].
+        truth_from_others_n: The same force in the equilibrium of body and hands, without a network
+            [N]; None if a finger slips, since there is no such equilibrium then.
         force_error: Difference of these two forces divided by the second, or by 0.05 N if that is
             larger.
         force_n, truth_force_n: Force on the hand, measured and in equilibrium [N].
@@ -41,11 +42,12 @@ class UserResult(BaseModel):
         k_h: Gain of the user's haptic loop at the end [N/m].
         max_stiffness: Largest stiffness that the device renders [N/m].
         soft: Whether the device is softer than the body at the contact.
-        friction_needed: Coefficient below which the finger slips; None in a scene without friction.
+        friction_needed: Coefficient of friction below which the finger slips; None in a scene
+            without friction.
         loop_hz: Periods of the haptic loop per second.
         loop_late_p99_us: Lateness of a period, 99th percentile [us].
-        loop_missed: Periods of the haptic loop that were left out.
-        round_trip_ms: Round trip between client and server, measured [ms].
+        loop_missed: Number of periods of the haptic loop that were omitted.
+        round_trip_ms: Measured round trip between client and server [ms].
         felt_delay_ms: Delay with which the force makes half of its change, relative to the force
             without a network [ms]; None for the first hand, which causes the change, and if the
             force does not change.
@@ -80,7 +82,7 @@ class UserResult(BaseModel):
 
 
 class DemoResult(BaseModel):
-    """Result of a demonstration, with the settings that it was performed with."""
+    """Result of a demonstration, with the settings of the scene."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -103,9 +105,10 @@ def evaluate(
     statuses: Sequence[TouchStatus],
     faults: dict[str, set[str]],
 ) -> DemoResult:
-    """Compare the recordings of all users with the reference.
+    """Return the result of a demonstration, from the recordings of all users.
 
     Args:
+        scene: Scene that the users performed.
         body: Touched body, at rest.
         recordings: Path of each user's recording, in the order of the scene's names.
         statuses: Last status of each user.

@@ -13,7 +13,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import MAX_ITERATIONS, Equilibrium, RestingHand, solve
 
-PRESS_DEPTH = 0.02  # m; intended depth of the first user's press; the others press half as deep
+PRESS_DEPTH = 0.02  # m; intended depth of the first hand's press; the others press half as deep
 DRAG = 0.006  # m; length of a drag with friction: perceptible, and no finger slips at mu = 0.6
 BESIDE = math.radians(30.0)  # angle around the balloon between two hands of which one drags
 _SETTLE = 1.5  # s in which a hand presses and all hands come to rest, without any delay
@@ -24,7 +24,7 @@ _JOIN = 3.0  # s within which the hands are engaged and at the body
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Settings of a demonstration: what the hands do, and the injected delay.
+    """Settings of a demonstration: the actions of the hands, and the injected delay.
 
     Args:
         users: Number of hands; the first hand presses, the others rest.
@@ -34,7 +34,8 @@ class Scene:
         simulation_hz: Ticks per second.
         seed: Seed of the jitter.
         duration: Duration of the demonstration [s]; None without an end.
-        places: Places of the hands on the surface; empty to stand evenly around the body.
+        places: Places of the hands on the surface; if empty, the hands stand evenly around the
+            body.
         depth: Intended depth of the first hand; the others press half as deep [m].
         friction: Coefficient of friction of every finger; 0 without friction. With friction two
             hands stand side by side and press equally deep; the first drags along the surface, and
@@ -74,7 +75,7 @@ class Scene:
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Angle of each user [rad]; `right` is opposite `left`, the others fill the circle.
+        """Angle of each user around the body [rad]; `right` is opposite `left`, the others between.
 
         In a scene with friction `right` stands beside `left`, to its right.
         """
@@ -88,8 +89,8 @@ class Scene:
     def rhythm(self) -> Rhythm:
         """Rhythm of the first hand; its period is long enough for forces to settle.
 
-        In a short demonstration the period is shorter, so that a whole period is seen, and forces
-        may not settle.
+        In a short demonstration the period is shorter, so that it contains a whole period, and
+        forces may not settle.
         """
         half = self._half
         if self.duration is not None:
@@ -112,7 +113,7 @@ class Scene:
         return 3.0 if self.drags else 2.0
 
     def script(self, user: int) -> HandScript:
-        """Return the script of user number `user` (from 0)."""
+        """Return the script of user number `user` (from 0): place, depth and rhythm of its hand."""
         first = user == 0
         return HandScript(
             angle=self.angles[user],
@@ -126,12 +127,12 @@ class Scene:
 def reference(
     scene: Scene, body: Body, *, pressed: bool, iterations: int = MAX_ITERATIONS
 ) -> Equilibrium:
-    """Solve for the equilibrium of body and hands without a network.
+    """Return the equilibrium of body and hands without a network.
 
     Args:
         scene: Scene with the places and depths of the hands.
         body: Body at rest.
-        pressed: Whether the first hand presses, or is off the body.
+        pressed: True for the equilibrium with the first hand pressed, False with it off the body.
         iterations: Largest number of iterations for the contacts to come to rest.
 
     Raises:

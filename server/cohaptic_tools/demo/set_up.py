@@ -24,6 +24,9 @@ FIX = "z < 15%"  # default held region of an object: its foot
 def check_body(scene: Scene, name: str) -> None:
     """Check that a scene can be performed on a body, before any file is read.
 
+    Args:
+        name: Name of the body, or path of a file.
+
     Raises:
         SettingError: The scene cannot be performed on the body.
     """
@@ -38,23 +41,24 @@ def check_body(scene: Scene, name: str) -> None:
 def set_up(
     scene: Scene, name: str, source: ObjectFile, *, nonlinear: bool, progress: Progress
 ) -> tuple[Body, Scene, str]:
-    """Build the body, and place the hands on it.
+    """Build the body, and choose places for the hands on it.
 
-    The hands stand evenly around the balloon; on other bodies places are chosen.
+    The hands stand evenly around the balloon; on other bodies places are searched for.
 
     Args:
         scene: Scene in which the places of the hands are not chosen yet.
         name: Name of the body, or path of a file.
         source: File of the object, and its options.
         nonlinear: Whether the body is nonlinear (finite deformation).
-        progress: Called with the name of each phase and the share of it that is done.
+        progress: Called with the name of each phase and the finished fraction of it, 0 to 1.
 
     Returns:
         The body, the scene with places, and a sentence on the places; for the balloon the scene is
         unchanged and the sentence empty.
 
     Raises:
-        BodyError: The file holds no touchable object, or there are no places for all hands.
+        BodyError: The file contains no object that can be touched, or there are no places for all
+            hands.
         SettingError: An option does not fit the body.
     """
     check_body(scene, name)
@@ -86,7 +90,7 @@ def set_up(
 
 
 def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
-    """Describe the places of the hands and the coupling between them in one sentence."""
+    """Return a sentence with the places of the hands and the coupling between them."""
     presses = f"{names[0]} presses up to {1e3 * placement.depth:.0f} mm deep"
     others = [
         f"{name} is {1e3 * distance:.0f} mm away and {'pushed out' if c < 0.0 else 'sinks in'}"
@@ -99,7 +103,7 @@ def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
 
 
 def serve_options(name: str, source: ObjectFile, *, nonlinear: bool, users: int = 2) -> list[str]:
-    """Options with which `cohaptic serve` simulates the same body."""
+    """Return the options with which `cohaptic serve` simulates the same body."""
     options = ["--body", name, *(["--nonlinear"] if nonlinear else [])]
     if name == BALLOON:
         return options

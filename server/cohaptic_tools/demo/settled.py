@@ -20,7 +20,7 @@ from cohaptic_server.world.equilibrium import Equilibrium
 from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.scene import Scene, reference
 
-# Distance in contact radii, 12 mm for a finger: a hand that is further from its place has slid off,
+# Distance in contact radii, 12 mm for a finger: a hand further away from its place has slid off,
 # and a surface that the other hands displace further has moved away. On a knot's loop of 1 N/m two
 # hands that pressed 3 mm deep also had an equilibrium of 0.25 N, 80 mm away from their places.
 _SLID = 1.5
@@ -35,7 +35,7 @@ _GIVES_WAY = 1.5
 # the limb between them moves away sideways; just below 1 the hands take long to come to rest.
 _HOLDS = 0.5
 _TRIED = 3  # placements at each depth; if none of them rests, few others do
-_DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12)  # shares of the intended depth
+_DEPTHS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.12)  # fractions of the intended depth
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +45,9 @@ class Placement:
     Args:
         places: Place of each hand; the first one presses.
         depth: Intended depth of the first hand's press [m].
-        coupling: C_1j / C_jj of each hand j with the first hand, shape (users,): displacement under
-            hand j by a force of the first hand, over the displacement by the same force of hand j;
-            1 for the first hand.
+        coupling: Compliance ratio C_1j / C_jj of each hand j with the first hand, shape (users,):
+            displacement under hand j by a force of the first hand, over the displacement by the
+            same force of hand j; 1 for the first hand.
         distances: Distance of each hand from the first, shape (users,) [m].
     """
 
@@ -60,17 +60,18 @@ class Placement:
 def first_that_rests(
     body: Body, placements: Sequence[Placement], progress: Callable[[float], None]
 ) -> Placement:
-    """Choose the largest depth at which the hands rest, and the first good placement at that depth.
+    """Return the first placement, at the largest possible depth, at which the hands rest.
 
     Args:
         body: The body at rest.
         placements: Placements, the best first; at least one.
-        progress: Called with the completed share.
+        progress: Called with the completed fraction, 0 to 1.
 
     Returns:
         At the largest depth at which the hands rest with a force, the first placement whose
         pressing hand feels at least `LEAST`, or else the placement with the largest force. If the
-        hands rest nowhere, the first placement at its smallest depth; the result then shows that.
+        hands rest nowhere, the first placement at its smallest depth; the demonstration then shows
+        that.
     """
     first, tried = placements[:_TRIED], _TRIED * len(_DEPTHS)
     for k, share in enumerate(_DEPTHS):
@@ -94,7 +95,7 @@ def rests(body: Body, placement: Placement) -> bool:
 
 
 def force_at_rest(body: Body, placement: Placement) -> float | None:
-    """Force on the pressing hand when the hands rest [N]; None if they do not come to rest.
+    """Return the force on the pressing hand when the hands rest [N]; None if they do not rest.
 
     The hands rest if, with the first hand pressed and off, no hand slides off its place and no
     place gives way.
@@ -138,5 +139,5 @@ def force_at_rest(body: Body, placement: Placement) -> float | None:
 
 
 def held_fast(found: Equilibrium) -> bool:
-    """Whether the hands can hold their tips at the equilibrium `found` (science 3.12)."""
+    """Whether the hands hold their tips in an equilibrium without sliding off (science 3.12)."""
     return found.turning <= _HOLDS

@@ -16,11 +16,11 @@ from cohaptic_tools.demo.rest import Rest
 from cohaptic_tools.demo.result import DemoResult, UserResult
 
 GOOD_ERROR = 0.05  # relative error; half of the just noticeable difference of forces
-_PUNCTUAL = 0.8  # share of patches received; if it is lower, the machine is too slow for a verdict
+_PUNCTUAL = 0.8  # fraction of patches received; below it the machine is too slow for a verdict
 
 
 def show(result: DemoResult) -> Panel:
-    """Draw the result: a verdict, a table of the users, and remarks."""
+    """Return a panel with a verdict, a table of the users, and remarks."""
     felt = "drag felt" if result.friction else "felt of the others"
     table = Table(box=None, pad_edge=False)
     for name in ("user", felt, "truth", "off by", "felt after", "stable", "loop"):
@@ -55,7 +55,7 @@ _REST = {
 
 
 def _notes(result: DemoResult) -> list[Text]:
-    """Remarks on devices, lag, friction and faults."""
+    """Return remarks on soft devices, lag, slipping fingers and faults."""
     notes = [f"{user.name}: device renders {soft(user)}" for user in result.users if user.soft]
     if result.lag_ms >= 1e3 * LEAST_LAG:
         notes.append(lag_words(1e-3 * result.lag_ms))
@@ -72,23 +72,23 @@ def _notes(result: DemoResult) -> list[Text]:
 
 
 def soft(user: UserResult) -> str:
-    """Compare the stiffness of a user's device with the stiffness of the object, in words."""
+    """Return a comparison of a device's stiffness with that of the object, in words."""
     return soft_words(user.max_stiffness, user.k_o)
 
 
 def _to_stick(user: UserResult) -> str:
-    """Describe the friction that a slipping finger would need."""
+    """Return in words the friction that a slipping finger would need to stick."""
     needed = user.friction_needed or 0.0
     return f"to stick it needs {needed:.2f}" if needed <= MAX_FRICTION else "no finger could stick"
 
 
 def slipping(result: DemoResult) -> list[UserResult]:
-    """Users whose finger slips, in a scene with friction; empty without friction."""
+    """Return the users whose finger slips, in a scene with friction; empty without friction."""
     return [u for u in result.users if (u.friction_needed or 0.0) > result.friction]
 
 
 def verdict(result: DemoResult) -> str:
-    """Sum up the demonstration in a sentence or two."""
+    """Return a summary of the demonstration in a sentence or two."""
     how = f"{result.law} law, {result.delay_ms:g} ms each way, {result.simulation_hz:g} Hz"
     swinging = _names(u for u in result.users if u.rest is Rest.UNSTABLE)
     if swinging:
@@ -121,7 +121,7 @@ def verdict(result: DemoResult) -> str:
 
 
 def _outcome(result: DemoResult) -> str:
-    """Describe whether the forces came to rest, and how far they are from the equilibrium."""
+    """Return in words whether the forces came to rest, and how far they are from equilibrium."""
     errors = [user.force_error for user in result.users if user.force_error is not None]
     off = f"at most {max(errors):.1%} from the truth" if errors else "and there is no truth to it"
     creeping = _names(u for u in result.users if u.rest is Rest.SLOW)

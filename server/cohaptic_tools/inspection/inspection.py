@@ -44,8 +44,8 @@ class TickCost:
     """Measured times of the ticks of one solid on one machine.
 
     Args:
-        ticks: Median duration of a tick for each number of users, with all columns known [s].
-        column_latency: Time until the columns of a new contact are known [s].
+        ticks: Median duration of a tick for each number in `users`, with all columns known [s].
+        column_latency: Time until the compliance columns of a new contact are known [s].
         users: Numbers of users for which `ticks` was measured.
     """
 
@@ -55,9 +55,9 @@ class TickCost:
 
 
 def tick_cost(solid: Solid, clock: Clock, users: tuple[int, ...] = USERS) -> TickCost:
-    """Measure the duration of ticks with presses spread over the surface.
+    """Measure the duration of ticks with contacts spread over the surface.
 
-    From then on the solid answers from its far field while columns are missing.
+    After this call the solid uses its far field while columns are missing.
     """
     mesh = solid.mesh
     free = np.flatnonzero(~solid.shape.fixed[solid.shape.surface])
@@ -131,7 +131,7 @@ class Quality:
 
 
 def quality(tets: TetMesh) -> Quality:
-    """Measure the dihedral angles and volume ratios of a mesh of tetrahedra."""
+    """Return the dihedral angles and volume ratios of a mesh of tetrahedra."""
     g = gradients(tets.vertices, tets.tets)
     n = g / np.linalg.norm(g, axis=2, keepdims=True)
     # The gradient of a corner's shape function points inwards, normal to the opposite face.
@@ -150,7 +150,7 @@ def quality(tets: TetMesh) -> Quality:
     )
 
 
-# Share of the lowest natural frequency up to which the error of a model without mass is below 4 %.
+# Fraction of the lowest natural frequency below which a model without mass errs by less than 4 %.
 QUASI_STATIC = 0.2
 _THICKNESS_SAMPLES = 600  # vertices at which the thickness is measured
 _THIN = 2.0  # contact radii; a thinner part bends as a whole under a finger, without a dent
@@ -164,10 +164,11 @@ class Inspection:
         solid: The object as a solid that can be touched.
         prepared: Tetrahedra of the object, and the report on the surface in the file.
         quality: Quality of the tetrahedra.
-        density: Mass density of each tetrahedron, shape (m,) [kg/m^3].
+        density: Mass density of each of the m tetrahedra, shape (m,) [kg/m^3].
         frequency: Lowest natural frequency [Hz].
-        stiffness: Stiffness K_o at each surface vertex, infinite at fixed vertices, (n,) [N/m].
-        thinnest: Least thickness over the vertices that were sampled [m].
+        stiffness: Stiffness K_o at each of the n surface vertices, infinite at fixed ones, shape
+            (n,) [N/m].
+        thinnest: Least thickness over the vertices at which it was measured [m].
         cost: Measured durations of a tick.
         parts: Parts of the tetrahedra; None if there are none.
         hz: Ticks per second for which the cost is judged.
@@ -252,7 +253,7 @@ class Inspection:
         return [("part", f"{words}, {1e6 * size:.4g} cm3") for words, size in lines]
 
     def _sways(self, source: ObjectFile) -> str:
-        """Remark if hands could make a real body of this lowest frequency swing; "" if not."""
+        """Return a remark if a real body would swing at this lowest frequency; empty if not."""
         if self.frequency >= HIGHEST:
             return ""
         if source.inertia.given:
@@ -263,7 +264,7 @@ class Inspection:
         )
 
     def _slow(self) -> str:
-        """Advice if ticks take too long for the users; empty if they do not."""
+        """Return advice if ticks take too long for the users; empty if they do not."""
         allowed = SHARE_OF_PERIOD / self.hz
         if self.cost.ticks[1] < allowed:
             return ""
@@ -291,13 +292,17 @@ def inspect_object(
     progress: Callable[[str, float], None] = lambda phase, share: None,
     demand: Demand | None = None,
 ) -> Inspection:
-    """Inspect an object; afterwards its solid answers from its far field while columns are missing.
+    """Measure the properties of an object.
+
+    After this call the object's solid uses its far field while columns are missing.
 
     Args:
         source: File of the object, and its options.
         built: Solid that was built from the file.
-        progress: Called with the name of each phase and the share of it that is done.
-        demand: Load for which the duration of a tick is judged; None for 8 users at 60 Hz.
+        clock: Clock that measures the ticks.
+        progress: Called with the name of each phase and the finished fraction of it, 0 to 1.
+        demand: Users and tick rate for which the duration of a tick is judged; None for 8 users at
+            60 Hz.
 
     Raises:
         SettingError: A density names no part.
@@ -341,7 +346,7 @@ def part_words(source: ObjectFile, parts: Parts) -> list[str]:
 
 
 def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
-    """Describe the surface in a file, its defects and their repair, in several phrases."""
+    """Return phrases on the surface in a file, its defects and their repair."""
     if prepared.surface is None:
         return [f"a volume mesh, taken as it is{_in_parts(prepared)}"]
     phrases = ["a label map", *prepared.words] if prepared.words else []

@@ -31,12 +31,13 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
 
     Args:
         file: Path of the mesh.
-        options: Options as they were given.
-        users: Number of users for whom the mesh is chosen; None if it is not given.
+        options: Options as the user has written them.
+        users: Number of users for whom the mesh is chosen; None if the option is missing.
         hz: Ticks per second with these users.
 
     Raises:
-        CohapticError: An option is out of its range, or the file holds no touchable object.
+        CohapticError: An option is out of its range, or the file contains no object that can be
+            touched.
     """
     clock = SystemClock()
     start = clock.now()
@@ -61,13 +62,15 @@ def show_object(
 
     Args:
         file: Path of the mesh or scan.
-        options: Options as they were given.
-        users: Number of users for whom the duration of a tick is judged; None if it is not given.
+        options: Options as the user has written them.
+        users: Number of users for whom the duration of a tick is judged; None if the option is
+            missing.
         hz: Ticks per second with these users.
         out: Path of the picture; None for no picture.
 
     Raises:
-        CohapticError: An option is out of its range, or the file holds no touchable object.
+        CohapticError: An option is out of its range, or the file contains no object that can be
+            touched.
     """
     check_output("--out", out, ".png")
     if is_scan(file) and not options.label and not options.auto:
@@ -120,7 +123,7 @@ def _list_labels(file: Path, labels: LabelMap) -> None:
 
 
 def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
-    """Draw a picture of the stiffness and, if there are parts, one with sections through them."""
+    """Draw the stiffness and, if there are parts, sections through them; return the paths."""
     fixed = ~np.isfinite(inspection.stiffness)
     m = source.material
     notes = "" if inspection.parts else f"E {m.young:g} Pa, \N{GREEK SMALL LETTER NU} {m.nu:g}; "

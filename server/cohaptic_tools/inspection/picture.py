@@ -48,8 +48,11 @@ def draw(
     """Draw the stiffness of a surface to a PNG file.
 
     Args:
-        stiffness: Stiffness K_o of the object at each vertex, shape (n,) [N/m].
+        path: Path of the PNG file.
+        mesh: Surface of the object.
+        stiffness: Stiffness K_o of the object at each of the n vertices, shape (n,) [N/m].
         fixed: Whether each vertex is fixed, shape (n,).
+        title: Title of the picture.
         notes: A line under the title.
 
     Raises:
@@ -96,7 +99,7 @@ def draw(
 
 
 def _swatch(figure: Figure) -> Artist:
-    """Patch beside the colour scale that explains the grey of the fixed part."""
+    """Return the rectangle beside the colour scale that explains the grey of the fixed part."""
     from matplotlib.patches import Rectangle
 
     return Rectangle((0.895, 0.075), 0.018, 0.02, transform=figure.transFigure, color=_FIXED_COLOR)
@@ -160,7 +163,7 @@ def _view(
 
 
 def _frame(azimuth: float, elevation: float) -> Floats:
-    """Unit vectors of a view as rows: right, up and towards the eye; angles in [degrees]."""
+    """Return the unit vectors of a view as rows: right, up, towards the eye; angles in degrees."""
     a, e = np.radians([azimuth, elevation])
     eye = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -168,18 +171,22 @@ def _frame(azimuth: float, elevation: float) -> Floats:
 
 
 def _seen(x: Floats, frame: Floats) -> Floats:
-    """Coordinates of points in a view, from the middle of their bounding box, (n, 3) [m]."""
+    """Return points in the axes of a view, from the middle of their bounding box, (n, 3) [m]."""
     return np.asarray((x - 0.5 * (x.min(axis=0) + x.max(axis=0))) @ frame.T)
 
 
 def _half_width(x: Floats, azimuth: float, elevation: float) -> float:
-    """Half of the width that a view needs to show all points [m]."""
+    """Return half of the width that a view needs to show all points [m]."""
     right, up, _ = np.abs(_seen(x, _frame(azimuth, elevation))).max(axis=0)
     return float(max(right, up / _TALL))
 
 
 def _subdivided(mesh: SurfaceMesh, colors: Floats) -> tuple[Floats, Ints, Floats, Floats]:
-    """Subdivide each triangle into four until the surface has about `_FINE` triangles."""
+    """Divide each triangle into four until the surface has about `_FINE` triangles.
+
+    Returns:
+        Vertices (n, 3) [m], triangles (m, 3), unit normals (n, 3) and colours (n, 3).
+    """
     x, faces, n = mesh.vertices, mesh.faces, mesh.normals
     while 4 * len(faces) <= _FINE:
         pairs = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

@@ -23,9 +23,11 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
     """Draw sections normal to x, y and z, each through the middle of a small part, to a PNG file.
 
     Args:
+        path: Path of the PNG file.
         tets: Tetrahedra of the object.
         parts: Parts of these tetrahedra.
         words: Texts of the legend, one for each part.
+        title: Title of the picture.
 
     Raises:
         BodyError: matplotlib is not installed, or the file cannot be written.
@@ -74,7 +76,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
 
 
 def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
-    """Cut tetrahedra with a plane; returns the polygons and the tetrahedron of each polygon.
+    """Cut tetrahedra with a plane; return a polygon for each tetrahedron that the plane cuts.
 
     Args:
         tets: Tetrahedra of the object.
@@ -82,8 +84,8 @@ def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
         at: Coordinate of the plane along this axis [m].
 
     Returns:
-        Corners of each polygon, shape (3 or 4, 3) [m], in order round the polygon; indices of the
-        tetrahedra, shape (k,).
+        Corners of each of the k polygons, shape (3 or 4, 3) [m], in order round the polygon;
+        indices of the tetrahedra, shape (k,).
     """
     x = tets.vertices
     above = (x[:, axis] > at)[tets.tets]
@@ -104,7 +106,7 @@ def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
 
 
 def _middle(tets: TetMesh, chosen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Floats:
-    """Centre of volume of the chosen tetrahedra, shape (3,) [m]."""
+    """Return the centre of volume of the tetrahedra in the mask `chosen`, shape (3,) [m]."""
     t = tets.tets[chosen]
     weights = volumes(tets.vertices, t)
     return np.asarray(weights @ tets.vertices[t].mean(axis=1) / weights.sum())

@@ -1,7 +1,7 @@
 """The command line `cohaptic`, with the subcommands that the installed packages add.
 
-The help of a command has its options in chapters; options that most people need come first. The
-boxes of typer take twice as many lines and interpret `[s]` in a sentence as a style.
+The help of a command groups the options in chapters, the options that most people need first. The
+boxes of typer would take twice as many lines and interpret `[s]` in a sentence as a style.
 
 Server and client register their commands as entry points; this module imports neither of them, so
 that the direction of imports holds and a client-only install needs no server code.
@@ -29,14 +29,14 @@ _IN_PARENTHESES = re.compile(r"\[default: \((.*)\)\]$", re.S)
 
 
 class ChapterCommand(TyperCommand):
-    """A command whose help groups the options in chapters, by the `rich_help_panel` of each.
+    """A command whose help groups the options in chapters, by the `rich_help_panel` of each option.
 
-    The chapters come in the order in which the command's options name them; options without a
-    chapter come before all others.
+    The order of the chapters is that in which the command's options name them; options without a
+    chapter come first.
     """
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments and options; click calls this method."""
+        """Write arguments and options into the help; click calls this method."""
         chapters: dict[str, list[tuple[str, str]]] = {"Arguments": [], FIRST: []}
         for param in self.get_params(ctx):
             record = param.get_help_record(ctx)
@@ -56,9 +56,13 @@ class ChapterCommand(TyperCommand):
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Run `cohaptic` with the given arguments (default: those of the process)."""
+    """Run the command line `cohaptic`.
+
+    Args:
+        argv: Arguments after the program's name; None for those of the process.
+    """
     if argv is None:
-        # Processes that we start must not import modules from the current folder.
+        # Child processes must not import modules from the current folder.
         os.environ["PYTHONSAFEPATH"] = "1"
     with signals_heeded():
         _run(sys.argv[1:] if argv is None else argv)
@@ -82,7 +86,7 @@ def _run(arguments: list[str]) -> None:
 
 
 def _check_secrets() -> None:
-    """Raise SettingError for a secret that is set but empty, which must be a mistake."""
+    """Raise SettingError if an environment variable for a secret is set but empty: a mistake."""
     for name in _SECRETS:
         if os.environ.get(name) == "":
             raise SettingError(
@@ -91,11 +95,11 @@ def _check_secrets() -> None:
 
 
 def build_app(only: str | None = None) -> typer.Typer:
-    """Make one application of the subcommands that installed packages add.
+    """Make the typer application with the subcommands that installed packages add.
 
     Args:
-        only: The only subcommand to load, if it exists, so that `touch` starts without the server's
-            libraries; None loads all.
+        only: Name of the only subcommand to load, so that `touch` starts without the server's
+            libraries; None, or a name that no package adds, to load all.
     """
     app = typer.Typer(
         help="Several people touch one soft object over a network and feel each other through it.",

@@ -1,4 +1,4 @@
-"""Check the output file of a command before the work starts, not after it."""
+"""Check the output file of a command before the work starts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic.errors import SettingError
 
 
 def check_output(option: str, path: Path | None, suffix: str = "") -> None:
-    """Raise for an output file that could not be written at the end of the work.
+    """Raise SettingError if a command could not write its output file at the end of the work.
 
     Args:
         option: Option by which the user named the file, such as --json.

@@ -116,7 +116,11 @@ def stability(
 
 
 def _numbers(name: str, text: str) -> Floats:
-    """An array from JSON text; raises SettingError, which quotes the text, if that is invalid."""
+    """Read an array from JSON text.
+
+    Raises:
+        SettingError: The text, which the error quotes under `name`, is not valid.
+    """
     import numpy as np
 
     try:
@@ -130,7 +134,6 @@ def _numbers(name: str, text: str) -> Floats:
 
 
 def _show(answer: dict[str, Any]) -> None:
-    """Print the answer as a table."""
     from rich.console import Console
     from rich.table import Table
 

@@ -1,6 +1,7 @@
-"""Answers of `cohaptic stability`: one contact, several without delays, a room with `--delays`.
+"""Compute the answers of `cohaptic stability`, as the fields of its JSON output.
 
-The answer for a room has its exact roots, and the theorem's values.
+`alone` judges one contact, `several` several contacts, and `room` several contacts with a delay for
+each user (`--delays`) by the room's exact roots and by the theorem of science 3.8.
 """
 
 from __future__ import annotations
@@ -48,20 +49,20 @@ def alone(
     haptic_period: float,
     delay: float,
 ) -> dict[str, Any]:
-    """Judge one contact by the lifted system, and by the paper's closed condition if one applies.
+    """Judge whether one contact is stable, by the lifted system and the paper's closed condition.
 
     Args:
         law: Local model.
         k_o: Stiffness of the object [N/m].
         k_h: Gain K_h [N/m].
         integral_gain: Integral gain I [N/(m s)].
-        b_o: Damping of the object over the simulation period, eq. (9) [N/m].
-        sim_period: N T [s].
-        haptic_period: T [s].
+        b_o: Damping of the object divided by the simulation period, eq. (9) [N/m].
+        sim_period: Simulation period N T [s].
+        haptic_period: Haptic period T [s].
         delay: Network round trip beyond one simulation period [s].
 
     Returns:
-        Fields of the JSON answer.
+        Fields of the JSON answer; `closed_condition` is None if no closed condition applies.
 
     Raises:
         SettingError: A value is outside its limits.
@@ -105,7 +106,7 @@ def alone(
 
 
 def _in_samples(sim_period: float, delay: float, haptic_period: float) -> tuple[int, int]:
-    """Simulation period and delay in haptic samples; raises SettingError if one is too long."""
+    """Return simulation period and delay in haptic samples; raise SettingError if too long."""
     rate_ratio = round(sim_period / haptic_period)
     samples = round(delay / haptic_period)
     if rate_ratio * haptic_period > 10.0 or samples > 10_000:
@@ -116,9 +117,17 @@ def _in_samples(sim_period: float, delay: float, haptic_period: float) -> tuple[
 def area_corners(
     k_o: float, b_o: float, sim_period: float, rate_ratio: int, delay: float
 ) -> list[list[float]]:
-    """Corners (K_h [N/m], I [N/(m s)]) of the stable set, as in Fig. 8.
+    """Return the corners of the stable set of gain K_h [N/m] and integral gain I [N/(m s)].
 
-    For a delay of whole simulation periods one haptic sample per period suffices and is quicker.
+    The set is drawn as in Fig. 8. For a delay of whole simulation periods the function uses one
+    haptic sample per period, which is quicker.
+
+    Args:
+        k_o: Stiffness of the object [N/m].
+        b_o: Damping of the object divided by the simulation period, eq. (9) [N/m].
+        sim_period: Simulation period N T [s].
+        rate_ratio: Haptic samples per simulation period, N.
+        delay: Network round trip beyond one simulation period [s].
     """
     periods = delay / sim_period
     whole = abs(periods - round(periods)) < 1e-6
@@ -131,18 +140,18 @@ def area_corners(
 def several(
     law: Law, C: Floats, k_h: Floats, integral_gain: float, sim_period: float, delay: float
 ) -> dict[str, Any]:
-    """Judge several contacts without delay and under any delay, and give safe gains.
+    """Judge whether several contacts are stable without and under any delay, and find safe gains.
 
     Args:
         law: Local model of all users.
-        C: Contact compliance, shape (n, n) [m/N].
+        C: Compliance matrix of the contacts, shape (n, n) [m/N].
         k_h: Gains to be judged, shape (n,), or shape () for one gain of all users [N/m].
-        integral_gain: I of all users [N/(m s)].
-        sim_period: N T [s].
+        integral_gain: Integral gain I of all users [N/(m s)].
+        sim_period: Simulation period N T [s].
         delay: Network round trip, for the safe gains [s].
 
     Returns:
-        The fields of the JSON answer.
+        Fields of the JSON answer.
 
     Raises:
         SettingError: A value is outside its limits.
@@ -172,10 +181,10 @@ def several(
 
 
 def check_at_least(*values: tuple[str, float, float]) -> None:
-    """Raise SettingError at the first value that is not finite or is below its minimum.
+    """Raise SettingError for the first value that is not finite or is below its minimum.
 
     Args:
-        *values: Name, value and minimum of each.
+        *values: Name, value and minimum of each value.
     """
     for name, value, least in values:
         if not (math.isfinite(value) and value >= least):
@@ -183,7 +192,7 @@ def check_at_least(*values: tuple[str, float, float]) -> None:
 
 
 def check_period(sim_period: float) -> None:
-    """Raise SettingError unless `sim_period` [s] is in the range of simulation periods."""
+    """Raise SettingError unless the simulation period [s] is from 0.0001 to 10 s."""
     if not 1e-4 <= sim_period <= 10.0:
         raise SettingError("simulation period", f"{sim_period} s", "from 0.0001 to 10 s")
 
@@ -195,23 +204,25 @@ MAX_DELAY, MAX_LAG = 60.0, 600.0  # s; far beyond any room that can be touched
 def room(
     law: Law, C: Floats, delays: Floats, k_h: Floats | None, lag: float | None, sim_period: float
 ) -> dict[str, Any]:
-    """Judge whether a room of hands held still is stable at its own loop delays (science 3.8).
+    """Judge whether a room of hands held still is stable at its users' loop delays (science 3.8).
 
-    The answer holds for forces that are not anticipated, as in a room where a user uses a law of
-    the paper or a contact is steep; with anticipation, hands held still need no lag (3.13).
+    The answer is for a server that anticipates no forces, as in a room where a user uses a law of
+    the paper or other users turn a contact with friction (3.12); with anticipation, hands held
+    still need no lag (3.13).
 
     Args:
         law: Law that does not answer its own dent; the other laws have no lag.
-        C: Contact compliance, shape (n, n) with n at most 64 [m/N].
+        C: Compliance matrix of the contacts, shape (n, n) with n at most 64 [m/N].
         delays: Loop delay T_i of each user, shape (n,), or () for all users [s].
-        k_h: K_i, each at most 1 / C_ii, shape (n,), or () for all users; None for 1 / C_ii [N/m].
+        k_h: Gain K_i of each user, at most 1 / C_ii, shape (n,), or () for all users; None for
+            1 / C_ii [N/m].
         lag: Lag tau of the room; None for the server's choice for hands held still [s].
-        sim_period: N T, over which the spectral radius is taken [s].
+        sim_period: Simulation period N T, over which the spectral radius is taken [s].
 
     Returns:
-        Fields of the JSON answer. `stable`, `spectral_radius` and `growth_rate` [1/s] are those of
-        the exact roots at these delays; `coupling`, `lag_needed` [s] and `margin` are the
-        theorem's, for all delays up to the longest. An infinite radius, rate or margin is None.
+        Fields of the JSON answer. `stable`, `spectral_radius` and `growth_rate` [1/s] come from the
+        exact roots at these delays; `coupling`, `lag_needed` [s] and `margin` come from the
+        theorem, for all delays up to the longest. An infinite radius, rate or margin is None.
 
     Raises:
         SettingError: A value is outside its limits, or outside the theorem.
@@ -257,13 +268,14 @@ def room(
 def each(
     name: str, values: Floats, n: int, limits: tuple[float, Floats], unit: str, why: str = ""
 ) -> Floats:
-    """Values of each of n users; raises SettingError for the first value out of its limits.
+    """Return one value for each of n users; raise SettingError if one is outside its limits.
 
     Args:
         name: Name of the value, for the message.
         values: Values, shape (n,), or shape () for one value of all users.
         n: Number of users.
-        limits: Minimum of all users, and maximum of each user, shape (n,), with room for rounding.
+        limits: Minimum of all users, and maximum of each user, shape (n,); a value may exceed its
+            maximum by rounding.
         unit: Unit, for the message.
         why: Reason for the maximum, appended to the message.
     """

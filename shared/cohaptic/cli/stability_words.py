@@ -1,4 +1,4 @@
-"""Answers of `cohaptic stability` for people: each value with a description and its unit."""
+"""Describe the answers of `cohaptic stability` for people: each value in words, with its unit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,11 @@ WORDS: Final = {
 
 
 def in_words(answer: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Describe the values of an answer that apply; yields a description and a text with unit."""
+    """Yield a description and a text with unit for each value of an answer.
+
+    Args:
+        answer: Fields of the JSON answer; `closed_condition` is omitted if it is None.
+    """
     for key, value in answer.items():
         if key == "closed_condition" and value is None:
             continue
@@ -46,7 +50,7 @@ def in_words(answer: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _text(value: object, scale: float) -> str:
-    """Text of one value, or of several values separated by commas."""
+    """Return one value times `scale` as text, or several values with commas between them."""
     if isinstance(value, list):
         return ", ".join(_text(part, scale) for part in cast("list[object]", value))
     if isinstance(value, bool):

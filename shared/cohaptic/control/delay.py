@@ -1,16 +1,16 @@
-"""The delay of one client's loop: a recent maximum of measurements, so that gains do not chatter.
+"""The loop delay of one client, as a recent maximum of measurements, so that gains do not chatter.
 
 A sample names the tick of the patch with which it was made; the server receives the sample some
-periods later. That number of periods is d + 1 of science 3.1. The number includes the delays of
-network and schedulers, and counting it needs no common clock.
+simulation periods later. That number of periods is d + 1 of science 3.1. The number includes the
+delays of network and schedulers, and the server needs no common clock to count it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-# s; a delay counts for at least one window and at most two: long enough to see the rare late
-# messages of a network, short enough that gains recover within a few presses.
+# s; a measured delay counts for at least one window and at most two: long enough to see the rare
+# late messages of a network, short enough that gains recover within a few presses.
 WINDOW = 4.0
 UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
 LONGEST = 10.0  # s; a longer delay means that the client names wrong ticks
@@ -21,13 +21,13 @@ TOO_LONG = 2.0
 
 @dataclass(frozen=True, slots=True)
 class LoopDelay:
-    """Largest recent delay: rises at once, and falls after one to two windows without such a delay.
+    """The largest loop delay of one client in the last one to two windows of `WINDOW` seconds.
 
     Args:
         recent: Largest delay in the present window [s]; negative before the first measurement.
         before: Largest delay in the previous window [s]; negative without such a window.
         until: End of the present window [s].
-        unanswered: Time for which the client has pressed without answering a patch [s].
+        unanswered: Time for which the client has pressed without naming the tick of a patch [s].
     """
 
     recent: float = -1.0
@@ -37,33 +37,34 @@ class LoopDelay:
 
     @property
     def value(self) -> float:
-        """Delay for which gains are chosen; `UNKNOWN` before the first measurement [s]."""
+        """Loop delay for which to choose gains; `UNKNOWN` before the first measurement [s]."""
         # A comparison is quicker than `max`; the server reads this for every user in every tick.
         largest = self.recent if self.recent > self.before else self.before
         return largest if largest >= 0.0 else UNKNOWN
 
     @property
     def counted(self) -> float:
-        """Delay for which the room's lag is chosen; 0 before the first measurement [s].
+        """Loop delay for which to choose the room's lag, at most `TOO_LONG` [s].
 
         Gains concern this client alone, so `value` assumes a long delay until one is measured. The
-        lag concerns the whole room, which should not wait for a hand that answers no patch, either
-        because none has come yet or because its client reads none. `too_long` excludes such a hand.
+        lag concerns the whole room, which should not wait for a client that answers no patch,
+        either because no patch has come yet or because the client reads none: until the first
+        measurement this delay is 0. `too_long` excludes such a client.
         """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
 
     @property
     def too_long(self) -> bool:
-        """Whether this loop is too slow to take part.
+        """Whether the loop is too slow for this client to take part.
 
-        A client that has pressed for longer than `UNKNOWN` and names no tick counts as too slow.
-        Its user loses nothing, since a hand feels no surface before the first patch.
+        A client that has pressed for longer than `UNKNOWN` without naming a tick counts as too
+        slow. Its user loses nothing, since a hand feels no surface before the first patch.
         """
         late = self.recent > TOO_LONG or self.before > TOO_LONG
         return late or self.unanswered > UNKNOWN
 
     def waited(self, period: float) -> LoopDelay:
-        """The state after one more tick in which the client has pressed and named no tick.
+        """Return the state after one more tick in which the client pressed without naming a tick.
 
         Args:
             period: Period of the simulation [s].
@@ -71,10 +72,10 @@ class LoopDelay:
         return replace(self, unanswered=self.unanswered + period)
 
     def measured(self, delay: float, now: float) -> LoopDelay:
-        """The state after one more measurement.
+        """Return the state after one more measurement of the loop delay.
 
         Args:
-            delay: Delay of one sample round the loop [s]; clipped to the range 0 to `LONGEST`.
+            delay: Loop delay of one sample [s]; clipped to the range 0 to `LONGEST`.
             now: Time of the measurement [s].
         """
         delay = min(max(delay, 0.0), LONGEST)

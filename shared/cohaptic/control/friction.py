@@ -1,15 +1,16 @@
 """Coulomb friction in the local model, in the plane of contact, with the full contact compliance.
 
 The probe sticks to the surface, whose contact point gives way by the body's 3x3 compliance C; the
-probe slides where the tangential force would exceed mu times the normal force. The hand gets
-f = n f_n + f_t and the body the opposite force, so the contact point moves by -C f. While the
-contact sticks, the tip's displacement s along the surface equals that of the contact point,
+probe slides where the tangential force f_t would exceed mu times the normal force f_n. With the
+outward unit normal n the hand gets f = n f_n + f_t and the body the opposite force, so the contact
+point moves by -C f. While the contact sticks, the tip's displacement s along the surface equals
+that of the contact point,
 
     s = -P C (n f_n + f_t),    P = I - n n',    hence    f_t = -(P C P)^-1 (s + P C n f_n),
 
-and the tangential force changes the depth at which the normal force is balanced by n . C f_t. All
-of this is local: no part of the client's own force comes back late (science 3.3). The anchor of a
-sticking contact is a material point: other users may drag it, and the hand feels that (3.10).
+and the tangential force changes the depth at which the normal force is balanced by n . C f_t. The
+client computes all of this: no part of its own force comes back late (science 3.3). The anchor of
+a sticking contact is a material point: other users may drag it, and the hand feels that (3.10).
 """
 
 from __future__ import annotations
@@ -34,16 +35,15 @@ class Compliance3(NamedTuple):
 
 
 class FrictionState(NamedTuple):
-    """State of friction at one contact, kept from one period to the next.
+    """State of friction at one contact after one haptic period.
 
     Fields:
-        stretch: s, displacement of the tip over the material since the tip stuck [m].
-        force: f_t, tangential force on the hand [N].
-        material: Displacement of the material under the contact caused by the others, as far as
-            the force has followed that displacement [m].
+        stretch: Displacement s of the tip over the material since the tip began to stick [m].
+        force: Tangential force f_t on the hand [N].
+        material: Displacement of the material under the contact that the other users cause, as far
+            as the force has followed that displacement [m].
         touching: Whether there was contact in the last period.
-        share: Stiffness of the contact as a share of the body's stiffness; below 1 if the device is
-            softer.
+        share: Ratio of the contact's stiffness to the body's; below 1 if the device is softer.
         stiffness: Stiffness of the contact in its stiffest direction along the surface [N/m].
     """
 
@@ -59,7 +59,7 @@ NO_FRICTION = FrictionState()
 
 
 def times(C: Compliance3, f: Vec3) -> Vec3:
-    """Displacement C f [m] of a contact with compliance `C` under a force `f` [N]."""
+    """Return the displacement C f [m] of a contact with the compliance `C` under the force `f`."""
     return (
         C[0] * f[0] + C[3] * f[1] + C[4] * f[2],
         C[3] * f[0] + C[1] * f[1] + C[5] * f[2],
@@ -68,20 +68,20 @@ def times(C: Compliance3, f: Vec3) -> Vec3:
 
 
 def is_definite(C: Compliance3) -> bool:
-    """Whether C is positive definite, as a body's compliance must be (Sylvester's rule)."""
+    """Return whether a compliance is positive definite, as a body's must be (Sylvester's rule)."""
     xx, yy, zz, xy = C[:4]
     if not (xx > 0.0 and yy > 0.0 and zz > 0.0):
         return False
     return xx * yy - xy * xy > _ROUNDING * xx * yy and _determinant(C) > _ROUNDING * xx * yy * zz
 
 
-# Least determinant of a definite C as a share of the product of its diagonal: above the rounding of
-# 32 bits on the wire, below every compliance that the server sends.
+# Least ratio of a definite C's determinant to the product of its diagonal: above the rounding of 32
+# bits on the wire, below the ratio of every compliance that the server sends.
 _ROUNDING = 1e-9
 
 
 def least_eigenvalue(C: Compliance3) -> float:
-    """Lower bound for the smallest eigenvalue of a definite C [m/N]."""
+    """Return a lower bound for the smallest eigenvalue of a positive definite C [m/N]."""
     # The product of the other two eigenvalues is at most the square of half the trace.
     return 4.0 * _determinant(C) / (C[0] + C[1] + C[2]) ** 2
 
@@ -92,42 +92,47 @@ def _determinant(C: Compliance3) -> float:
 
 
 def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
-    """Two unit vectors that form an orthonormal frame with the unit vector `normal`."""
+    """Return two unit vectors that form an orthonormal frame with the unit vector `normal`."""
     helper: Vec3 = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.7 else (0.0, 1.0, 0.0)
     one = unit(cross(normal, helper))
     return one, cross(normal, one)
 
 
 def normal_shift(state: FrictionState, normal: Vec3, C: Compliance3) -> float:
-    """Normal displacement of the contact point caused by the tangential force, n . C f_t [m]."""
+    """Return n . C f_t, the change of the contact's depth that the tangential force causes [m].
+
+    Args:
+        normal: Outward unit normal n.
+        C: Contact compliance.
+    """
     return dot(normal, times(C, state.force))
 
 
 def believed_shift(normal: Vec3, C: Compliance3, k_h: float) -> float:
-    """Share of `normal_shift` that a law adds to its depth, above 0 and at most 1.
+    """Return the factor, above 0 and at most 1, by which a law multiplies `normal_shift`.
 
-    The law answers the shift with K_h times as much force, friction answers that force, and so on
-    period after period. With C_nn = n . C n this converges if K_h is at most 1 / C_nn: in a
-    sticking contact the compliance along the normal that acts through the tangent plane is less
-    than C_nn (a Schur complement), and in a slipping contact `friction_step` ensures the same. The
-    gain in use may be larger for a while, since normal, compliance and gain each follow the surface
-    at their own rate. The law then adds only the share that acts as if the gain were 1 / C_nn.
+    The law answers the shift of its depth with K_h times as much force, friction answers that
+    force, and so on period after period. With C_nn = n . C n this converges if K_h is at most
+    1 / C_nn: in a sticking contact the compliance along the normal that acts through the tangent
+    plane is less than C_nn (a Schur complement), and in a slipping contact `friction_step` ensures
+    the same. The gain may be larger for a while, since normal, compliance and gain each follow the
+    surface at their own rate. The factor then acts as if the gain were 1 / C_nn.
 
     Args:
-        normal: Outward unit normal in use.
+        normal: Outward unit normal n in use.
         C: Contact compliance in use.
-        k_h: Gain in use [N/m].
+        k_h: Gain K_h in use [N/m].
     """
     gain = k_h * dot(normal, times(C, normal))
     return 1.0 if gain <= 1.0 else 1.0 / gain
 
 
 def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
-    """kappa, the share of a normal force that comes back through friction, from 0 to 0.9.
+    """Return kappa, the part of a change of the normal force that friction feeds back, 0 to 0.9.
 
     A change of the normal force changes the friction force by at most mu times as much, and the
-    friction force changes the depth; in the end the normal force changes by 1 / (1 - kappa) times
-    its first change.
+    friction force changes the depth; in the end the normal force changes by at most
+    1 / (1 - kappa) times its first change.
 
     Args:
         mu: Coefficient of friction.
@@ -142,17 +147,17 @@ def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
 
 
 def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
-    """Move the anchor along with the material in this period, by at most `most` (science 3.10).
+    """Compute how far the anchor follows the material that other users displace (science 3.10).
 
     Args:
         state: State after the last period.
-        material: Present displacement of the material under the contact caused by the others [m].
+        material: Present displacement of the material that the other users cause [m].
         most: Largest displacement of the anchor in this period, so that the force of a contact at
             rest has no step [m].
 
     Returns:
-        Displacement of the anchor in this period, and the material's displacement that the anchor
-        has followed so far [m].
+        Displacement of the anchor in this period, and the part of `material` that the anchor has
+        followed so far [m].
     """
     if not state.touching:
         return ZERO, material
@@ -164,18 +169,21 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
 
 
 def anchor_of(state: FrictionState, probe: Vec3, normal: Vec3, depth: float) -> Vec3 | None:
-    """Anchor, the point of the resting surface that the contact holds [m]; None without contact.
+    """Return the anchor, the point of the resting surface that the contact holds [m].
 
     The anchor is the tip, moved back by the tip's displacement over the material, out along the
-    normal to the surface, and back by the material's displacement. While the contact sticks the
-    anchor stays in place, even if normal, compliance or force change. A server that places the
-    contact at the anchor therefore gets back no echo of the values it has sent (science 3.10).
+    normal to the surface, and back by the material's displacement. While the contact sticks, the
+    anchor does not move, even if normal, compliance or force change. A server that places the
+    contact at the anchor therefore does not react to the values that it sent (science 3.10).
 
     Args:
         state: State after the period.
         probe: Tip of the device [m].
         normal: Outward unit normal in use.
         depth: Depth of the tip below the surface in use [m].
+
+    Returns:
+        Position of the anchor [m]; None if the state has no contact with friction.
     """
     if not state.touching:
         return None
@@ -196,20 +204,20 @@ def friction_step(
     max_stiffness: float,
     most: float,
 ) -> FrictionState:
-    """Advance friction by one period of stick or slip (Coulomb, with the full contact compliance).
+    """Compute the next period of Coulomb friction: stick or slip, with the full compliance.
 
     Args:
         state: State after the last period.
         moved: Displacement of the tip in this period [m].
-        material: Displacement of the material under the contact caused by the others [m].
+        material: Displacement of the material under the contact that the other users cause [m].
         normal: Outward unit normal at the contact.
-        normal_force: f_n, normal force on the hand [N]; 0 ends the contact.
+        normal_force: Normal force f_n on the hand [N]; 0 ends the contact.
         C: Contact compliance [m/N].
         mu: Coefficient of friction.
-        share: Stiffness of the law as a share of the body's stiffness, K_h C_ii (science 3.3).
+        share: Ratio of the law's stiffness to the body's, K_h C_ii (science 3.3).
         max_stiffness: Largest stiffness that the device renders stably, applied to every tangential
             direction [N/m].
-        most: Largest change of the force in this period that the others may cause [N].
+        most: Largest change of the friction force that other users may cause in this period [N].
 
     Returns:
         State after this period; `NO_FRICTION` without contact.
@@ -262,13 +270,13 @@ def friction_step(
     return FrictionState(stretch, force, followed, True, share, share / stiffest)
 
 
-# Largest share of the indentation by the normal force that friction may cancel along the normal; at
-# 1 the contact point would no longer give way under the finger, and the contact would wedge.
+# Largest part, as a ratio, of the normal force's indentation that friction may cancel along the
+# normal; at 1 the contact point would no longer give way under the finger, and would wedge.
 _WEDGE = 0.9
 
 
 def tangential(force: Vec3, normal: Vec3, normal_force: float) -> Vec3:
-    """Tangential part of a force, limited to `MAX_FRICTION` times the normal force [N].
+    """Return the tangential part of a force, limited to `MAX_FRICTION` times the normal force [N].
 
     Args:
         force: Force on the hand or on the body [N].

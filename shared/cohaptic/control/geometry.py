@@ -1,8 +1,8 @@
 """The local surface that a client keeps between patches, and the surface's evaluation at a probe.
 
 This module has plane and sphere (Adachi 1995, as section 6 step 1 proposes); `mesh_surface.py` has
-the mesh. A surface is free of the client's own force (science 3.3), so a new patch alone never
-changes the force. A law receives every geometry as a `Sight`.
+the mesh. Each is the client's free surface, without the dent of its own force (science 3.3), so a
+new patch alone never changes the force. A law receives every geometry as a `Sight`.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from cohaptic.vec import ZERO, Vec3, add, dot, lerp, sub, unit
 
 @dataclass(init=False)
 class Sight:
-    """A local surface as evaluated at one probe: everything that a law needs.
+    """A local surface as evaluated at one probe, with the numbers that a law needs.
 
     Fields:
         depth: Depth of the probe below the surface, negative outside [m].
         normal: Outward unit normal at the foot of the probe.
         c_ii: Compliance of a contact at that foot [m/N].
-        own_force: Force on this hand whose opposite the body carries at the patch's tick [N].
-        u_others: Displacement of the material under the contact caused by the others [m].
+        own_force: Force on this hand whose opposite acted on the body at the patch's tick [N].
+        u_others: Displacement of the material under the contact that the other users cause [m].
     """
 
     depth: Final[float]
@@ -47,12 +47,12 @@ class LocalSurface:
     """The local surface of a plane or sphere patch.
 
     Args:
-        x_free: Contact point without this client's own force [m].
+        x_free: Contact point on the free surface [m].
         normal: Outward unit normal at the contact point.
         curvature: 0 for a plane, 1/radius for a sphere that bulges towards the hand [1/m].
         c_ii: Compliance of the contact [m/N].
-        own_force: Force on this hand whose opposite the body carries at the patch's tick [N].
-        u_others: Displacement of the material under the contact caused by the others [m].
+        own_force: Force on this hand whose opposite acted on the body at the patch's tick [N].
+        u_others: Displacement of the material under the contact that the other users cause [m].
     """
 
     x_free: Final[Vec3]
@@ -79,17 +79,17 @@ class LocalSurface:
         self.u_others = u_others
 
     def look(self, probe: Vec3) -> Sight:
-        """The surface as evaluated at `probe` [m]."""
+        """Evaluate the surface at the position `probe` [m]."""
         return Sight(
             depth(self, probe), normal_at(self, probe), self.c_ii, self.own_force, self.u_others
         )
 
 
 def depth(surface: LocalSurface, probe: Vec3) -> float:
-    """Distance of a probe below the surface [m]; negative outside.
+    """Return the depth of a probe below the surface [m]; negative outside.
 
     On a sphere of curvature c the depth is (1 - s) / c, where s is c times the distance from the
-    centre; the formula in the code avoids the division, so that c -> 0 gives the plane.
+    centre; the formula in the code does not divide by c, so that c -> 0 gives the plane.
     """
     out = sub(probe, surface.x_free)
     height = dot(out, surface.normal)
@@ -103,7 +103,7 @@ def depth(surface: LocalSurface, probe: Vec3) -> float:
 
 
 def normal_at(surface: LocalSurface, probe: Vec3) -> Vec3:
-    """Outward normal of the local surface at the foot of a probe."""
+    """Return the outward unit normal of the local surface at the foot of a probe."""
     c = surface.curvature
     if c == 0.0:
         return surface.normal
@@ -117,7 +117,7 @@ def normal_at(surface: LocalSurface, probe: Vec3) -> Vec3:
 
 
 def blend(a: Sight, b: Sight, s: float) -> Sight:
-    """Interpolation between a (s = 0) and b (s = 1), so that a new patch causes no step."""
+    """Interpolate between the sights a (s = 0) and b (s = 1), so that a new patch makes no step."""
     if s >= 1.0:
         return b
     if s <= 0.0:
@@ -134,7 +134,7 @@ def blend(a: Sight, b: Sight, s: float) -> Sight:
 
 
 def shift(sight: Sight, by: Sight | None) -> Sight:
-    """Add a difference of sights (see `difference`) to a sight; no change if `by` is None."""
+    """Add the result `by` of `difference` to a sight; return the sight itself if `by` is None."""
     if by is None:
         return sight
     n, d = sight.normal, by.normal
@@ -148,7 +148,7 @@ def shift(sight: Sight, by: Sight | None) -> Sight:
 
 
 def difference(a: Sight, b: Sight) -> Sight:
-    """The difference a - b, for `shift`; its normal is a difference of normals, of any length."""
+    """Return a - b, to be added by `shift`; its normal is a difference of unit normals."""
     return Sight(
         a.depth - b.depth,
         sub(a.normal, b.normal),

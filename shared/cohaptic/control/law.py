@@ -1,19 +1,20 @@
-"""The local models that a client may run, and the one function that runs them.
+"""The local models (laws) that a client may run, and the function that runs them.
 
-A law maps the surface as evaluated at the probe to the normal force on the hand; the memory of the
+A law maps the surface as evaluated at the probe to the normal force on the hand; the state of the
 law's integral is an argument and a result. A law limits only the integral's force: the client's
 `safety.py` limits the whole force, as the last step.
 
-The predictive law (science 3.3 and 3.8): the server sends the surface free of this client's own
-force, and the client solves its own contact at the haptic rate. The client's own force is not part
-of the delayed loop, so a single client is exact at any delay. The gain is the object's own
-stiffness, K_i = 1 / C_ii, or the device's limit if that is less; no integral makes up for that
-limit, since such an integral generates energy (3.8).
+The predictive law (science 3.3 and 3.8): the server sends the free surface, without the dent of
+this client's own force, and the client solves its own contact at the haptic rate. The client's own
+force is not part of the delayed loop, so the force on a single hand is exact at any delay. The gain
+is the object's own stiffness, K_i = 1 / C_ii, or the device's limit if that is less; no integral
+makes up for that limit, since such an integral generates energy (3.8).
 
 The paper's proportional law (section 3): the law presses on the surface as the simulation returned
-it, including the client's own indentation, so the client's own force returns one round trip late.
-A single hand is stable iff k_h < k_o, eq. (8), at every delay (science 3.1); several hands are
-stable under any delay iff rho(|C| diag(k_h)) < 1 (3.2).
+it, including the client's own dent, so the client's own force returns one round trip late. A single
+hand is stable iff its gain k_h is below the object's stiffness k_o, eq. (8), at every delay
+(science 3.1); several hands with the compliance matrix C are stable under any delay iff the
+spectral radius rho(|C| diag(k_h)) is below 1 (3.2).
 """
 
 from __future__ import annotations
@@ -32,16 +33,16 @@ from cohaptic.vec import dot
 
 
 class Law(Enum):
-    """A local model, in the order of the numbers on the wire.
+    """A local model; the order of the members is that of their numbers on the wire.
 
     Code that treats laws differently should test one of these attributes, not a law's name.
 
     Attributes:
         answers_own_dent: Whether the law presses on the surface that includes the dent of its own
             force. That force then returns one round trip late, which bounds the gain and the
-            neighbours' influence (science 3.1, 3.2). Any other law renders the object's own
-            stiffness at any delay (3.3), and the room's lag bounds the neighbours' influence (3.8).
-        integrates: Whether the law has an integral, which continues while the hand rests.
+            influence of other users (science 3.1, 3.2). Any other law renders the object's own
+            stiffness at any delay (3.3), and the room's lag bounds the influence of others (3.8).
+        integrates: Whether the law has an integral, whose force changes even while the hand rests.
     """
 
     PROPORTIONAL = "proportional"
@@ -74,8 +75,8 @@ class Gains:
     """Gains that the server chose for a client's law (`gains.choose_gains`).
 
     Fields:
-        k_h: K_h [N/m].
-        integral_gain: I of the law's integral; 0 for none [N/(m s)].
+        k_h: Gain K_h, the law's stiffness [N/m].
+        integral_gain: Integral gain I; 0 for a law without an integral [N/(m s)].
     """
 
     k_h: Final[float]
@@ -90,9 +91,9 @@ class LawSettings(NamedTuple):
     """Settings of a law's integral.
 
     Fields:
-        thresholds: Thresholds of eqs. (17) and (18), below which the integral does not grow.
-        release_time: Time in which the integral's force falls to zero when contact ends, a few N T
-            (section 5.1) [s].
+        thresholds: Depth errors up to which the integral does not grow, eqs. (17) and (18).
+        release_time: Time in which the integral's force falls to zero when contact ends, a few
+            simulation periods (section 5.1) [s].
         max_force: Upper limit of the integral's force [N].
     """
 
@@ -103,13 +104,13 @@ class LawSettings(NamedTuple):
 
 @dataclass(init=False)
 class LocalForce:
-    """The force of a law in one period.
+    """The result of a law for one haptic period.
 
     Fields:
-        normal_force: Force on the hand along the surface's normal, never negative [N].
-        felt_from_others: Part of `normal_force` caused by the other users' contacts [N].
-        indentation: Indentation of the surface under the probe by this hand's force, C_ii f [m].
-        stored: Energy in the law's spring; the force of an integral stores none [J].
+        normal_force: Force f on the hand along the surface's normal, never negative [N].
+        felt_from_others: Part of `normal_force` that the other users' contacts cause [N].
+        indentation: Dent that the force makes under the probe, C_ii f [m].
+        stored: Energy in the law's spring; an integral's force stores no energy [J].
     """
 
     normal_force: Final[float]
@@ -132,9 +133,10 @@ _DEFAULT = LawSettings()
 
 
 def pressed_depth(law: Law, sight: Sight) -> float:
-    """Depth of the probe below the surface on which a law presses [m].
+    """Return the depth of the probe below the surface on which a law presses [m].
 
-    The paper's laws press on the surface as the simulation returned it, including the own dent.
+    The predictive law presses on the free surface, and the paper's laws on the surface as the
+    simulation returned it, which includes the own dent.
     """
     if not law.answers_own_dent:
         return sight.depth
@@ -149,21 +151,19 @@ def local_force(
     dt: float,
     settings: LawSettings = _DEFAULT,
 ) -> tuple[IntegralState, LocalForce]:
-    """Force of `law` for a probe at a local surface.
+    """Compute the force of a law in one period, from the free surface at the probe.
 
     Args:
-        law: Local model.
-        memory: Memory of the law's integral after the last period; `AT_REST` before the first.
-        sight: Sample of the surface free of this client's own force.
-        gains: Gains of the law.
+        memory: State of the law's integral after the last period; `AT_REST` before the first.
+        sight: Free surface as evaluated at the probe.
         dt: Time since the last period [s].
         settings: Settings of the integral.
 
     Returns:
-        Memory after this period, and the force.
+        State of the integral after this period, and the force.
     """
     d_free = sight.depth
-    # Depth of the probe below the surface if nobody else touched the body.
+    # Depth that the probe would have below the surface if no other user touched the body.
     d_alone = max(0.0, d_free - dot(sight.u_others, sight.normal))
     if law is _PREDICTIVE:
         f = predictive_force(d_free, gains.k_h)
@@ -193,11 +193,11 @@ def local_force(
 
 
 def predictive_force(depth_free: float, k_h: float) -> float:
-    """Normal force of the predictive law, f = K (x_h - x_free).
+    """Return the normal force of the predictive law, the gain times the depth; 0 outside [N].
 
     Args:
-        depth_free: Depth of the probe below the surface free of the hand's own force [m].
-        k_h: Gain K_i, at most 1 / C_ii [N/m].
+        depth_free: Depth of the probe below the hand's free surface, x_h - x_free [m].
+        k_h: Gain K_i, at most the object's own stiffness 1 / C_ii [N/m].
 
     Returns:
         Force on the hand along the outward normal [N].
@@ -206,11 +206,11 @@ def predictive_force(depth_free: float, k_h: float) -> float:
 
 
 def proportional_force(depth: float, k_h: float) -> float:
-    """Normal force of the proportional law, L(z) = K_h.
+    """Return the normal force of the proportional law, the gain times the depth; 0 outside [N].
 
     Args:
-        depth: Depth of the probe below the surface as the simulation returned it, x_o [m].
-        k_h: Gain [N/m]; a single hand is stable iff k_h < k_o, eq. (8).
+        depth: Depth of the probe below the surface as the simulation returned it, x_h - x_o [m].
+        k_h: Gain K_h [N/m]; a single hand is stable iff k_h < 1 / C_ii, eq. (8).
 
     Returns:
         Force on the hand along the outward normal [N].
@@ -219,11 +219,10 @@ def proportional_force(depth: float, k_h: float) -> float:
 
 
 def felt_stiffness(law: Law, k_h: float, k_o: float) -> float:
-    """Stiffness that a single hand feels in the steady state [N/m].
+    """Return the stiffness that a single hand feels in the steady state [N/m].
 
     Args:
-        law: Local model.
-        k_h: Gain [N/m].
+        k_h: Gain of the law [N/m].
         k_o: Stiffness of the object at the contact, 1 / C_ii [N/m].
     """
     if law.integrates:
@@ -232,12 +231,13 @@ def felt_stiffness(law: Law, k_h: float, k_o: float) -> float:
 
 
 def proportional_stiffness(k_h: float, c_ii: float) -> float:
-    """Stiffness felt at the probe in steady state, by eq. (11).
+    """Return the stiffness that a hand with the proportional law feels in the steady state [N/m].
 
-    With x_o = K_h x_h / (K_h + K_o) the force is K_h (x_h - x_o) = K_h K_o x_h / (K_h + K_o).
+    If the probe is x_h deep, the surface yields to x_o = K_h x_h / (K_h + K_o), eq. (11), and the
+    force is K_h (x_h - x_o) = K_h K_o x_h / (K_h + K_o).
 
     Args:
-        k_h: Gain [N/m].
+        k_h: Gain K_h [N/m].
         c_ii: Compliance of the contact, 1 / K_o [m/N].
     """
     return k_h / (1.0 + k_h * c_ii)

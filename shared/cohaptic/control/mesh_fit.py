@@ -1,4 +1,4 @@
-"""Inner loops of a mesh surface: fit a surface to the vertices round a contact at a probe.
+"""Inner loops of a mesh surface: fit a surface to the displaced vertices near a probe.
 
 `mesh_surface.py` has the formula. The module is compiled where a compiler is available; plain
 Python gives the same numbers. It uses arrays of the standard library, since the haptic loop's
@@ -14,17 +14,21 @@ from itertools import accumulate
 
 from cohaptic.vec import Vec3
 
-SUPPORT = 1.8  # h_k over the mean edge at vertex k: 10 to 12 vertices count at a time
+# Radius h_k of a vertex's weight over the mean length of its edges: at one probe 10 to 12 vertices
+# have a weight above 0.
+SUPPORT = 1.8
 # m; distance that a probe may move before the near vertices are gathered again: 40 ms at 0.1 m/s. A
 # larger margin makes every evaluation slower, a smaller one gathers more often.
 MARGIN = 0.004
-# Largest squared depth that is subtracted from r^2, in h^2: 60 mm on the balloon.
+# Largest squared depth that is subtracted from a vertex's squared distance, as a multiple of the
+# mean h_k^2: the square of 60 mm on the balloon.
 DEEPEST = 5.0
 FEW = 0.05  # sum of weights below which no vertex counts as near
 
-FACT = 5  # numbers given for a vertex: number in the resting mesh, displacement, compliance
-# Numbers kept for a vertex: position, h^2, compliance, 1 if all vertices around it are known and
-# else 0, unit normal. Computing the normal takes long: until it is needed, INNER_AT has UNKNOWN.
+FACT = 5  # numbers that a patch has for a vertex: index in the mesh, displacement, compliance
+# Numbers that `MeshFit` stores for a vertex: position, h_k^2, compliance, 1 if the patch has all
+# vertices around it and else 0, unit normal. Computing the normal takes long: until it is needed,
+# INNER_AT has UNKNOWN.
 VERTEX = 9
 SUPPORT_AT, C_II_AT, INNER_AT, NORMAL_AT = 3, 4, 5, 6
 UNKNOWN = -1.0
@@ -39,12 +43,12 @@ class RestSurface:
 
     Attributes:
         points: Positions of the vertices, one behind the other, 3 n numbers [m].
-        support: h_k^2 of each vertex, where h_k is the radius of its weight w_k [m^2].
-        starts: Start of each vertex's ring in `ring`, n + 1 numbers.
+        support: Squared radius h_k^2 of each vertex's weight, n numbers [m^2].
+        starts: Index in `ring` at which the corners round each vertex start, n + 1 numbers.
         ring: The two other corners of each face round each vertex, in the order of the face.
-        place: Place of each vertex in the neighbourhood of `owner`; arbitrary for other vertices.
-        owner: Neighbourhood that has filled `place`; filling it again is quicker than a table for
-            each neighbourhood.
+        place: Index of each vertex in the patch of `owner`; arbitrary for vertices not in it.
+        owner: Fit that filled `place` last; filling one table again is quicker than making a table
+            for each fit.
     """
 
     def __init__(self, vertices: Sequence[Vec3], faces: Iterable[tuple[int, int, int]]) -> None:
@@ -62,22 +66,26 @@ class RestSurface:
 
 
 def _support(vertices: Sequence[Vec3], k: int, ring: list[int]) -> float:
-    """h_k^2 of vertex k, the square of `SUPPORT` times its mean edge [m^2]."""
+    """Return h_k^2, the squared radius of vertex k's weight: (`SUPPORT` mean edge)^2 [m^2]."""
     ends = set(ring)
     if not ends:
-        return 1e-12  # a vertex without faces never counts
+        return 1e-12  # a vertex without faces never gets a weight
     mean = sum(math.dist(vertices[end], vertices[k]) for end in ends) / len(ends)
     return max(1e-12, (SUPPORT * mean) ** 2)
 
 
 def unpack(words: array[int], scale: float, c_scale: float, least: float) -> array[float]:
-    """Convert the vertices of a neighbourhood to SI units, `FACT` numbers for each vertex.
+    """Convert the vertices of a mesh patch from the wire's numbers to SI units.
 
     Args:
-        words: Items of the wire as 16-bit numbers (`protocol/neighbourhood.py`).
+        words: Numbers on the wire, `FACT` for each vertex, 16 bits (`protocol/neighbourhood.py`).
         scale: One unit of displacement [m].
         c_scale: One unit of compliance [m/N].
-        least: Smallest compliance; smaller values are raised to it [m/N].
+        least: Smallest compliance in the result; smaller values are raised to it [m/N].
+
+    Returns:
+        `FACT` numbers for each vertex: its index in the resting mesh, the three components of its
+        displacement [m], and its compliance [m/N].
     """
     facts = array("d", bytes(8 * len(words)))
     _unpack(words, scale, c_scale, least, facts, len(words) // FACT)
@@ -97,14 +105,15 @@ def _unpack(
 
 
 class MeshFit:
-    """A surface fitted to a neighbourhood by moving least squares. The caches only save time.
+    """A surface fitted to the vertices of a patch by moving least squares.
+
+    The caches only save time; no result depends on them.
 
     Args:
         rest: The resting mesh.
-        facts: Values of each vertex, as `unpack` gives them: number in the resting mesh,
-            displacement without this client's own force [m], compliance of a contact centred
-            there [m/N].
-        out: Normal used for a vertex whose faces give no normal.
+        facts: Numbers of each vertex as `unpack` returns them; the displacement is that of the free
+            surface, the compliance that of a contact centred at the vertex.
+        out: Normal for a vertex whose faces have no normal.
     """
 
     def __init__(self, rest: RestSurface, facts: array[float], out: Vec3) -> None:
@@ -121,7 +130,7 @@ class MeshFit:
         self.begin()
 
     def begin(self) -> None:
-        """Fill in position, support and compliance of each vertex."""
+        """Fill in each vertex's displaced position, squared weight radius and compliance."""
         total = 0.0
         for k in range(self.count):
             fact, at = FACT * k, VERTEX * k
@@ -139,17 +148,18 @@ class MeshFit:
     def at(
         self, px: float, py: float, pz: float, depth: float
     ) -> tuple[float, float, float, float, float, float] | None:
-        """The fitted surface as seen from a probe; None if no vertex is near.
+        """Evaluate the fitted surface at a probe; return None if no vertex is near.
 
         Args:
             px: First coordinate of the probe [m].
             py: Second coordinate of the probe [m].
             pz: Third coordinate of the probe [m].
-            depth: Rough depth of the probe, from plane or sphere or from an earlier fit [m].
+            depth: Approximate depth of the probe, from plane or sphere or from an earlier fit [m].
 
         Returns:
-            Depth [m], the three components of the unit normal, c_ii [m/N], and the weighted share
-            of inner vertices, whose faces are all known, 0 to 1.
+            Depth [m], the three components of the unit normal, the compliance c_ii [m/N], and the
+            weighted fraction of inner vertices, 0 to 1. A vertex is inner if the patch has all
+            corners of its faces.
         """
         dx, dy, dz = px - self.center_x, py - self.center_y, pz - self.center_z
         deep = depth if depth > 0.0 else -depth
@@ -184,8 +194,8 @@ class MeshFit:
             return None
         ux, uy, uz = nx / length, ny / length, nz / length
         depth = (along + sx * ux + sy * uy + sz * uz) / (total + length)
-        # The mean normal belongs to the middle of the vertices; the bending term carries it from
-        # there to the foot of the probe.
+        # The mean normal is that at the weighted mean of the vertices; the bending term changes it
+        # to the normal at the foot of the probe.
         spread -= (sx * sx + sy * sy + sz * sz) / total
         bending = along - (sx * nx + sy * ny + sz * nz) / total
         bending = bending / spread if spread > 1e-12 * total else 0.0
@@ -199,9 +209,9 @@ class MeshFit:
         return depth, ux, uy, uz, c / total, inner / (total + FEW)
 
     def below(self, depth: float) -> float:
-        """The squared depth that is subtracted from the squared distance r_k^2 of a vertex [m^2].
+        """Return the squared depth to subtract from the squared distance of each vertex [m^2].
 
-        The value saturates at `deepest`, since plane and sphere give a poor depth far from the
+        The value saturates at `deepest`, since the depth from plane or sphere is poor far from the
         contact.
         """
         square = depth * depth
@@ -209,9 +219,9 @@ class MeshFit:
         return square / math.sqrt(1.0 + share * share)
 
     def gather(self, px: float, py: float, pz: float, depth: float) -> None:
-        """Collect each vertex whose weight can be positive before the next call.
+        """Fill `near` with the vertices that may get a weight while the probe stays near.
 
-        The collection is valid until the probe has moved by `MARGIN` or is deeper than `reached`.
+        `near` is valid until the probe has moved by `MARGIN` or is deeper than `reached`.
         """
         self.reached = (depth if depth > 0.0 else -depth) + MARGIN
         below = self.below(self.reached)
@@ -227,7 +237,11 @@ class MeshFit:
         self.center_x, self.center_y, self.center_z = px, py, pz
 
     def find_normal(self, at: int) -> None:
-        """Compute a displaced vertex's unit normal from its faces, exact on spheres (Max 1999)."""
+        """Compute and store a displaced vertex's unit normal, exact on spheres (Max 1999).
+
+        Args:
+            at: Index in `vertices` at which the vertex's numbers begin.
+        """
         if self.rest.owner is not self:
             self.rest.owner = self
             for k in range(self.count):
@@ -258,21 +272,21 @@ class MeshFit:
         v[at + INNER_AT] = known
 
     def where(self, number: int) -> int:
-        """Place in this neighbourhood of a vertex of the resting mesh; -1 if it is not in it."""
+        """Return the index of a vertex of the resting mesh in this patch; -1 if it is not in it."""
         k = self.rest.place[number]
-        # Another neighbourhood may have left any number there, so compare with our own facts.
+        # Another patch may have left any number there, so compare it with this patch's facts.
         return k if k < self.count and int(self.facts[FACT * k]) == number else -1
 
     def edge(self, at: int, place: int, number: int, i: int) -> float:
-        """One component of the edge from a vertex of the neighbourhood to another vertex [m].
+        """Return one component of the edge from a vertex of this patch to another vertex [m].
 
-        A vertex of unknown displacement is taken to move with the vertex at which the edge begins.
+        A vertex that is not in this patch is assumed to have the displacement of the first vertex.
 
         Args:
-            at: Index at which the numbers of the first vertex begin.
-            place: Place of the other vertex, as `where` returns it.
-            number: Number of the other vertex in the resting mesh.
-            i: Index of the component, 0 to 2.
+            at: Index in `vertices` at which the first vertex's numbers begin.
+            place: Index of the other vertex in this patch, as `where` returns it.
+            number: Index of the other vertex in the resting mesh.
+            i: Component, 0 to 2.
         """
         if place >= 0:
             return self.vertices[VERTEX * place + i] - self.vertices[at + i]

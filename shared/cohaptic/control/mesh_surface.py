@@ -1,28 +1,31 @@
 """The local surface of a mesh patch, made from vertices, smooth under a probe that slides.
 
-Each vertex near the probe gives a depth of the probe by its position and normal. Moving least
-squares with compact weights combine the vertices to one surface, once continuously differentiable,
-so that neither depth nor normal has a step where a probe slides over edges and vertices:
+Each vertex near the probe gives a depth of the probe by its position p_k and normal n_k. Moving
+least squares with compact weights w_k combine the vertices to one surface, once continuously
+differentiable, so that neither depth nor normal has a step where a probe slides over edges and
+vertices:
 
     n = unit(sum_k w_k n_k),  depth = sum_k w_k (n_k + n) . (p_k - probe) / sum_k w_k (1 + n_k . n),
-    w_k = (1 - (r_k^2 - d^2) / h_k^2)^2,  r_k from the probe to p_k,  d the probe's rough depth.
+    w_k = (1 - (r_k^2 - d^2) / h_k^2)^2,
 
-The mean of n_k and n makes the depth exact on spheres, and to second order elsewhere. The normal n
-belongs to the middle of the vertices; their bending carries it from there to the probe's foot. The
-sums over vertices are in `mesh_fit.py`.
+with the distance r_k from the probe to p_k, the probe's approximate depth d, and the radius h_k of
+vertex k's weight. The mean of n_k and n makes the depth exact on spheres, and to second order
+elsewhere. The normal n is that at the weighted mean of the vertices; the fit corrects it by the
+vertices' bending to the normal at the probe's foot. The sums over vertices are in `mesh_fit.py`.
 
 For a probe that is deep compared with the surface's radius of curvature the sum gives too small a
 depth: on a torn ball it was 9 % too small at 14 mm. The server knows depth, normal and compliance
-better on the line below the contact, along the normal: on that line the patch's own plane is right,
-because the server put the contact where its normal meets the probe. On that line the patch's own
-values are used, and the vertices only give the changes beside that line. The error of the fitted
-surface on the line (`LineError`) is computed at points of the line when they are needed, and
-interpolated between the points by cubics through four neighbours (Catmull and Rom 1974), so that
-its derivative by depth is continuous.
+better on the contact's line, which goes through the contact along its normal: there the patch's own
+plane is right, because the server put the contact where its normal meets the probe. On the line the
+module uses the patch's own values, and the vertices only give the changes beside the line. The
+error of the fitted surface on the line (`LineError`) is computed at points of the line when they
+are needed, and interpolated between the points by cubics through four neighbours (Catmull and Rom
+1974), so that its derivative by depth is continuous.
 
-Plane or sphere of the same patch takes over where the neighbourhood ends, and near the line if the
-vertices' normal there differs from the patch's. Farther away plane and sphere no longer describe
-the surface, and the vertices give the rough depth: 0.1 m along a ring a sphere is 39 mm off.
+Beyond the patch's vertices, and near the line if the vertices' normal there differs from the
+patch's, the module uses the plane or sphere of the same patch. Farther away plane and sphere no
+longer describe the surface, and the vertices give the approximate depth: 0.1 m along a ring a
+sphere is 39 mm off.
 """
 
 from __future__ import annotations
@@ -35,9 +38,10 @@ from cohaptic.control.geometry import LocalSurface, Sight
 from cohaptic.control.mesh_fit import MeshFit, RestSurface
 from cohaptic.vec import Vec3, dot, sub, unit
 
-# Reach: the distance that counts as near, as a share of the largest depth that a fit tells apart
-# (`mesh_fit.DEEPEST`): 6 mm on the balloon, a quarter of the support of its vertices. The least
-# reach, for the smallest objects, is a distance that a hand cannot feel [m].
+# The reach is the distance up to which a point counts as near. It is this fraction of the largest
+# depth that a fit distinguishes (`mesh_fit.DEEPEST`): 6 mm on the balloon, a quarter of the radius
+# of its vertices' weights. The least reach, for the smallest objects, is too small for a hand to
+# feel [m].
 _REACH = 0.1
 _LEAST_REACH = 0.0005
 # Points on the line within one reach. On a balloon the error hardly changes within that distance.
@@ -45,13 +49,13 @@ _LEAST_REACH = 0.0005
 # felt 1.2 % too little with one point, 0.1 % too much with four and 0.02 % with eight
 # (`benchmarks/object_session.py`, pinched.stl).
 _POINTS = 8
-_FURTHEST = 512  # points up or down; beyond them the last error holds, so that a patch stays small
+_FURTHEST = 512  # points up or down; beyond them the last error is used, so that memory is bounded
 # Cosines of the angle between the vertices' normal and the patch's on the line. Above `_ALIKE` the
-# vertices are trusted near the line, too; below `_TURNED` they are not trusted there: their normal
-# then turns under a probe that moves sideways, while the server's does not, and the line's normal
-# comes back late with each patch. On a rim 13 mm deep a hand of 400 N/m swung sideways at 250 ms;
-# with a sphere the hand did not swing. Below `_STRANGE` the vertices are trusted nowhere: the probe
-# sees the far side of a thin part.
+# module uses the vertices near the line, too; below `_TURNED` it does not use them there: their
+# normal then turns under a probe that moves sideways, while the server's does not, and the line's
+# normal comes back late with each patch. On a rim 13 mm deep a hand of 400 N/m oscillated sideways
+# at 250 ms; with a sphere the hand did not. Below `_STRANGE` the module uses the vertices nowhere:
+# they belong to the far side of a thin part.
 _ALIKE = 0.9986
 _TURNED = 0.985
 _STRANGE = 0.2
@@ -63,42 +67,44 @@ _NEAR = 2.5
 # friction generated more energy, and the passivity layer observed 13 % less energy than there was.
 _TURNING = 1.25
 # On a limb a contact has a fifth of the compliance of the vertices beside it, whose normals lie
-# nearer to the direction in which the limb bends. Below the contact the server's compliance holds,
-# whatever the vertices say; the limit only keeps the factor from overflowing next to held vertices,
-# whose compliance is nearly 0.
+# nearer to the direction in which the limb bends. Below the contact the server's compliance is
+# used, whatever that of the vertices is; the limit only keeps the factor from overflowing next to
+# fixed vertices, whose compliance is nearly 0.
 _MAX_FACTOR = 1e6
 
-# Distance from the line within which the compliance is drawn towards the contact's own: `_MOVED`
-# times as far as others have moved the surface here, at most `_APART` reaches. On a limb the
-# compliance changes fivefold within the distance that others move the contact sideways. The force
-# changes with it, by the ratio of that distance to the depth: a loop through the other hands that
-# no gain accounts for. Two hands that pinched a limb swung by half of their force. The hand's own
-# motion over the surface causes no such loop.
+# Distance from the line within which the compliance fades to the contact's own: `_MOVED` times the
+# distance by which other users have moved the surface here, at most `_APART` reaches. On a limb the
+# compliance changes fivefold within the distance by which others move the contact sideways. The
+# force changes with it, by the ratio of that distance to the depth: a loop through the other hands
+# that no gain accounts for. Two hands that pinched a limb oscillated by half of their force. The
+# hand's own motion over the surface causes no such loop.
 _MOVED = 2.0
 _APART = 4.0
 
 # Cosine of the angle between the normals; error of the depth [m]; factor of the compliance;
 # correction of the vertices' normal near the line (three numbers).
 Error = tuple[float, float, float, float, float, float]
-# Trust in the vertices, and in their compliance, from 0 to 1; then the last five of `Error`.
+# Weights of the vertices' surface and of their compliance, 0 to 1; then the last five of `Error`.
 Beside = tuple[float, float, float, float, float, float, float]
 # Not `Final`: mypyc reports a final tuple that begins with a float as not set.
 _NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def smooth(share: float) -> float:
-    """Smooth step from 0 to 1 as `share` goes from 0 to 1, with zero slope at both ends."""
+    """Return the smooth step from 0 (`share` 0) to 1 (`share` 1), with zero slope at both ends."""
     s = min(1.0, max(0.0, share))
     return s * s * (3.0 - 2.0 * s)
 
 
 class LineError:
-    """The error of a fitted surface, known on the line below a contact.
+    """The error of a fitted surface against the patch's plane or sphere, on the contact's line.
+
+    The line goes through the contact point along the surface's normal.
 
     Args:
-        fit: Fit of the vertices.
+        fit: Surface fitted to the patch's vertices.
         base: Plane or sphere of the patch.
-        moved: Distance that others have moved the surface under the finger [m].
+        moved: Distance by which other users have moved the surface under the finger [m].
     """
 
     def __init__(self, fit: MeshFit, base: LocalSurface, moved: float) -> None:
@@ -110,18 +116,22 @@ class LineError:
         self._points: Final[dict[int, Error]] = {}
 
     def lost(self, probe: Vec3) -> float:
-        """Degree, 0 to 1, to which plane or sphere no longer describes the surface at `probe`."""
+        """Return the degree, 0 to 1, to which plane or sphere fails to describe the surface.
+
+        The degree is 0 if `probe` is within `_NEAR` reaches of the contact's line, and 1 from 1.4
+        times that distance on.
+        """
         away = sub(probe, self._base.x_free)
         along = dot(away, self._base.normal)
         near = _NEAR * self._reach
         return smooth((dot(away, away) - along * along) / (near * near) - 1.0)
 
     def at(self, probe: Vec3, depth: float) -> Beside:
-        """The error at a probe, and the trust in the vertices there.
+        """Return the error at a probe, and the weight that the vertices should have there.
 
         Args:
             probe: Position of the probe [m].
-            depth: Rough depth of the probe [m].
+            depth: Approximate depth of the probe [m].
         """
         place = min(max(depth / self._spacing, -float(_FURTHEST)), float(_FURTHEST))
         k = math.floor(place)
@@ -176,30 +186,32 @@ class LineError:
 
 
 # Beside a contact the compliance is at most 4 times that of the contact, and at least a quarter of
-# it unless the vertices themselves have less, as held vertices do: a larger difference is not known
-# for longer than one tick.
+# it unless the vertices themselves have less, as fixed vertices do: a larger difference would be
+# valid for no longer than one tick.
 _BESIDE = 4.0
-# Weighted shares of inner vertices, whose faces are all known: plane or sphere is used below
-# `_OUTER`, the neighbourhood above `_INNER`, and a mixture between them. Where plane or sphere no
-# longer describes the surface (`LineError.lost`), `_INNER_LOST` replaces `_INNER`: plane or sphere
-# is tens of mm off, and a twentieth of that is as much as a finger is deep. On a ring, where 97
-# vertices form two rows beside a path of 0.1 m, the force is 13 % off with 0.35 and 33 % with 0.5.
+# Weighted fractions of inner vertices (`MeshFit.at`): the module uses plane or sphere below
+# `_OUTER`, the vertices above `_INNER`, and a mixture between them. Where plane or sphere no longer
+# describes the surface (`LineError.lost`), `_INNER_LOST` replaces `_INNER`: plane or sphere is tens
+# of mm off, and a twentieth of that is as much as a finger is deep. On a ring, where 97 vertices
+# form two rows beside a path of 0.1 m, the force is 13 % off with 0.35 and 33 % with 0.5.
 _OUTER = 0.05
 _INNER = 0.5
 _INNER_LOST = 0.2
-# Share of inner vertices in the first of two fits, below which the second fit, which reaches
+# Fraction of inner vertices in the first of two fits, below which the second fit, which reaches
 # farther vertices, fades out.
 _SEEN = 0.1
 
 
 class MeshSurface:
-    """The surface of a mesh patch. Its caches only save time; results do not depend on them.
+    """The local surface of a mesh patch: fitted to vertices, with plane or sphere beyond them.
+
+    The caches only save time; no result depends on them.
 
     Args:
         rest: The resting mesh.
         base: Plane or sphere of the same patch.
-        facts: The neighbourhood, as `MeshFit` takes it.
-        moved: Distance that others have moved the surface under the finger [m].
+        facts: Numbers of the patch's vertices, as `unpack` returns them.
+        moved: Distance by which other users have moved the surface under the finger [m].
     """
 
     def __init__(
@@ -212,7 +224,7 @@ class MeshSurface:
         self._error.at(base.x_free, 0.0)
 
     def look(self, probe: Vec3) -> Sight:
-        """The surface as evaluated at `probe` [m]."""
+        """Evaluate the surface at the position `probe` [m]."""
         sight = self._base.look(probe)
         fit = self._fit.at(probe[0], probe[1], probe[2], sight.depth)
         if fit is None:
@@ -255,7 +267,7 @@ class MeshSurface:
         )
 
     def _facing(self, nx: float, ny: float, nz: float) -> float:
-        """1 for a normal within a right angle of the patch's normal, down to 0 for its opposite."""
+        """Return 1 for a normal within 90 degrees of the patch's, falling to 0 for its opposite."""
         n = self._base.normal
         return smooth(1.0 + nx * n[0] + ny * n[1] + nz * n[2])
 

@@ -1,12 +1,13 @@
 """The paper's proportional-integral local model, section 5, with the precautions of 5.1.
 
-The law is L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it. The
-law integrates e - theta, the depth e less the threshold theta of eq. (17) or (18); when contact
-ends, the integral's force goes to zero linearly over a few simulation periods.
+The law is L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it, with
+the gain K_h, the integral gain I and the haptic period T. The law integrates e - theta, the depth e
+less the threshold theta of eq. (17) or (18); when contact ends, the integral's force goes to zero
+linearly over a few simulation periods.
 
-Eq. (18) as printed divides theta_2 by I_tot; the paper's text says that theta grows linearly to its
-set value, so the code uses theta_2 I_tot / I_full. The text uses the small threshold on the way in
-and the large one on the way out: `entering` and `leaving`.
+Eq. (18) as printed divides theta_2 by the integral's force I_tot; the paper's text says that theta
+grows linearly to its set value, so the code uses theta_2 I_tot / I_full. As in the text, the small
+threshold holds while the probe goes in (`entering`), the large one while it comes out (`leaving`).
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ AT_REST_SPEED = 5e-3  # m/s
 
 
 class Thresholds(NamedTuple):
-    """Steady-state error that the integral tolerates, eqs. (17) and (18).
+    """Thresholds theta: steady-state depth errors that the integral tolerates, eqs. (17), (18).
 
     Eq. (17) is `entering == leaving` with `full_force` 0.
 
     Fields:
         entering: theta while the probe goes in or rests [m].
         leaving: Largest theta while the probe comes out [m].
-        full_force: Force of the integral from which `leaving` holds in full; below it theta is
-            proportional to that force [N].
+        full_force: Integral's force from which on theta is `leaving`; below it theta is
+            proportional to the force [N].
     """
 
     entering: float = 0.2e-3
@@ -36,7 +37,7 @@ class Thresholds(NamedTuple):
 
 
 class IntegralState(NamedTuple):
-    """State of the integral, kept from one period to the next.
+    """State of the law's integral after one haptic period.
 
     Fields:
         force: Force of the integral [N].
@@ -57,14 +58,14 @@ def integration_threshold(
     full_force: float,
     dt: float,
 ) -> float:
-    """Threshold theta of eq. (17) or (18) [m]; the fields of `Thresholds` are separate arguments.
+    """Return the threshold theta of eq. (17) or (18) [m]; 0 without contact.
 
     Args:
         state: State after the last period.
         depth: Depth of the probe now [m].
-        entering: Threshold on the way in and at rest [m].
-        leaving: Largest threshold on the way out [m].
-        full_force: Force of the integral from which `leaving` holds in full [N].
+        entering: As in `Thresholds` [m].
+        leaving: As in `Thresholds` [m].
+        full_force: As in `Thresholds` [N].
         dt: Time since the last period [s].
     """
     if depth <= 0.0:
@@ -85,13 +86,13 @@ def proportional_integral_step(
     max_force: float,
     dt: float,
 ) -> tuple[IntegralState, float]:
-    """Force of the law L(z) = K_h + T I / (z - 1) in one period, eqs. (12), (17), (18).
+    """Compute the force of the law L(z) = K_h + T I / (z - 1) in one period, eqs. (12), (17), (18).
 
     Args:
         state: State after the last period.
-        depth: e, depth of the probe below the surface as the simulation returned it [m].
-        k_h: Gain [N/m].
-        integral_gain: I [N/(m s)].
+        depth: Depth e of the probe below the surface as the simulation returned it [m].
+        k_h: Gain K_h [N/m].
+        integral_gain: Integral gain I [N/(m s)].
         release_time: Time in which the integral's force falls to zero when contact ends [s].
         max_force: Upper limit of the integral's force [N].
         dt: Time since the last period [s].

@@ -1,4 +1,4 @@
-"""The lag of a room as a value. No numpy here: the haptic loop's process uses this module, too."""
+"""The lag of a room with its stability margin, without numpy for the haptic loop's process."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from typing import Final
 # constructor of a named tuple is always interpreted, when no cache holds the interpreter's code.
 @dataclass(init=False, unsafe_hash=True)
 class RoomLag:
-    """A room's lag in use, coupling and margin (science 3.8, `stability.lag_choice.choose_lag`).
+    """Lag, coupling and stability margin of a room (science 3.8, `lag_choice.choose_lag`).
 
     Fields:
         lag: Lag tau in use, 0 for none [s].
-        coupling: m, spectral radius of S; below 1 hands at rest need no lag.
-        margin: Stability margin; above 1 hands at rest are stable, infinite for hands that do not
-            couple. If forces are anticipated (3.13), 1 over the share of a force error that is left
-            after one round trip; else tau over the least stable tau, or 1 / m for m < 1.
+        coupling: Spectral radius m of the coupling matrix S; below 1 hands at rest need no lag.
+        margin: Stability margin; above 1 hands at rest are stable, and without coupling it is
+            infinite. If the server anticipates forces (3.13), the margin is the inverse of the
+            factor by which a force error shrinks in one round trip. Otherwise it is tau over the
+            least stable tau, or 1 / m for m < 1.
     """
 
     lag: Final[float]

@@ -1,8 +1,8 @@
 """Write text to a terminal or a pipe in a separate thread, so that the program never waits.
 
-A stopped terminal (Ctrl-S, a paused pane) or a full pipe blocks a write until it is read again.
-The amount of waiting text is bounded. Lines that do not fit are left out and counted, and the next
-text that fits begins with their number.
+A stopped terminal (Ctrl-S, a paused pane) or a full pipe blocks a write until its reader goes on.
+The amount of waiting text is bounded. The stream leaves out and counts lines that do not fit, and
+the next text that fits begins with the number of those lines.
 """
 
 from __future__ import annotations
@@ -20,19 +20,21 @@ LAST_WORDS = 1.0  # s; longest time that an ending program waits for its reader
 
 
 def in_words(lines: int) -> str:
-    """Text that tells a reader how many lines were left out."""
+    """Return the line that tells a reader how many lines the stream has left out."""
     return f"{lines} lines were left out here: nobody read them in time\n"
 
 
 def aside(
     stream: TextIO, most: int = MOST, tell: Callable[[int], str] = in_words
 ) -> Aside | TextIO:
-    """An `Aside` that replaces a stream; the stream itself if it has no open file descriptor.
+    """Return a stream that writes to the same file as `stream` without ever waiting.
+
+    The function returns `stream` itself if that has no open file descriptor.
 
     Args:
         stream: Stream of a terminal, a pipe or a file.
         most: Largest amount of text that may wait to be written [bytes].
-        tell: Function that makes the text for a reader from the number of lines left out.
+        tell: Function that makes the message for a reader from the number of lines left out.
     """
     try:
         stream.flush()
@@ -42,7 +44,7 @@ def aside(
 
 
 class Aside(io.TextIOBase):
-    """Text stream that writes to one file in a separate thread.
+    """Text stream that writes to one file in a separate thread, so that writing never waits.
 
     Args:
         file: Descriptor of the file, which this class does not close.
@@ -67,10 +69,10 @@ class Aside(io.TextIOBase):
         self._size = 0  # text that waits or is being written [bytes]
         self._changed = threading.Condition()
         self._thread: threading.Thread | None = None
-        self._gone = False  # whether the file has lost its reader for good
+        self._gone = False  # whether the file will have no reader any more
 
     def write(self, text: str, /) -> int:
-        """Accept a text without waiting; the text is written whole or left out whole."""
+        """Accept a text without waiting; the thread writes all of it or leaves out all of it."""
         if text:
             with self._changed:
                 self._put(text)
@@ -80,20 +82,20 @@ class Aside(io.TextIOBase):
         """Do nothing: the thread is writing already."""
 
     def drain(self, timeout: float = LAST_WORDS) -> bool:
-        """Wait at most `timeout` [s] until all text is written; returns whether it was."""
+        """Wait at most `timeout` [s] for the thread; return whether it has written all text."""
         with self._changed:
             return self._changed.wait_for(lambda: self._size == 0, timeout)
 
     def writable(self) -> bool:
-        """Whether the stream can be written to: always."""
+        """Return True: the stream accepts text."""
         return True
 
     def isatty(self) -> bool:
-        """Whether the file is a terminal."""
+        """Return whether the file is a terminal."""
         return os.isatty(self._file)
 
     def fileno(self) -> int:
-        """Descriptor of the file."""
+        """Return the descriptor of the file."""
         return self._file
 
     @property
@@ -145,9 +147,9 @@ class Aside(io.TextIOBase):
         return None
 
     def _is_end(self, error: OSError) -> bool:
-        """Whether an error means that the file has no reader any more.
+        """Return whether an error means that the file will have no reader any more.
 
-        A full disk does not count, since it may have room again.
+        A full disk is no such error, since it may have room again.
         """
         if error.errno == errno.EIO:
             return os.isatty(self._file)

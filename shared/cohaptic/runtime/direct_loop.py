@@ -2,9 +2,9 @@
 
 A process that wakes 120 times a second for a few microseconds of work finds cold caches each time;
 its cost then grows with the number of different instructions. Asyncio's work between two `select`
-calls took half the time of a client's network process. Here the socket and the timer are served by
-callbacks within `select`; asyncio runs only when a callback gives it something to do. Everything
-else is asyncio's own loop.
+calls took half the time of a client's network process. In this loop callbacks within `select` serve
+the socket and the timer directly; asyncio runs only when a callback gives it something to do.
+Everything else is asyncio's own loop.
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ class _DirectSelector(selectors.SelectSelector):
 
     Attributes:
         roused: Whether asyncio has been given something to do since `select` began.
-        when: Time at which the timer is due on the clock of the event loop [s]; infinite for no
-            timer.
+        when: Time of the timer on the clock of the event loop [s]; infinite for no timer.
         call: Function that the timer calls; must not raise.
     """
 
@@ -46,7 +45,7 @@ class _DirectSelector(selectors.SelectSelector):
         self._any_writing = False
 
     def read_directly(self, fd: int, reader: _Reader) -> None:
-        """Read `fd` with `reader` until asyncio stops reading that file."""
+        """Let `reader` read the file `fd` until asyncio stops reading that file."""
         self._drop(fd)
         self._direct[fd] = reader
 
@@ -57,7 +56,7 @@ class _DirectSelector(selectors.SelectSelector):
         return key
 
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
-        """As in `selectors`; also ends direct reading of the file."""
+        """As in `selectors`; also end direct reading of the file."""
         key = super().unregister(fileobj)
         self._drop(key.fd)
         self._look()
@@ -76,13 +75,16 @@ class _DirectSelector(selectors.SelectSelector):
         return key
 
     def close(self) -> None:
-        """As in `selectors`; also closes the sockets that are read directly."""
+        """As in `selectors`; also close the duplicate sockets of the direct readers."""
         for fd in list(self._direct):
             self._drop(fd)
         super().close()
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """Files that asyncio has to serve; empty after the time-out or if asyncio was roused."""
+        """Wait for events and return the files that asyncio has to serve.
+
+        The list is empty after the time-out, or if a callback has given asyncio something to do.
+        """
         self.roused = False
         end = inf if timeout is None else self._time() + timeout
         while True:
@@ -105,7 +107,7 @@ class _DirectSelector(selectors.SelectSelector):
                 return []
 
     def _serve(self, ready: list[int]) -> bool:
-        """Read the ready files if all are read directly; False if asyncio has to read them."""
+        """Read the ready files if all have direct readers; return False if asyncio must read."""
         for fd in ready:
             if fd not in self._direct:
                 return False
@@ -132,16 +134,16 @@ def _nothing() -> None:
 
 
 class _Reader:
-    """Reads a transport's socket.
+    """Direct reader of a transport's socket.
 
     Args:
-        loop: Loop to which errors are reported.
-        transport: Owner of the socket; aborted when `take` raises.
-        take: Function called with the bytes received.
+        loop: Event loop that reports errors.
+        transport: Owner of the socket; the reader aborts it when `take` raises.
+        take: Function that the reader calls with the bytes received.
 
     Attributes:
         socket: Duplicate of the socket, since the transport's own cannot be read from outside.
-            Close the duplicate with the transport's socket: the connection lives as long as either
+            Close the duplicate with the transport's socket: the connection lasts as long as either
             is open.
     """
 
@@ -155,7 +157,7 @@ class _Reader:
         self._loop, self._transport, self._take = loop, transport, take
 
     def read(self) -> bool:
-        """Read once; False at the end of the stream or an error, which asyncio then sees, too."""
+        """Read once; return False at the end of the stream or an error, for asyncio to handle."""
         try:
             data = self.socket.recv(_READ)
         except (BlockingIOError, InterruptedError):
@@ -173,7 +175,7 @@ class _Reader:
 
 
 class DirectLoop(asyncio.SelectorEventLoop):
-    """asyncio's event loop, with a socket and a timer that are served directly."""
+    """asyncio's event loop, which also serves sockets and one timer directly within `select`."""
 
     def __init__(self) -> None:
         self._direct = _DirectSelector(self.time)
@@ -203,29 +205,29 @@ class DirectLoop(asyncio.SelectorEventLoop):
         return super().call_at(when, callback, *args, context=context)
 
     def set_direct_timer(self, when: float, call: Callable[[], None]) -> None:
-        """Set the timer that is served directly; replaces the previous one.
+        """Set the direct timer of the loop; the new timer replaces the previous one.
 
         Args:
             when: Time of the call on this loop's clock [s]; the call may come a moment later.
-            call: Function to call. Must be short; an exception that it raises ends the loop.
+            call: Function to call. It must be short; an exception that it raises ends the loop.
         """
         self._direct.when, self._direct.call = when, call
 
     def cancel_direct_timer(self) -> None:
-        """Cancel the timer that is served directly."""
+        """Cancel the direct timer of the loop."""
         self.set_direct_timer(inf, _nothing)
 
     def read_directly(self, transport: asyncio.Transport, take: Callable[[bytes], None]) -> bool:
-        """Pass the bytes received on a transport to its protocol without asyncio's handles.
+        """Let the loop pass received bytes to a transport's protocol without asyncio's handles.
 
         The transport still handles the end of the stream, errors and all writing.
 
         Args:
-            transport: Open transport. An encrypted one is left as it is.
-            take: `data_received` of its protocol; an exception aborts the transport.
+            transport: Open transport. Nothing changes for an encrypted one.
+            take: `data_received` of the protocol; an exception aborts the transport.
 
         Returns:
-            Whether this transport can be read directly.
+            Whether the loop reads this transport directly from now on.
         """
         if transport.get_extra_info("sslcontext") is not None:
             return False

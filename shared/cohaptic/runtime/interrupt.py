@@ -1,10 +1,10 @@
-"""The response of a command to signals, on every system and however it was started.
+"""Handle signals to a command in the same way on every system, however the command was started.
 
-SIGINT (Ctrl-C), SIGTERM or a terminal's close cancels a coroutine, which finishes its clean-up.
+SIGINT (Ctrl-C), SIGTERM or a closing terminal cancels a coroutine, which finishes its clean-up.
 
 In a server SIGHUP has two meanings: its terminal closed, or an administrator wants files read
-again. Both cases send the same signal. If a standard stream is a terminal that has closed, SIGHUP
-ends the server as SIGTERM does, because nobody could see the server or end it by Ctrl-C any more.
+again. If a standard stream is a terminal that has closed, SIGHUP ends the server as SIGTERM does,
+because nobody could see the server or end it by Ctrl-C any more.
 
 SIGINT and SIGTERM end every command, even one that was started with SIGINT ignored. A shell without
 job control (`bash script &`, many service managers) starts background commands with SIGINT ignored,
@@ -14,10 +14,10 @@ module takes every signal that reaches a command as meant for that command. To o
 a command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a command is started
 in a session of its own (`setsid`).
 
-Signals are delayed while a command applies force to a hand, so that the device is released first. A
-command that gives a force for a moment (a knock, a nudge) has no loop and no second process. A
-signal that ended or stopped the command in that moment would leave the force on; a device whose
-firmware has no watchdog would keep the force for ever.
+Signals are delayed while a command applies force to a hand, so that the command first switches the
+force off. A command that gives a force for a moment (a knock, a nudge) has no loop and no second
+process. A signal that ended or stopped the command in that moment would leave the force on; a
+device whose firmware has no watchdog would apply the force for ever.
 """
 
 from __future__ import annotations
@@ -38,11 +38,14 @@ from cohaptic.runtime.direct_loop import DirectLoop
 
 
 def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
-    """Run `work` until it ends or is interrupted, on a loop whose timers are precise.
+    """Run `work` on a new `DirectLoop` until it ends or a signal interrupts it.
 
     The loop waits with `select`: epoll rounds time-outs up to whole milliseconds, which would add
     to every delay. Use this function in processes with few sockets, such as clients. A terminal
     that closes (SIGHUP) interrupts `work`, too, unless the process ignores that signal (nohup).
+
+    Args:
+        lifeline: As for `until_interrupted`.
     """
     with asyncio.Runner(loop_factory=DirectLoop) as runner:
         runner.run(until_interrupted(work, lifeline=lifeline, hangup=True))
@@ -51,10 +54,10 @@ def run(work: Coroutine[Any, Any, None], *, lifeline: bool = False) -> None:
 async def until_interrupted(
     work: Coroutine[Any, Any, None], *, lifeline: bool = False, hangup: bool = False
 ) -> None:
-    """Run `work` until it ends or is interrupted; an interrupted `work` finishes its clean-up.
+    """Run `work` until it ends, or until a signal cancels it and its clean-up has finished.
 
-    Only the first signal cancels `work`. A second one would cut short its clean-up, which fades
-    out a force and removes shared memory, and which ends by itself within seconds.
+    Only the first signal cancels `work`. A second one would interrupt the clean-up, which fades out
+    a force and removes shared memory, and which ends by itself within seconds.
 
     Args:
         lifeline: Whether to cancel also when standard input closes, so that a child process never
@@ -91,7 +94,7 @@ async def until_interrupted(
         except asyncio.CancelledError:
             pass
         finally:
-            interrupted = True  # from here on no signal cuts the end of the process short
+            interrupted = True  # from here on no signal interrupts the end of the process
 
 
 def _interrupting(*, hangup: bool) -> Generator[signal.Signals, None, None]:
@@ -104,7 +107,7 @@ def _interrupting(*, hangup: bool) -> Generator[signal.Signals, None, None]:
 
 @contextlib.contextmanager
 def _woken_by_signals(loop: asyncio.AbstractEventLoop) -> Generator[None, None, None]:
-    """Make every signal wake the loop, in addition to calling its handler.
+    """Within the block, make every signal wake the loop, besides calling its handler.
 
     Python calls handlers between two bytecodes. If a signal comes just before an idle loop waits
     for its next event, its handler would run only after that event, or never.
@@ -128,7 +131,7 @@ def _woken_by_signals(loop: asyncio.AbstractEventLoop) -> Generator[None, None, 
 
 @contextlib.contextmanager
 def uninterrupted() -> Generator[None, None, None]:
-    """Keep Ctrl-C from all processes started within the block, from their first instruction on.
+    """Block SIGINT (Ctrl-C) in all processes that the block starts, from their first instruction.
 
     A Ctrl-C during the block reaches this process after the block. Windows has no mask of signals;
     there the block has no effect.
@@ -144,7 +147,7 @@ def uninterrupted() -> Generator[None, None, None]:
 
 
 def terminal_has_gone() -> bool:
-    """Whether a standard stream of this process is a terminal that has closed."""
+    """Return whether a standard stream of this process is a terminal that has closed."""
     if not hasattr(select, "poll"):
         return False
     streams = select.poll()
@@ -156,10 +159,10 @@ def terminal_has_gone() -> bool:
 
 
 def on_hangup(again: Callable[[], None]) -> Callable[[], None]:
-    """Make a handler of SIGHUP that ends the process as SIGTERM does, or reads files again.
+    """Return a handler of SIGHUP, which ends the process as SIGTERM does or reads files again.
 
-    The handler never ends the process if SIGHUP is ignored when this function is called, as under
-    `nohup`.
+    The handler ends the process if the terminal has closed, but never if this function was called
+    while the process ignored SIGHUP, as under `nohup`.
 
     Args:
         again: Function that reads the files again.
@@ -181,7 +184,7 @@ def signals_heeded() -> Generator[None, None, None]:
     """Within the block, let SIGINT raise KeyboardInterrupt, and SIGTERM do what SIGINT does.
 
     A handler that code within the block installs stays in place afterwards. Outside the main
-    thread, where Python handles no signals, nothing is changed.
+    thread, where Python handles no signals, the block has no effect.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -213,9 +216,9 @@ _NAMES: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
 
 @contextlib.contextmanager
 def signals_put_off() -> Generator[Callable[[], bool], None, None]:
-    """Delay signals that come within the block; the first takes effect afterwards, no other does.
+    """Delay signals that come within the block; only the first of them takes effect afterwards.
 
-    Use it in the main thread only, and for less than a second.
+    Use this block in the main thread only, and for less than a second.
 
     Yields:
         Function that returns whether a signal has come; the block should then end.

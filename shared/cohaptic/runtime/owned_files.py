@@ -2,8 +2,8 @@
 
 Each process that has such a file open holds a lock on the file, and the system releases the lock
 when the process ends. A stored process number would not be reliable, since another process may
-have that number by now. A file without a lock was left behind. On systems without such locks
-nothing is removed.
+have that number by now. An ended process left a file behind if no process has locked that file. On
+systems without such locks the module removes nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _MADE = 60.0  # s; a younger file may not be locked yet
 
 
 def own(file: int) -> None:
-    """Lock an open file until its last descriptor is closed and its last mapping is removed.
+    """Mark an open file as in use: lock it until its last descriptor and mapping are closed.
 
     Args:
         file: Descriptor of the file.
@@ -32,15 +32,15 @@ def own(file: int) -> None:
 
 
 def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside: str = "") -> int:
-    """Remove this user's files that no process has locked any more; returns their number.
+    """Remove this user's files that no process has locked any more, and return their number.
 
     Args:
         folder: Folder of the files.
-        prefix: Prefix of their names.
-        suffix: Suffix of their names.
+        prefix: Prefix of the files' names.
+        suffix: Suffix of the files' names.
         now: Unix time [s].
         beside: Suffix that, appended to a file's whole name, names a file or folder to remove with
-            the file; empty for none.
+            that file; empty for none.
     """
     if sys.platform == "win32":
         return 0
@@ -52,7 +52,7 @@ def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside:
 
 
 def _remove(path: Path, along: Path) -> bool:
-    """Remove `path` and `along`, which may be the same; returns whether both are gone."""
+    """Remove `path` and `along`, which may be the same; return whether neither exists any more."""
     try:
         # `along` goes first: if that fails, `path` remains and the next clean-up tries again.
         if along.is_dir() and not along.is_symlink():
@@ -66,7 +66,7 @@ def _remove(path: Path, along: Path) -> bool:
 
 
 def _is_left(path: Path, now: float) -> bool:
-    """Whether a path is a file of this user, older than `_MADE`, that no process has locked."""
+    """Return whether `path` is a file of this user, older than `_MADE`, without a lock."""
     if sys.platform == "win32":
         return False
     import fcntl

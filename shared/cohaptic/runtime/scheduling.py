@@ -1,4 +1,4 @@
-"""Set the scheduling of processes and lock memory; no function fails where the system refuses."""
+"""Set the scheduling of processes and lock memory; no function raises if the system refuses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOW_NICENESS = 10
 
 
 def prefer_this_process(priority: int) -> str:
-    """Request the most punctual scheduling that the system allows this process.
+    """Give this process the most punctual scheduling that the system allows.
 
     Args:
         priority: Real-time priority, where the system has one; the higher priority runs first.
@@ -33,10 +33,10 @@ def prefer_this_process(priority: int) -> str:
 
 
 def lock_memory() -> str:
-    """Keep this process's memory from being swapped out: fetching a page takes several periods.
+    """Lock this process's memory against swapping, because reading a page takes several periods.
 
     Returns:
-        The result, in words for a user.
+        Whether the memory is locked, in words for a user.
     """
     if sys.platform != "linux":
         return "memory not locked"
@@ -55,7 +55,7 @@ def lock_memory() -> str:
 
 
 def memory_lock_limit() -> float:
-    """Bytes of memory that this process may lock; inf for no limit, 0 if locking is unavailable."""
+    """Return how much memory this process may lock [bytes]; inf without a limit, 0 on Windows."""
     if sys.platform == "win32":
         return 0.0
     import resource
@@ -67,10 +67,10 @@ def memory_lock_limit() -> float:
 
 
 def be_ordinary() -> None:
-    """Give up the real-time priority that `prefer_this_process` was granted.
+    """Give up the real-time priority that `prefer_this_process` set.
 
-    This changes the calling thread and the threads that it starts from now on. On systems other
-    than Linux nothing is done, since no priority there blocks other processes for good.
+    The function changes the calling thread and the threads that it starts from now on. It has an
+    effect on Linux only, since no priority of other systems blocks other processes for good.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
@@ -78,7 +78,7 @@ def be_ordinary() -> None:
 
 
 def stand_back(pid: int = 0) -> None:
-    """Lower the priority of a process below ordinary processes, where the system allows it.
+    """Lower the priority of a process below that of ordinary processes, if the system allows it.
 
     A process inherits the priority of the thread that starts it, even a real-time one. The parent
     should call this function right after the start, because the child itself would first import

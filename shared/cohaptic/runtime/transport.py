@@ -1,7 +1,6 @@
-"""Network settings of a connection.
+"""Network settings of a connection, the same for every connection and at both ends.
 
-The settings are the same for every connection, at both ends, and explained in
-`docs/design/wire.md`.
+`docs/design/wire.md` explains the settings.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ USER_TIMEOUT_MS = 10_000
 
 
 def unsent_of(transport: asyncio.Transport) -> Callable[[], int]:
-    """Function that counts the bytes written to a transport that have not left the process.
+    """Return a function that counts the bytes that wait in a transport's buffers in this process.
 
-    Under TLS asyncio's count leaves out the bytes in the transport below, which may be 64 kB of old
-    patches: a stalled path would look clear.
+    Under TLS asyncio's own count omits the buffer of the transport below TLS, which may have 64 kB
+    of old patches: a stalled connection would look as if it were not stalled.
     """
     below = getattr(getattr(transport, "_ssl_protocol", None), "_transport", None)
     if below is None:
@@ -44,7 +43,7 @@ def unsent_of(transport: asyncio.Transport) -> Callable[[], int]:
 
 
 def tune(sock: socket.socket) -> None:
-    """Set the options of a connected socket.
+    """Set the TCP options of a connected socket.
 
     TCP_NODELAY is set here because asyncio leaves it off on some sockets that it did not create.
     TCP_NOTSENT_LOWAT exists on Linux and macOS, TCP_USER_TIMEOUT on Linux; elsewhere the defaults

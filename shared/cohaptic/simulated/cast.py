@@ -1,8 +1,8 @@
 """Find the place where a simulated hand that comes from one side meets a body of any shape.
 
-A ray from the side is cast at the body at the height of its centre; if the ray misses, further rays
-are cast above and below. Plain loops over the triangles are quick enough, since this happens once,
-before a hand begins.
+The module casts a horizontal ray at the body at the height of its centre and, if that ray misses,
+further rays above and below. Loops in Python over the triangles are quick enough, since this
+happens once, before a hand begins.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from cohaptic.vec import Vec3, add, cross, dot, norm, scale, sub, unit
 
 _HEIGHTS = 9  # rays above the centre, and as many below
 _FACING = 0.3  # least cosine between a ray and the normal; at a lower one a finger would glance off
-_ROUND = 0.02  # share of the radius by which a facet may lie below the sphere round a body
+_ROUND = 0.02  # fraction of the radius by which a facet may lie below the sphere round a body
 
 
 def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, angle: float) -> Place:
-    """The place on a resting surface that a hand at `angle` meets first.
+    """Find the point of a resting surface that a hand at `angle` meets first.
 
     Args:
         mesh: Resting surface.
-        center: Centre of the sphere that holds the mesh [m].
+        center: Centre of a sphere that encloses the mesh [m].
         radius: Radius of that sphere [m].
-        contact_radius: Contact radius of a fingertip, over which the direction of the press is
-            averaged [m].
+        contact_radius: Contact radius of a fingertip, over which the function averages the
+            surface's normal [m].
         angle: Direction of the hand seen from above, 0 to the right of the body, counter-clockwise
             [rad].
 
     Returns:
-        Point and direction of the press: the point of the sphere itself if the body fills the
-        sphere there; the vertex that lies furthest out if every ray misses.
+        The point hit and the direction into the body. If the body fills the sphere there, this is
+        the point of the sphere itself; if all rays miss, it is the vertex that lies furthest out.
     """
     out: Vec3 = (math.cos(angle), math.sin(angle), 0.0)
     seen = [sub(v, center) for v in mesh.vertices]
@@ -50,7 +50,10 @@ def cast(mesh: RestMesh, center: Vec3, radius: float, contact_radius: float, ang
 def _first_hit(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], out: Vec3, radius: float
 ) -> Vec3 | None:
-    """Outermost hit of the ray nearest to the centre that meets the mesh squarely; None if none."""
+    """Return the outermost hit of the first ray that does not glance off the mesh; None if none.
+
+    The rays are horizontal and opposite to `out`, the one nearest to the centre first.
+    """
     flat = [(-out[1] * x + out[0] * y, z, out[0] * x + out[1] * y) for x, y, z in seen]
     crossed = [
         face
@@ -73,12 +76,14 @@ def _hits(
     faces: Sequence[tuple[int, int, int]],
     height: float,
 ) -> Iterator[tuple[float, float]]:
-    """Hits of a ray on triangles: position along the ray [m] and cosine to the triangle's normal.
+    """Yield the hits of a horizontal ray on triangles that face the viewer.
+
+    A hit is a position along the ray [m] and the cosine between the ray and the triangle's normal.
 
     Args:
         seen: Vertices relative to the centre [m].
-        flat: The same vertices in the frame of a viewer on the ray: to the side, up, and towards
-            the viewer [m].
+        flat: The same vertices in the frame of a viewer on the ray, with the axes sideways, up, and
+            towards the viewer [m].
         faces: Faces that the ray may meet.
         height: Height of the ray [m].
     """
@@ -96,7 +101,12 @@ def _hits(
 def _normal(
     seen: Sequence[Vec3], faces: Sequence[tuple[int, int, int]], at: Vec3, reach: float, out: Vec3
 ) -> Vec3:
-    """Outward unit normal: mean of the faces within `reach` [m] of `at` that face towards `out`."""
+    """Return the mean outward unit normal of the faces that lie near `at` and face towards `out`.
+
+    Args:
+        seen: Vertices relative to the centre [m].
+        reach: Distance from `at` within which a face is near [m].
+    """
     total: Vec3 = (0.0, 0.0, 0.0)
     for a, b, c in faces:
         corners = seen[a], seen[b], seen[c]

@@ -1,7 +1,7 @@
 """A simulated network link: delay and jitter with the semantics of a stream.
 
-A late frame delays the frames behind it and the order is kept, as on TCP: independent jitter that
-reorders messages would test a behaviour that a websocket never shows.
+A late message delays the messages behind it, so that their order does not change, as on TCP:
+independent jitter that reorders messages would test a behaviour that a websocket never has.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class LinkSettings:
 
     Args:
         delay: Delay one way [s].
-        jitter: Largest extra delay [s]; each message draws uniformly from [0, jitter].
+        jitter: Largest extra delay [s]; that of each message is uniformly random in [0, jitter].
         seed: Seed of the random draws; the same seed gives the same draws.
     """
 
@@ -41,7 +41,7 @@ class LinkSettings:
 
 
 class DelayLine(Generic[T]):
-    """Queue that holds each message until it is due; the caller passes the time as `now` [s]."""
+    """Queue that delays each message as a link would; the caller passes the time as `now` [s]."""
 
     def __init__(self, settings: LinkSettings) -> None:
         self.settings = settings
@@ -53,7 +53,7 @@ class DelayLine(Generic[T]):
         return len(self._items)
 
     def push(self, item: T, now: float) -> float:
-        """Send `item` at `now`; returns the time at which it is due [s].
+        """Send `item` at `now` [s], and return the time at which it is due [s].
 
         Raises:
             LinkOverflow: `CAPACITY` messages are in flight already.
@@ -67,11 +67,11 @@ class DelayLine(Generic[T]):
         return self._last_due
 
     def next_due(self) -> float | None:
-        """Time at which the next message is due [s]; None if the line is empty."""
+        """Return the time at which the next message is due [s]; None if the queue is empty."""
         return self._items[0][0] if self._items else None
 
     def pop_due(self, now: float) -> list[T]:
-        """Take every message that is due at `now`, in order."""
+        """Remove and return all messages that are due at `now` [s], in the order of sending."""
         due: list[T] = []
         while self._items and self._items[0][0] <= now:
             due.append(self._items.popleft()[1])

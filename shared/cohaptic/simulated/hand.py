@@ -1,4 +1,4 @@
-"""A simulated hand: its mechanics and its intention, as values.
+"""A simulated hand: its mechanics (mass, damper, spring) and its intention, a path of its tip.
 
 The client integrates the hand's motion at the rate of its device; the server's reference solution
 only needs the hand's stiffness and intention. Both import the classes from this module.
@@ -20,12 +20,14 @@ MOST_PER_MASS = 1e6
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """Second-order hand that follows an intention (science 3.4 gives the ranges of real hands).
+    """Mass, damper and spring of a hand that follows an intention.
+
+    Science 3.4 has the ranges of real hands.
 
     Args:
         mass: Mass of hand and device together [kg].
         damping: Damping of the tip's absolute velocity [N s/m].
-        stiffness: Stiffness of the spring between intention and tip [N/m].
+        stiffness: Stiffness of the spring between the intended position and the tip [N/m].
     """
 
     mass: float = 0.15
@@ -45,7 +47,7 @@ class Hand:
 
 @dataclass(frozen=True, slots=True)
 class Rhythm:
-    """Periodic release and press, each for half of the period.
+    """Rhythm of a hand that releases and presses, each for half of the period.
 
     Args:
         period: Period of one release and press [s].
@@ -63,7 +65,7 @@ class Rhythm:
         return min(0.3, 0.2 * self.period)
 
     def level(self, t: float) -> float:
-        """Level at `t` [s], from 0 (released, first half) to 1 (pressed, second half)."""
+        """Return the level at `t` [s]: 0 if released (first half), 1 if pressed (second half)."""
         t = t % self.period
         half = 0.5 * self.period
         if t < half:
@@ -75,20 +77,19 @@ class Rhythm:
 class Intention:
     """Intended position of a hand's tip over time.
 
-    The tip waits in front of `surface`, approaches it along `direction`, and then rests or presses
-    `depth` beyond it. A hand that drags presses once, after half a period of its rhythm, and then
-    moves by `drag` along the surface and back, whereas other hands press and let go.
+    The tip waits in front of `surface` and approaches it along `direction` to `depth` beyond it.
+    Without a rhythm it stays there. With a rhythm it presses and lets go; a hand that drags instead
+    presses once, after half a period, and then moves by `drag` along the surface and back.
 
     Args:
         surface: Point of the resting surface in front of the hand [m].
         direction: Unit vector into the body.
-        depth: Depth beyond `surface` when pressed [m].
-        clearance: Distance in front of `surface` before the approach and when released [m].
+        depth: Distance of the pressed tip beyond `surface` [m].
+        clearance: Distance of the released tip in front of `surface` [m].
         approach_at: Time at which the approach begins [s].
         approach_time: Duration of the approach [s].
-        rhythm: Rhythm of pressing or dragging; None to rest at `depth` for good.
-        drag: Displacement along the surface of a hand that drags instead of letting go; 0 for a
-            hand that does not drag [m].
+        rhythm: Rhythm of pressing or dragging; None to stay at `depth`.
+        drag: Displacement along the surface of a hand that drags; 0 for other hands [m].
     """
 
     surface: Vec3
@@ -107,11 +108,11 @@ class Intention:
 
     @property
     def _presses_at(self) -> float:
-        """Time at which a hand that drags begins to press [s]; hands that rest touch by then."""
+        """Time at which a hand that drags begins to press [s]; other hands touch by then."""
         return self.approach_at + (0.5 * self.rhythm.period if self.rhythm else 0.0)
 
     def level(self, t: float) -> float:
-        """Degree of pressing (0 before the surface, 1 at `depth`) or of dragging, at `t` [s]."""
+        """Return the level at `t` [s]: 0 if released or not dragged, 1 at `depth` or `drag`."""
         since = t - (self._presses_at if self.drags else self.approach_at)
         if since <= 0.0:
             return 0.0
@@ -121,7 +122,10 @@ class Intention:
         return self.rhythm.level(since) if since > self.rhythm.ramp else 0.0
 
     def tip(self, level: float) -> Vec3:
-        """Intended position of the tip at a level [m]; of a hand that drags, after it pressed."""
+        """Return the intended position of the tip at a level [m].
+
+        A hand that drags is at `depth` at every level, as after it has pressed.
+        """
         if self.drags:
             pressed = add(self.surface, scale(self.direction, self.depth))
             return add(pressed, scale(self.drag, level))
@@ -129,7 +133,7 @@ class Intention:
         return add(self.surface, scale(self.direction, travel))
 
     def at(self, t: float) -> Vec3:
-        """Intended position of the tip at `t` [m]."""
+        """Return the intended position [m] of the tip at the time `t` [s]."""
         tip = self.tip(self.level(t))
         if not self.drags:
             return tip
@@ -139,7 +143,7 @@ class Intention:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A point on a resting surface, with the direction into the body.
+    """A point of a body's resting surface, with the direction into the body.
 
     Args:
         point: Point of the surface [m].
@@ -158,18 +162,19 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class HandScript:
-    """Position of a simulated hand round a body, and its intention there.
+    """The user's description of a simulated hand: where it presses a body, how deep and when.
 
     Args:
         angle: Direction of the hand seen from above, 0 to the right of the body, counter-clockwise
             [rad].
         depth: Intended depth below the resting surface [m].
-        rhythm: Rhythm of pressing and releasing; None to rest.
+        rhythm: Rhythm of pressing and releasing; None to press all the time.
         approach_at: Time at which the first approach begins [s].
         hand: Mechanics of the hand.
         place: Place on the surface; None for the point at `angle` on the sphere round the body.
-        drag: Horizontal displacement along the surface in the rhythm, instead of letting go:
-            positive to the hand's own right, which is counter-clockwise seen from above [m].
+        drag: Horizontal displacement of a hand that drags along the surface in its rhythm, instead
+            of letting go; positive to the hand's own right, which is counter-clockwise seen from
+            above; 0 for other hands [m].
     """
 
     angle: float = math.pi
@@ -192,7 +197,7 @@ class HandScript:
             raise SettingError("angle of a hand", f"{self.angle:g} rad", "from -2 pi to 2 pi rad")
 
     def intention(self, center: Vec3, radius: float) -> Intention:
-        """The hand's intention at a body inside the sphere of `radius` [m] round `center` [m]."""
+        """Return the hand's intention at a body in the sphere of `radius` round `center` [m]."""
         out: Vec3 = (math.cos(self.angle), math.sin(self.angle), 0.0)
         place = self.place or Place(add(center, scale(out, radius)), scale(out, -1.0))
         return Intention(
@@ -206,13 +211,13 @@ class HandScript:
 
 
 def sideways(inward: Vec3) -> Vec3:
-    """Horizontal unit vector along a surface, to the right for a view along `inward`."""
+    """Return the horizontal unit vector that points to the right for a view along `inward`."""
     return unit(cross(inward, (0.0, 0.0, 1.0)), (1.0, 0.0, 0.0))
 
 
 @dataclass(init=False)
 class HandState:
-    """Tip of a simulated hand: position [m] and velocity [m/s]."""
+    """Position [m] and velocity [m/s] of a simulated hand's tip."""
 
     position: Final[Vec3]
     velocity: Final[Vec3]
@@ -223,7 +228,7 @@ class HandState:
 
 
 def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> HandState:
-    """Advance a hand by `dt` under `force` by semi-implicit Euler, stable for dt <= 1 ms.
+    """Return the state of a hand one time step later (semi-implicit Euler, stable for dt <= 1 ms).
 
     Args:
         state: Position [m] and velocity [m/s] of the tip.
@@ -243,6 +248,6 @@ def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> 
 
 
 def _ease(s: float) -> float:
-    """Smoothstep from 0 to 1, with zero slope at both ends."""
+    """Return the smooth step from 0 (s = 0) to 1 (s = 1), with zero slope at both ends."""
     s = min(1.0, max(0.0, s))
     return s * s * (3.0 - 2.0 * s)

@@ -1,6 +1,6 @@
-"""Distributions of a long run in bounded memory: quantiles, and histograms with fixed edges.
+"""Count the values of a long run in bounded memory, for quantiles and for histograms.
 
-Monitoring systems collect such histograms.
+Monitoring systems collect such histograms with fixed edges.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ _OCTAVES = 32  # up to 430 s
 
 
 class Tally:
-    """Counts non-negative values in logarithmic buckets of 9 % width.
+    """Counter of non-negative values, in logarithmic buckets of 9 % width, for their quantiles.
 
-    An hour at 1 kHz gives 3.6 million values; the buckets are 257 numbers, and adding a value takes
-    half a microsecond.
+    An hour at 1 kHz gives 3.6 million values; the buckets take 257 numbers, and counting a value
+    takes half a microsecond.
     """
 
     def __init__(self) -> None:
@@ -39,11 +39,11 @@ class Tally:
 
     @property
     def mean(self) -> float:
-        """Mean; 0 before the first value."""
+        """Mean of the values; 0 before the first value."""
         return self.total / self.count if self.count else 0.0
 
     def quantile(self, q: float) -> float:
-        """Quantile `q` (0 to 1), to the width of a bucket; 0 before the first value."""
+        """Return the quantile `q` (0 to 1), at most a bucket (9 %) too large; 0 without values."""
         seen = 0
         for index, n in enumerate(self._counts):
             seen += n
@@ -53,7 +53,7 @@ class Tally:
         return 0.0
 
 
-# s. The periods of 200, 100, 60, 50, 30 and 20 Hz are edges, so that a graph can show which share
+# s. The periods of 200, 100, 60, 50, 30 and 20 Hz are edges, so that a graph can show what fraction
 # of ticks fits into a period; the usual edges of web services have only two below 20 ms.
 TIME_EDGES = (
     0.0005, 0.001, 0.002, 0.003, 0.005, 0.0075, 0.01, 0.0125, 1 / 60, 0.02, 1 / 30, 0.05, 0.1, 0.25,
@@ -61,10 +61,10 @@ TIME_EDGES = (
 
 
 class Histogram:
-    """Counts values in buckets; counting one value takes a third of a microsecond.
+    """Histogram with fixed bucket edges; counting one value takes a third of a microsecond.
 
     Args:
-        edges: Upper ends of the buckets, ascending; one more bucket has all values above.
+        edges: Upper ends of the buckets, ascending; one more bucket has all greater values.
 
     Attributes:
         edges: Upper ends of the buckets.

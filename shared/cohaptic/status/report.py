@@ -6,42 +6,42 @@ from pydantic import BaseModel, ConfigDict
 
 from cohaptic.control.law import Law
 
-# A device with at least this share of the object's stiffness counts as no softer: a difference of
-# 1 % is far below the just noticeable difference of stiffness, about 10 % or more.
+# A device with at least this fraction of the object's stiffness counts as equally stiff: a
+# difference of 1 % is far below the just noticeable difference of stiffness, about 10 % or more.
 AS_STIFF = 0.99
 # Laws whose hand feels the stiffness of the object if the device can render it.
 _AS_STIFF_AS_OBJECT = [law.value for law in Law if not law.answers_own_dent]
 
 
 class TouchStatus(BaseModel):
-    """Status of one client.
+    """Status of one client at one time.
 
     Args:
         name: Name of the user.
-        state: State in words: connecting, waiting, touching, free, fault (until the user
-            acknowledges it), device silent, server silent, stopped.
+        state: State in words: connecting, waiting, touching, free (no contact), fault (until the
+            user acknowledges it), device silent, server silent, stopped.
         force: Force on the hand [N].
-        felt_from_others: Part of the force caused by the others' contacts [N].
+        felt_from_others: Part of the force that the other users' contacts cause [N].
         indentation: Indentation of the surface under the probe by this hand's force [m].
-        k_o: Stiffness of the body at the contact [N/m].
-        k_h: Gain in use; with the predictive law below `k_o` if the device is softer than the body
-            [N/m].
+        k_o: Stiffness of the object at the contact [N/m].
+        k_h: Gain of the law; with the predictive law it is below `k_o` if the device is softer than
+            the object [N/m].
         max_stiffness: Largest stiffness that the device renders stably; 0 if not stated [N/m].
         along: Tangential force of friction; None without friction [N].
-        lag: Time constant with which the object answers the others' forces (science 3.8) [s].
-        round_trip: Mean time from a sample to the patch that answers it, without the sample's wait
-            at the server [s].
+        lag: Time constant with which the object answers other users' forces (science 3.8) [s].
+        round_trip: Mean time from a sample to the patch that answers it, without the time that the
+            sample waits at the server [s].
         jitter: Mean deviation of the round trip [s].
         clock_offset: Server's wall clock less this machine's [s].
         clock_error: Bound on the error of `clock_offset`: half of the shortest recent round trip
             [s].
         law: Local model.
         loop_hz: Periods per second since the start.
-        loop_late_p99: Lateness of a period, 99th percentile [s].
-        loop_missed: Number of periods left out because the previous one was too late.
-        level: Intention of a simulated hand, from 0 (released) to 1 (pressed).
-        wanted: Normal force that the law asks for, before any limit [N].
-        max_force: Limit of this hand; 0 if unknown [N].
+        loop_late_p99: 99th percentile of the delay with which haptic periods start [s].
+        loop_missed: Number of haptic periods that the loop skipped because it was too late.
+        level: Intended position of a simulated hand, from 0 (released) to 1 (pressed).
+        wanted: Normal force that the law computes, before any limit [N].
+        max_force: Limit of the force on this hand; 0 if unknown [N].
         fault: Why the safety layer keeps the force off; empty if the force is on.
     """
 
@@ -72,7 +72,7 @@ class TouchStatus(BaseModel):
 
     @property
     def cut(self) -> bool:
-        """Whether the hand's force limit cuts the force that the hand should feel."""
+        """Whether the hand touches, and its force limit cuts the force that the law computes."""
         return self.state == "touching" and 0.0 < self.max_force < AS_STIFF * self.wanted
 
     @property

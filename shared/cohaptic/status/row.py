@@ -7,25 +7,25 @@ from typing import NamedTuple
 
 
 class Row(NamedTuple):
-    """One haptic period.
+    """Record of one haptic period of a client.
 
     Fields:
         t: Time on the client's clock [s].
         x, y, z: Position of the probe [m].
         fx, fy, fz: Force given to the device [N].
-        wanted: Normal force that the law asked for, before the safety layer [N].
-        felt_from_others: Part of the force caused by the others' contacts [N].
-        u_others: Displacement of the contact point by the others, along the normal [m].
+        wanted: Normal force that the law computed, before the safety layer [N].
+        felt_from_others: Part of the force that the other users' contacts cause [N].
+        u_others: Displacement of the contact point by the other users, along the normal [m].
         indentation: Indentation of the surface under the probe by this hand's force [m].
-        k_h: Gain in use [N/m].
+        k_h: Gain of the law [N/m].
         damping: Force of the passivity layer, along the normal [N].
-        k_o: Stiffness of the body at the contact [N/m].
-        level: Intention of a simulated hand, from 0 (off the surface) to 1 (pressed).
-        scale: Share of the force that the safety layer passes; 1 for the full force.
-        late: Lateness of the start of the period [s].
+        k_o: Stiffness of the object at the contact [N/m].
+        level: Intended position of a simulated hand, from 0 (off the surface) to 1 (pressed).
+        scale: Factor by which the safety layer multiplies the force; 1 for the full force.
+        late: Delay with which the period started [s].
         tick: Simulation tick of the patch in use.
-        patch_age: Time since that patch came [s].
-        lag: Lag of the room: time constant with which the object answers the others' forces [s].
+        patch_age: Time since the client received that patch [s].
+        lag: Time constant with which the object answers other users' forces (the room's lag) [s].
         along: Tangential force of friction [N].
         fault: 1 while a fault keeps the force off; 2 if it stays off until the user acknowledges
             the fault.
@@ -60,10 +60,10 @@ ROW = struct.Struct(f"<{len(COLUMNS)}d")  # a row in memory: 64-bit numbers in t
 
 
 def rows_in(block: bytes) -> list[Row]:
-    """The rows in a block of bytes, packed one behind the other by `ROW`."""
+    """Unpack the rows in a block of bytes, which `ROW` packed one behind the other."""
     return [Row._make(values) for values in ROW.iter_unpack(block)]
 
 
 def last_row(block: bytes) -> Row:
-    """The newest row of a block that has at least one."""
+    """Return the newest row of a block of bytes that has at least one row."""
     return Row._make(ROW.unpack_from(block, len(block) - ROW.size))

@@ -1,6 +1,6 @@
-"""The state of hands as text: a live table for a terminal, lines for a log or a pipe, a summary.
+"""Show the state of hands as text: a live table for a terminal, or lines for a log or a pipe.
 
-The table has one row per user, in millimetres and milliseconds. The summary is that of a visit.
+The table has one row per user, in millimetres and milliseconds. A summary describes one visit.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ LEAST_LAG = 0.005  # s; with two decimals a shorter lag would be shown as zero
 
 
 class _Column(NamedTuple):
-    """A column of the table.
+    """A column of the table of users.
 
     Fields:
-        rank: Order of removal: a narrow terminal leaves out the column with the highest rank first.
+        head: Heading of the column.
+        rank: Order of removal: a narrow table loses the column with the highest rank first.
         least: Smallest width [characters], so that columns stay in place while numbers change.
         cells: One cell for each user.
     """
@@ -38,18 +39,18 @@ class _Column(NamedTuple):
 
     @property
     def wide(self) -> int:
-        """Width [characters]."""
+        """Width of the column [characters]."""
         return max(self.least, cell_len(self.head), *(cell.cell_len for cell in self.cells))
 
 
 def status_view(users: Sequence[TouchStatus], *, width: int = 120) -> Group:
-    """The table of `status_table`, and below it the sentences of `status_notes`."""
+    """Return the table of `status_table`, and below it the sentences of `status_notes`."""
     notes = [Text(note, style="yellow") for note in status_notes(users)]
     return Group(status_table(users, width=width), *notes)
 
 
 def status_notes(users: Sequence[TouchStatus]) -> list[str]:
-    """Sentences on soft devices, cut forces, faults and the room's lag.
+    """Return sentences on soft devices, cut forces, faults and the room's lag.
 
     Args:
         users: All users who touch the object.
@@ -70,17 +71,17 @@ def status_notes(users: Sequence[TouchStatus]) -> list[str]:
 
 
 def soft_words(renders: float, k_o: float) -> str:
-    """Stiffness of a device and that of the object [N/m], in words for a user."""
+    """Return a device's stiffness and the object's `k_o` [N/m] in words: "300 of 500 N/m"."""
     return f"{renders:,.0f} of {k_o:,.0f} N/m"
 
 
 def lag_words(lag: float) -> str:
-    """The room's lag [s], in words for a user."""
+    """Return the room's lag [s] in words for a user."""
     return f"the object answers the others in {lag:.2f} s"
 
 
 def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
-    """A table of the users' present forces, with as many columns as the terminal has room for.
+    """Return a table of the users' present forces, with as many columns as the width allows.
 
     Args:
         users: Users, one for each row.
@@ -104,7 +105,6 @@ def status_table(users: Sequence[TouchStatus], *, width: int = 120) -> Table:
 
 
 def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
-    """All columns, from left to right."""
 
     def column(head: str, rank: int, least: int, cells: Sequence[str]) -> _Column:
         return _Column(head, rank, least, [Text(cell) for cell in cells])
@@ -132,7 +132,7 @@ def _columns(users: Sequence[TouchStatus]) -> list[_Column]:
 
 
 def _wide(columns: Sequence[_Column]) -> int:
-    """Width of a table of these columns [characters]."""
+    """Return the width of a table with these columns [characters]."""
     # Between two columns are two spaces and a line of the box; its two edges come on top.
     return sum(column.wide for column in columns) + 3 * (len(columns) - 1) + 2
 
@@ -154,7 +154,7 @@ def _spread(sign: str, middle: float, spread: float) -> str:
 
 
 def bar(force: float) -> str:
-    """A force [N] drawn as a bar of fixed width."""
+    """Return a bar of fixed width, filled in proportion to a force [N]."""
     filled = min(_BAR, round(_BAR * force / _FULL))
     return "█" * filled + "·" * (_BAR - filled)
 
@@ -174,7 +174,7 @@ EVERY = 1.0  # s between two lines if the output is not a terminal
 
 
 def status_line(user: TouchStatus) -> str:
-    """One line on the present state of a hand."""
+    """Return one line on the present state of a hand."""
     parts = [user.state]
     if user.state == "touching":
         parts += [f"{user.force:.2f} N", f"{user.felt_from_others:+.2f} N of others"]
@@ -184,7 +184,7 @@ def status_line(user: TouchStatus) -> str:
 
 
 class Summary:
-    """Summary of a visit, collected from readings and printed at the end.
+    """Summary of a visit, computed from status reports and printed at the end.
 
     Args:
         began: Time at which the visit began [s].
@@ -192,13 +192,13 @@ class Summary:
 
     def __init__(self, began: float) -> None:
         self._began = began
-        self._before: float | None = None  # time of the previous reading, if the hand touched then
+        self._before: float | None = None  # time of the previous report, if the hand touched then
         self._touched = 0.0
         self._highest = 0.0
         self._last: TouchStatus | None = None
 
     def read(self, user: TouchStatus, now: float) -> None:
-        """Add a reading taken at time `now` [s]."""
+        """Add the status report of time `now` [s]."""
         touches = user.state == "touching"
         if touches and self._before is not None:
             self._touched += min(
@@ -210,7 +210,7 @@ class Summary:
             self._last = user
 
     def line(self, now: float) -> str:
-        """The summary, with the last measurements of loop and network; empty if there are none."""
+        """Return the summary at time `now` [s]; empty if loop and network were never measured."""
         user = self._last
         if user is None:
             return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class ManualClock:
-    """A `cohaptic.clock.Clock` without real time.
+    """A `cohaptic.clock.Clock` that only `sleep_until` advances.
 
     Args:
         now: First reading [s].
@@ -14,9 +14,9 @@ class ManualClock:
         self._now = now
 
     def now(self) -> float:
-        """Seconds since this clock's origin."""
+        """Return the time since this clock's origin [s]."""
         return self._now
 
     def sleep_until(self, when: float) -> None:
-        """Jump to `when`; time never runs backwards."""
+        """Advance the clock to `when` [s] at once; do nothing if that time has passed."""
         self._now = max(self._now, when)

@@ -1,4 +1,4 @@
-"""Options of all devices with a workspace, and the workspace that these options ask for."""
+"""Options of all devices with a workspace, and the workspace that follows from them."""
 
 from __future__ import annotations
 
@@ -32,18 +32,23 @@ SWITCH = 1  # bit of `DeviceSample.buttons` for the switch of `DeviceInfo.switch
 
 
 def scale_of(choice: DeviceChoice) -> float:
-    """Metres of the world for a metre of the device; raises SettingError."""
+    """Return the metres of the world for a metre of the device; SettingError outside 0.2 to 5."""
     # Beyond a factor of 5 the stiffness or the speed in the world is too small to be useful.
     return choice.number("scale", 1.0, 0.2, 5.0)
 
 
 def turn_of(choice: DeviceChoice) -> float:
-    """Turn of the device about the vertical [rad]; raises SettingError."""
+    """Return the frame's rotation about the vertical [rad]; SettingError beyond 360 degrees."""
     return math.radians(choice.number("turn", 0.0, -360.0, 360.0, "degrees"))
 
 
 def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
-    """Abilities in the world with the options of a choice; raises SettingError for a wrong one."""
+    """Return the abilities that a device has in the world; raise SettingError for a wrong option.
+
+    Args:
+        choice: Choice with the options of the workspace.
+        info: Abilities of the device in its own frame.
+    """
     choice.one_of("place", _PLACES, "front")
     choice.one_of("recentre", ("yes", "no"), "no")
     turn_of(choice)
@@ -52,16 +57,16 @@ def placed_info(choice: DeviceChoice, info: DeviceInfo) -> DeviceInfo:
 
 
 def clutch_is_switch(choice: DeviceChoice, info: DeviceInfo) -> bool:
-    """Whether clutch and switch are the same button, which makes one of them useless."""
+    """Return whether clutch and switch are the same button, which makes one of them useless."""
     return info.switch and clutch_of(choice) == SWITCH
 
 
 def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
-    """Place a device in the world as the options of its configuration ask.
+    """Place a device in the world as the options of its configuration say.
 
     Args:
         raw: Device in its own frame.
-        config: Configuration with the choice, and the body's place.
+        config: Configuration with the choice and the body's position.
         middle: Middle of the device's workspace, in its own frame [m].
     """
     choice = config.choice
@@ -81,6 +86,6 @@ def place(raw: RawDevice, config: DeviceConfig, *, middle: Vec3) -> Placed:
 
 
 def clutch_of(choice: DeviceChoice) -> int:
-    """Bit of the button that holds the tip; 0 for none."""
+    """Return the bit of the clutch's button in `DeviceSample.buttons`; 0 without a clutch."""
     number = int(choice.number("clutch", 0, 0, 16))
     return 1 << number - 1 if number else 0

@@ -1,8 +1,8 @@
-"""A device placed in the world: it maps between the device's own frame and that of the world.
+"""A device placed in the world: maps positions and forces between its own frame and the world's.
 
-While the button of the clutch is held, the tip stands still in the world and the hand moves on, as
+While the clutch's button is pressed, the tip stands still in the world and the hand moves on, as
 when a mouse is lifted from its pad. The clutch engages only while the hand feels no force, and the
-hand gets no force until the clutch is released: moving on under a constant force, the hand could
+hand gets no force until the button is released: moving on under a constant force, the hand could
 gain unlimited energy.
 """
 
@@ -15,7 +15,7 @@ from cohaptic.vec import ZERO, Vec3, scale
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.placing.workspace import Workspace, seen_from_world
 
-# s; least time from no force to full force after the clutch, or a silent device or loop
+# s; least time from no force to full force after a use of the clutch, or a silent device or loop
 RETURN_TIME = 0.5
 # N/s; rate at which the safety layer lets a force change that no motion of the hand causes
 _RETURN_RATE = 20.0
@@ -30,7 +30,11 @@ _LONGEST_STEP = 0.002  # s; a late period counts as at most this while the force
 
 
 def return_time(max_force: float) -> float:
-    """Time [s] from no force to full force, for a device with the largest force `max_force` [N]."""
+    """Return the time in which the force rises from zero to full after a clutch or a silence [s].
+
+    Args:
+        max_force: Largest force of the device [N].
+    """
     return max(RETURN_TIME, max_force / _RETURN_RATE)
 
 
@@ -46,7 +50,7 @@ class RawDevice(Protocol):
         ...
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state of the tip, in the device's frame."""
+        """Return the newest state of the tip at time `now` [s], in the device's frame."""
         ...
 
     def write(self, force: Vec3) -> None:
@@ -54,7 +58,7 @@ class RawDevice(Protocol):
         ...
 
     def release(self) -> None:
-        """Take the force off the hand without waiting for a call that is under way."""
+        """Take the force off the hand without waiting for a call that has not yet returned."""
         ...
 
     def close(self) -> None:
@@ -68,7 +72,7 @@ class Placed:
     Args:
         raw: Device in its own frame.
         recentre: Whether the tip's first position is put on the workspace's centre.
-        clutch: Bit in `DeviceSample.buttons` of the button that holds the tip; 0 for none.
+        clutch: Bit of the clutch's button in `DeviceSample.buttons`; 0 without a clutch.
     """
 
     def __init__(
@@ -79,7 +83,7 @@ class Placed:
         self._recentre = recentre
         self._clutch = clutch
         self._info = seen_from_world(raw.info, workspace.scale)
-        self._held: Vec3 | None = None  # place of the tip in the world while the clutch holds it
+        self._held: Vec3 | None = None  # tip in the world while the clutch keeps it still
         self._gain = 1.0
         self._wait = 0.0  # time until the force comes back [s]
         self._now: float | None = None  # time of the last reading [s]
@@ -94,11 +98,11 @@ class Placed:
 
     @property
     def workspace(self) -> Workspace:
-        """Present place of the device's frame in the world."""
+        """Present map between the device's frame and the world."""
         return self._workspace
 
     def read(self, now: float) -> DeviceSample:
-        """The newest state of the tip in the world.
+        """Return the newest state of the tip in the world at time `now` [s].
 
         Raises:
             DeviceError: The device is gone.
@@ -119,7 +123,7 @@ class Placed:
         )
 
     def write(self, force: Vec3) -> None:
-        """Give `force` [N], in the world's axes, to the hand."""
+        """Give `force` [N], in the world's frame, to the hand."""
         self._force = force
         given = self._workspace.force(force)
         self._raw.write(given if self._gain == 1.0 else scale(given, self._gain))
@@ -140,7 +144,7 @@ class Placed:
             self._held = self._workspace.position(position)
 
     def _gain_at(self, now: float, *, silent: bool) -> None:
-        """Update the share of the force that is given; it falls and rises without a jerk."""
+        """Update the fraction of the force that the hand gets, without a jerk of the force."""
         passed = 0.0 if self._now is None else max(0.0, now - self._now)
         self._now = now
         # Both steps to 0 are smooth for the hand: after too long a period the device has let go

@@ -4,8 +4,8 @@ The axes of a device's frame are those of the world as the user sees them: right
 and up. With scale s, a motion of the device by d is a motion by s d in the world. Forces keep their
 size, because the limits of the safety layer are newtons on the hand. Power is therefore scaled by
 the constant 1 / s, and a passive port behind a constant factor stays passive. The hand feels a
-stiffness k of the world as s k, so a device that renders k_d stably can render k_d / s in the
-world; the same holds for damping.
+stiffness k of the world as s k, so a device that renders the stiffness k_d stably can render
+k_d / s in the world; the same holds for damping.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from cohaptic_client.devices.device import DeviceInfo
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """Position, scale and turn of a device's frame in the world.
+    """Position, scale and rotation of a device's frame in the world.
 
     Args:
         origin: Point of the device's frame that lies on `center` [m].
         center: Point of the world on which `origin` lies [m].
         scale: Metres of the world for a metre of the device.
-        turn: Turn of the device's frame about the vertical, counterclockwise from above [rad].
+        turn: Rotation of the device's frame about the vertical, counterclockwise from above [rad].
     """
 
     origin: Vec3
@@ -34,28 +34,28 @@ class Workspace:
     turn: float = 0.0
 
     def position(self, device: Vec3) -> Vec3:
-        """Map a point of the device's frame to the world [m]."""
+        """Map the point `device` of the device's frame to the world [m]."""
         o, c = self.origin, self.center
         x, y, z = self.velocity((device[0] - o[0], device[1] - o[1], device[2] - o[2]))
         return (c[0] + x, c[1] + y, c[2] + z)
 
     def velocity(self, device: Vec3) -> Vec3:
-        """Map a velocity in the device's frame to the world [m/s]."""
+        """Map the velocity `device` in the device's frame to the world [m/s]."""
         s = self.scale
         x, y, z = _turned(device, self.turn)
         return (s * x, s * y, s * z)
 
     def force(self, world: Vec3) -> Vec3:
-        """Turn a force from the world into the device's frame; its size stays the same [N]."""
+        """Rotate a force from the world into the device's frame; its size stays the same [N]."""
         return _turned(world, -self.turn)
 
     def holding(self, device: Vec3, world: Vec3) -> Workspace:
-        """Return this map, moved so that the device's point `device` lies on the point `world`."""
+        """Return this map, shifted so that the point `device` of the frame lies on `world`."""
         return replace(self, origin=device, center=world)
 
 
 def seen_from_world(info: DeviceInfo, scale: float) -> DeviceInfo:
-    """Abilities that a device has in the world, through a workspace of this scale."""
+    """Convert the abilities of a device to the world, for a workspace of this scale."""
     return replace(
         info,
         max_stiffness=info.max_stiffness / scale,

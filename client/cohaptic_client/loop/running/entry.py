@@ -9,7 +9,7 @@ the last force on the hand until it is resumed. The process ignores Ctrl-Z, too,
 the hand go because its stopped parent is silent. Any other signal that would end the process ends
 the loop first. Under `nohup` the closing of the terminal does not end the process.
 
-Whatever ends the loop, the hand is released without a jerk, and the device is closed. Errors of a
+Whatever ends the loop, the force falls without a jerk, and the device is closed. Errors of a
 driver, errors of this program and signals may come while the hand is in contact: the force of that
 moment then follows the same ramp as after a fault (`safety.FAULT_RELEASE_TIME`), because taking
 10 N away in a millisecond jolts the hand as much as applying them.
@@ -44,13 +44,13 @@ ZEROS: Final = 2  # number of writes of zero force, because one report may be lo
 
 
 class Release:
-    """Releases and closes a device at the first call; later calls do nothing.
+    """Takes the force off the hand and closes the device at the first call; then does nothing.
 
     Args:
-        device: Device to be released and closed.
         clock: Clock that times the ramp.
         period: Time between two writes [s].
-        watchdog: Watchdog of the loop, which watches these calls, too; None if there is none.
+        watchdog: Watchdog of the loop, which watches the calls of the device here, too; None if
+            there is none.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Release:
         """Ramp the force down, write zero force twice, close the device; ignore its errors.
 
         Args:
-            force: Force that the device was given last [N].
+            force: Last force that the device was given [N].
         """
         if self._done:
             return
@@ -77,7 +77,7 @@ class Release:
         self._try(self._device.close)
 
     def _ramp(self, force: Vec3) -> None:
-        """Write the forces of the ramp, each for the present time, even if writes are slow."""
+        """Write the falling forces of the ramp, each computed for the time of its write."""
         clock = self._clock
         if force == ZERO or not is_finite(force):
             return
@@ -114,7 +114,7 @@ _ENDING: Final = (
 
 
 def handle_signals(end: Callable[[str], None]) -> None:
-    """Ignore `_IGNORED`; have `end` called with the name of each signal in `_ENDING`."""
+    """Ignore the signals in `_IGNORED`; call `end` with the name of each signal in `_ENDING`."""
 
     def ended(number: int, _frame: object) -> None:
         end(signal.Signals(number).name)
@@ -144,7 +144,11 @@ STOOD_STILL: Final = (
 
 
 def live(text: str) -> None:
-    """Run the loop to its end, with a configuration that `LoopConfig.to_json` wrote."""
+    """Open the device, run the loop to its end, and release the device.
+
+    Args:
+        text: Configuration that `LoopConfig.to_json` wrote.
+    """
     config = LoopConfig.from_json(text)
     memory = LoopMemory(config.memory)
     clock = SystemClock(config.clock_origin)
@@ -202,7 +206,7 @@ def live(text: str) -> None:
 
 
 def _opened(config: LoopConfig) -> Device:
-    """The opened device; raises DeviceError if it cannot be opened, or not as the settings ask."""
+    """Open the device; raise DeviceError if that fails, or if its clutch is also the switch."""
     device = open_device(config.device)
     if config.limits.dead_man and clutch_is_switch(config.device.choice, device.info):
         device.close()
@@ -212,12 +216,12 @@ def _opened(config: LoopConfig) -> Device:
 
 
 def _let_go(release: Release, loop: HapticLoop | None) -> None:
-    """Release the device, on a ramp from the force that the loop gave it last."""
+    """Release the device, on a ramp from the last force that the loop gave it."""
     release(ZERO if loop is None else loop.written)
 
 
 def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | None:
-    """A started watchdog; None if another thread cannot release the device."""
+    """Return a started watchdog; None if another thread cannot release the device."""
     if not isinstance(device, Releasable):
         return None
     watchdog = Watchdog(device, clock, limit)
@@ -226,7 +230,7 @@ def _watchdog(device: Device, clock: SystemClock, limit: float) -> Watchdog | No
 
 
 def _without_collector() -> None:
-    """Switch garbage collection off: the loop makes no cycles, and a collection delays periods."""
+    """Switch garbage collection off: the loop makes no cycles, and a collection takes too long."""
     gc.collect()
     gc.freeze()
     gc.disable()

@@ -1,12 +1,12 @@
-"""The haptic loop over a device: reads the tip, runs `step`, writes the force, shares results.
+"""The haptic loop over a device: reads the tip, runs `step`, writes the force, shares the results.
 
 Work that need not be done in every period is done at housekeeping, 20 times a second: the parent's
-commands, the newest row if nobody keeps every row, and at intervals the report of the state.
+commands, the newest row if the recording of every row is off, and at intervals the state's report.
 
 The loop takes a new patch over from the shared memory in parts, one part in each period. Code and
 data for an arrival are used only once in a simulation period and are in no cache of the processor:
 all parts in one period would make it three times as long as the others. The loop finishes one patch
-before it begins the next, so that patches as frequent as periods are still taken in.
+before it begins the next, so that it uses patches even if they come as often as periods.
 """
 
 from __future__ import annotations
@@ -35,13 +35,14 @@ from cohaptic_client.loop.step import step
 
 
 class Intake:
-    """Takes in a patch in parts, one in each period: read it, make its surface, hand both over.
+    """Takes a patch from the shared memory in parts, one in each period.
 
-    A plane or sphere comes into use one period after its frame is read, a mesh patch two periods.
+    The parts: read the frame, make the surface, pass both on. A plane or sphere comes into use one
+    period after its frame is read, a mesh patch two periods.
 
     Args:
         slot: Slot with the newest frame. The network process has decoded each frame before, and has
-            refused wrong ones.
+            refused invalid ones.
         make: Function that makes the surface of a patch.
 
     Attributes:
@@ -57,7 +58,7 @@ class Intake:
         self.surface: Surface | None = None
 
     def advance(self) -> bool:
-        """Do this period's part of the work; returns whether `patch` is to be used now."""
+        """Do this period's part of the work; return whether `patch` is to be used now."""
         patch = self._begun
         if patch is None:
             frame = self._slot.read()
@@ -89,8 +90,8 @@ class Statistics:
 
     Args:
         late: Lateness of each period [s].
-        cost: Cost of each period, from waking to sleeping [s].
-        missed: Number of periods left out because the one before was too late.
+        cost: Computing time of each period, from waking to sleeping [s].
+        missed: Number of periods that were skipped because the period before was too late.
         periods: Number of periods of the whole run.
     """
 
@@ -106,14 +107,15 @@ class HapticLoop:
     Args:
         memory: Memory shared with the network process.
         scheduling: Scheduling that the system has granted to this process, in words.
-        watchdog: Watchdog of the device; None if the device cannot be released by another thread.
-        engaged: Called once, with the time at which the hand can feel a force for the first time.
+        watchdog: Watchdog of the device; None if another thread cannot release the device.
+        engaged: Function that is called once, with the time at which the hand can feel a force for
+            the first time [s]; None for none.
 
     Attributes:
         statistics: Punctuality of the loop.
         orphaned: Whether the loop ends because the network process is gone.
         interrupted: Name of the signal that ends the loop; empty for none.
-        written: Force that the device was given last [N].
+        written: Last force that the device was given [N].
     """
 
     def __init__(
@@ -163,9 +165,9 @@ class HapticLoop:
         self.written: Vec3 = ZERO
 
     def run(self) -> None:
-        """Run until the loop is told to stop, interrupted or orphaned, or the device fails.
+        """Run until a command, a signal, a missing heartbeat or an error ends the loop.
 
-        When told to stop or orphaned, the loop fades the force to zero first. After an interruption
+        On a command, or without heartbeats, the loop fades the force to zero first. After a signal
         or an error the caller has to take away the force of that moment (`entry.Release`).
         """
         clock, period, statistics = self._clock, self._haptic_period, self.statistics
@@ -224,11 +226,11 @@ class HapticLoop:
             self._keep_row(sample, output, now, late)
 
     def interrupt(self, signal: str) -> None:
-        """End the loop before its next period; called by a signal handler."""
+        """End the loop before its next period; a signal handler calls this."""
         self.interrupted = signal
 
     def _begin_at_zero(self, watchdog: Watchdog, output: Output) -> Output:
-        """Restart output and state at zero force, after the watchdog has released the device."""
+        """Set output and state to zero force, after the watchdog has released the device."""
         watchdog.begin()
         watchdog.fired = False
         fault = f"the device held up the loop for more than {1e3 * self._limits.stall:g} ms"
@@ -236,7 +238,7 @@ class HapticLoop:
         return replace(output, force=ZERO, on_body=ZERO, anchor=None, damping_force=0.0)
 
     def _obey(self, now: float) -> None:
-        """Read the parent's heartbeat, acknowledgement and stop; end if the parent is silent."""
+        """Read the parent's commands; start to fade out on a stop or without heartbeats."""
         command, commanded = self._memory.command.read(), False
         if command is not None:
             self._heard = now
@@ -298,18 +300,18 @@ class HapticLoop:
 
 
 def fault_level(safety: SafetyState) -> float:
-    """Fault level of a row: 0 without a fault, 1 with one, 2 while it needs an acknowledgement."""
+    """Return a row's fault level: 0 for no fault, 1 for one, 2 for one to be acknowledged."""
     if safety.mode is _FAULT:
         return 2.0
     return 1.0 if safety.fault else 0.0
 
 
 def _rest_mesh(path: str | None) -> RestMesh | None:
-    """The resting mesh in the file that the network process wrote; None without a file."""
+    """Read the resting mesh from the file that the network process wrote; None without a path."""
     return None if path is None else RestMesh.decode(Path(path).read_bytes())
 
 
 def status_json(**values: object) -> bytes:
-    """A status as JSON for the network process, with its texts cut to fit the slot."""
+    """Encode a report of the loop as JSON, with its texts cut to fit the slot."""
     values = {k: v[:300] if isinstance(v, str) else v for k, v in values.items()}
     return json.dumps(values).encode()

@@ -1,4 +1,4 @@
-"""Measures how late empty periods are on this machine, and tells what the system has granted.
+"""Measures how late empty periods start on this machine, and which priority the system grants.
 
 python -m cohaptic_client.loop.running.measure SECONDS
 
@@ -18,7 +18,12 @@ PERIOD: Final = 0.001  # s
 
 
 def measure(seconds: float) -> dict[str, Any]:
-    """Measure empty periods for `seconds` [s]: lateness, and what the system has granted."""
+    """Run empty periods for `seconds` [s] and measure how late they start.
+
+    Returns:
+        Granted scheduling and memory lock, in words; kind of the modules; quantiles of the lateness
+        [s]; share of the periods that were late by more than a period.
+    """
     compiled.use("loop")
     # Imported only now, because a module that was imported before `use` stays interpreted.
     from cohaptic.clock import SystemClock

@@ -1,4 +1,4 @@
-"""A second thread that releases a device which holds up the loop.
+"""A second thread that releases the device if a call of its driver holds up the loop.
 
 A driver call that does not return leaves the last force on the hand. If the device offers
 `release`, this thread calls it. If the loop hangs for `GIVE_UP`, the thread ends the process; the
@@ -19,7 +19,7 @@ from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 
 LOOK: Final = 0.005  # s between looks at the loop: a quarter of `SafetyLimits.stall`
 GIVE_UP: Final = 2.0  # s; twice a reasonable time-out of a driver's USB transfer
-HELD: Final = 3  # exit status of a process whose device call did not return
+HELD: Final = 3  # exit status of a process that was ended because a device call did not return
 
 
 @runtime_checkable
@@ -32,13 +32,13 @@ class Releasable(Protocol):
 
 
 class Watchdog:
-    """Watches over the calls of one device.
+    """Watches how long the calls of one device take.
 
     Args:
         device: Device to be released.
         clock: Clock of the loop.
-        limit: Longest time of a device call; a longer call is a stall [s].
-        end: Ends the process with a status.
+        limit: Longest duration of a device call; a longer call is a stall [s].
+        end: Function that ends the process with an exit status.
 
     Attributes:
         since: Time at which the loop began its present period [s]; inf between two periods. The
@@ -69,15 +69,15 @@ class Watchdog:
         self._stopped = True
 
     def begin(self) -> None:
-        """Begin to measure the time of a device call."""
+        """Begin to measure the duration of a device call."""
         self.since = self._clock.now()
 
     def end(self) -> None:
-        """Stop measuring: the call is over."""
+        """End the measurement: the device call has returned."""
         self.since = math.inf
 
     def look(self) -> None:
-        """Release the device if the loop hangs; end the process if it hangs for too long."""
+        """Release the device if a call has hung for `limit`; end the process after `GIVE_UP`."""
         hung = self._clock.now() - self.since
         if hung <= self._limit:
             return

@@ -28,7 +28,7 @@ class Channel(asyncio.Protocol):
         self._transport: asyncio.WriteTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Note the transport; the event loop calls this at the beginning."""
+        """Store the transport; the event loop calls this at the beginning."""
         assert isinstance(transport, asyncio.WriteTransport)
         self._transport, self.open = transport, True
 
@@ -54,7 +54,7 @@ class Channel(asyncio.Protocol):
             self._transport.write(encode(line))
 
     def tell_newest(self, line: Line) -> bool:
-        """Write a line unless earlier lines are still unread; returns whether it was written."""
+        """Write a line unless earlier lines are still unread; return whether it was written."""
         if self._transport is None or not self.open or self._transport.get_write_buffer_size():
             return False
         self._transport.write(encode(line))
@@ -66,7 +66,7 @@ class Channel(asyncio.Protocol):
             self._transport.close()
 
     def abort(self) -> None:
-        """Close at once, without writing the waiting lines."""
+        """Close the channel at once, without writing the waiting lines."""
         if self._transport is not None:
             self._transport.abort()
 
@@ -74,7 +74,13 @@ class Channel(asyncio.Protocol):
 async def open_channel(
     end: socket.socket, take: Callable[[Line], None], ended: Callable[[], None]
 ) -> Channel:
-    """Make a channel of one end of a pair of stream sockets; arguments as for `Channel`."""
+    """Return a channel over one end of a pair of stream sockets.
+
+    Args:
+        end: End of the socket pair.
+        take: Called with each line that comes.
+        ended: Called when the channel has ended: the other end was closed, or sent an invalid line.
+    """
     loop = asyncio.get_running_loop()
     end.setblocking(False)
     _, channel = await loop.connect_accepted_socket(lambda: Channel(take, ended), end)

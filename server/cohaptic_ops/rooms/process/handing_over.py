@@ -27,7 +27,7 @@ CAN_HAND_OVER = hasattr(socket, "send_fds") and hasattr(socket, "AF_UNIX")
 
 
 def handing_pair() -> tuple[socket.socket, socket.socket]:
-    """Make a socket pair: the end that hands connections over, and the end that receives them."""
+    """Return a socket pair: the end that hands connections over, and the end that receives them."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
     ours.setblocking(False)
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _WAITING)
@@ -36,6 +36,11 @@ def handing_pair() -> tuple[socket.socket, socket.socket]:
 
 def hand_over(end: socket.socket, connection: socket.socket, number: int) -> bool:
     """Hand a connection over; the caller has to close its own socket in any case.
+
+    Args:
+        end: Sending end of a pair of `handing_pair`.
+        connection: Socket of the connection.
+        number: Number that is sent back when the connection ends.
 
     Returns:
         Whether the connection was handed over; False if too many wait, or the other end is closed.
@@ -74,7 +79,7 @@ class HandedDoor(socket.socket):
 
     Args:
         end: Receiving end of a pair; the door takes over its file descriptor.
-        gate: Admits connections by their budgets.
+        gate: Gate that admits connections by their rate limits.
         left: Called with the number of each connection that has ended.
     """
 

@@ -1,4 +1,4 @@
-"""Builds the balloon once in the starter, the process that rooms are forked from.
+"""Builds the balloon once in the starter, the process from which rooms are forked.
 
 Building takes a second of one core. Rooms with a balloon share its memory, and such a room opens
 again at once if its process was killed. Only a server with such a room imports this module.

@@ -1,4 +1,4 @@
-"""Imports all modules that a room needs into the starter, the process that rooms are forked from.
+"""Imports all modules that a room needs into the starter, from which rooms are forked.
 
 A forked room starts fast, since it need not import the modules, and all rooms share their memory.
 The starter imports this module last.

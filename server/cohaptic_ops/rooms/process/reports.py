@@ -21,13 +21,13 @@ class _Line(BaseModel):
 
 
 class Ready(_Line):
-    """Message: the room is open and can be touched."""
+    """Message from a room: the room is open, and users can touch its body."""
 
     kind: Literal["ready"] = "ready"
 
 
 class Failed(_Line):
-    """Message: the room cannot be opened or has failed, and its process ends.
+    """Message from a room: it cannot be opened or has failed, and its process ends.
 
     Args:
         why: Reason, as a sentence.
@@ -38,7 +38,7 @@ class Failed(_Line):
 
 
 class Left(_Line):
-    """Message: connections that were handed over have ended.
+    """Message from a room: connections that were handed over have ended.
 
     Args:
         numbers: Numbers with which the connections were handed over.
@@ -49,11 +49,12 @@ class Left(_Line):
 
 
 class Report(_Line):
-    """State of a room, sent two to four times a second.
+    """Message from a room with its state, sent two to four times a second.
 
     Args:
         users, watchers: Numbers of users and watchers who are in the room.
-        held_users, held_watchers: Numbers of seats that the room holds for users and watchers.
+        held_users, held_watchers: Numbers of seats that are assigned to the room for users and
+            watchers.
         users_serial, watchers_serial: Serial numbers of the newest `Allow` that the room has read;
             0 before the first.
         ticks, missed: Numbers of due and of missed ticks since the start of the room.
@@ -71,17 +72,17 @@ class Report(_Line):
 
 
 class Measured(_Line):
-    """Metrics of a room for the admin port, sent once a second."""
+    """Message from a room with its metrics for the admin port, sent once a second."""
 
     kind: Literal["measured"] = "measured"
     metrics: RoomMetrics
 
 
 class Allow(_Line):
-    """Message to a room: the numbers of seats that the room may hold.
+    """Message to a room: the numbers of seats that it may have.
 
     Args:
-        users, watchers: Seats of users and of watchers.
+        users, watchers: Numbers of seats for users and for watchers.
         users_serial, watchers_serial: Serial numbers, as in `supervisor.Seats`.
     """
 
@@ -112,5 +113,5 @@ _LINES = JsonLines(_KINDS)
 encode, decode = _LINES.encode, _LINES.decode
 
 
-# A room may seat nobody before its first `Allow`.
+# Before its first `Allow` a room may seat nobody.
 NO_SEATS = Allow(users=0, watchers=0, users_serial=0, watchers_serial=0)

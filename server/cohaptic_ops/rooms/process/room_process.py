@@ -2,8 +2,8 @@
 
 A room may run at a real-time priority, before ordinary processes. Threads of equal real-time
 priority do not preempt each other: on two cores, two rooms whose ticks take longer than a period
-would stop every other room for good. A room that uses more than its share of a core therefore loses
-the priority until it uses less.
+would stop every other room for good. A room that uses more than `MOST` of a core therefore loses
+the priority until it uses less than `LESS`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.gate import Protection
 from cohaptic_server.shell.server import CohapticServer
 
-# Shares of a core above which a room loses its priority, and below which it gets the priority back
+# Fraction of a core above which a room loses its priority, and below which it gets it back
 # (hysteresis). If a tick takes at most half of its period, other rooms get their turn in each
 # period.
 MOST = 0.5
@@ -59,10 +59,10 @@ CALM = 5.0  # s below `LESS` until a room gets its priority back, so that it doe
 
 
 class Precedence:
-    """Decides whether one room keeps its real-time priority.
+    """Decides whether one room may have its real-time priority.
 
     Attributes:
-        first: Whether the room runs before ordinary processes.
+        first: Whether the room may have real-time priority.
     """
 
     def __init__(self) -> None:
@@ -70,10 +70,10 @@ class Precedence:
         self._calm_since: float | None = None
 
     def see(self, share: float, now: float) -> bool:
-        """Update `first` from the recent cost of a tick; returns whether `first` changed.
+        """Update `first` from the recent cost of a tick; return whether `first` changed.
 
         Args:
-            share: Processor time of a tick divided by the period: the share of a core.
+            share: Processor time of a tick divided by the period: the fraction of a core in use.
             now: Time [s].
         """
         before = self.first
@@ -115,9 +115,11 @@ def run_room(
     """Run one room until it has to stop; the main function of its process, never returns.
 
     Args:
+        settings: Settings of the room's server.
         build: Makes the body; a module-level function, which the process can import.
         control: The room's end of the channel to the supervisor.
         door: Receiving end of the pair over which connections are handed over.
+        style: Style of the log.
         protect: Makes the access control of the room; reads the key files.
         measured: Whether the room sends its metrics to the supervisor.
     """
@@ -152,7 +154,7 @@ class _Room:
     news: asyncio.Event = field(default_factory=asyncio.Event)
 
     async def live(self, control: socket.socket) -> bool:
-        """Open the room and serve until it has to stop; returns whether it failed."""
+        """Open the room and serve until it has to stop; return whether it failed."""
         channel = self.channel = await open_channel(control, self._hear, self.stopping.set)
         loop = asyncio.get_running_loop()
 
@@ -244,7 +246,7 @@ class _Room:
                     log.warning("the room wants %.0f %% of a core: others go first", 100.0 * share)
 
     async def _pause(self, server: CohapticServer) -> float:
-        """Wait until the next report is due; returns the upper bound of the wait [s]."""
+        """Wait until the next report is due; return the upper bound of the wait [s]."""
         if not server.sleeps:
             await asyncio.sleep(REPORT_EVERY)
             return REPORT_EVERY
@@ -273,6 +275,6 @@ def _ticks_done(server: CohapticServer) -> int:
 
 
 def _processor_time() -> float:
-    """Processor time that this process has used so far [s]."""
+    """Return the processor time that this process has used so far [s]."""
     times = os.times()
     return times.user + times.system

@@ -1,4 +1,4 @@
-"""Runs the starter, the process that rooms are forked from, and makes handles of the rooms.
+"""Runs the starter, the process from which rooms are forked, and makes handles of the rooms.
 
 The starter has imported all modules that rooms need, so that a room starts at once. Rooms go on if
 the starter ends, but the next room to be started would have to wait for all these imports. This
@@ -72,7 +72,7 @@ async def keep_starter(clock: Clock) -> None:
 
 
 def _starter_pid() -> int:
-    """Process id of the starter; 0 if it is not known."""
+    """Return the process id of the starter; 0 if it is not known."""
     from multiprocessing import forkserver
 
     return getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None) or 0
@@ -100,7 +100,7 @@ class Hold:
                 self._process.kill()
 
     def join(self) -> None:
-        """Wait for the end of the process, and release the handle; blocks the calling thread."""
+        """Wait for the end of the process, and close the handle; blocks the calling thread."""
         if self._file >= 0:
             ended = select.poll()
             ended.register(self._file, select.POLLIN)

@@ -1,15 +1,17 @@
 """A water balloon, linearised about its inflated state.
 
 The rubber membrane (`membrane.py`) is unstretched at radius R / stretch, and incompressible water
-fills it to radius R. The inflated state solves dE/dx = p dV/dx at V = V0 on the mesh itself. The
-tangent K = d2E/dx2 - p d2V/dx2 (in-plane elasticity, pretension, follower pressure) is therefore
-symmetric, and every rigid motion of a free balloon is in its null space. Contact forces f then give
+fills it to radius R. The vertex positions x of the inflated balloon solve dE/dx = p dV/dx, with the
+strain energy E of the rubber, the pressure p of the water, and its volume V = V0. The tangent
+K = d2E/dx2 - p d2V/dx2 (in-plane elasticity, pretension, follower pressure) is therefore symmetric,
+and every rigid motion of a balloon without a base is in its null space. Contact forces f then give
 the displacement u, with a multiplier q for the volume:
 
     [ K  g ] [u]   [f]        g = dV/dx, exact volume to first order: g . u = 0
     [ g' 0 ] [q] = [0]
 
-with u = 0 on the fixed base; C = K^-1 - K^-1 g g' K^-1 / (g' K^-1 g) over the free vertices.
+with u = 0 on the fixed base. The compliance matrix over the free vertices is
+C = K^-1 - K^-1 g g' K^-1 / (g' K^-1 g).
 """
 
 from __future__ import annotations
@@ -98,16 +100,16 @@ class Balloon:
 
     Args:
         settings: Size, rubber and base; None takes the defaults.
-        damping: B_o / K_o at the simulation period of the server. A damped balloon is
-            Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; C stays that of the steady
-            state.
+        damping: Ratio B_o / K_o of damping to stiffness at the simulation period of the server. A
+            damped balloon is Kelvin-Voigt as in eq. (9), (K_o + B_o) x+ = f + B_o x; its reported
+            compliance stays that of the steady state.
 
     Attributes:
         mesh: The inflated surface.
         contact_radius: Radius of the pressure under a contact [m].
         inflated: Equilibrium without contacts.
-        compliance: C of all vertices, zero at the base, in single precision, shape (3 n, 3 n)
-            [m/N].
+        compliance: Compliance matrix C of all vertices, zero at the base, in single precision,
+            shape (3 n, 3 n) [m/N].
     """
 
     name = "balloon"
@@ -124,11 +126,11 @@ class Balloon:
         self.compliance.setflags(write=False)
 
     def green_source(self) -> Superposition | None:
-        """Source of the Green's functions, as in `HasGreen`; None for a damped balloon."""
+        """Return the source of the Green's functions; None for a damped balloon."""
         return Superposition(self) if self.damping == 0.0 else None
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
-        """Superpose the Green's functions under the loads; with damping, lag from `before`."""
+        """Return the sum of the loads' fields; with damping it follows from `before` with a lag."""
         n, count = len(self.mesh.vertices), len(loads)
         starts, ends, vertices, weights, directions, forces = LoadArrays.of(loads)
         flat, C = np.empty((count, 3 * n)), np.empty((count, count))
@@ -151,7 +153,7 @@ class Balloon:
 
 
 def inflate(settings: BalloonSettings) -> Inflated:
-    """Inflate the balloon by Newton's method on the membrane and the volume together.
+    """Return the inflated balloon, computed by Newton's method for positions and pressure together.
 
     Raises:
         BodyError: Newton's method reached no equilibrium.
@@ -186,7 +188,7 @@ def inflate(settings: BalloonSettings) -> Inflated:
 
 
 def fixed_by_base(balloon: Inflated, settings: BalloonSettings) -> Mask:
-    """Mask of the vertices that the base fixes, shape (n,).
+    """Return the mask of the vertices that the base fixes, shape (n,).
 
     Raises:
         BodyError: The base fixes fewer than three vertices.
@@ -201,10 +203,11 @@ def fixed_by_base(balloon: Inflated, settings: BalloonSettings) -> Mask:
 
 
 def _free_compliance(balloon: Inflated, free: Mask) -> Compliance:
-    """Compliance C of all vertices, zero at the base, shape (3 n, 3 n), exactly symmetric [m/N].
+    """Return the compliance C of all vertices, zero at the base, symmetric, (3 n, 3 n) [m/N].
 
-    This takes half of the time in which a server starts. LAPACK's inverse of a factor takes a third
-    of the time of a solve for every unit force, and all steps work on one triangle of the matrix.
+    This takes half of the time in which a server starts. It is kept short by LAPACK's inverse of a
+    factor, which takes a third of the time of a solve for every unit force, and by steps that work
+    on one triangle of the matrix only.
     """
     K: Floats = np.asarray(balloon.stiffness[free][:, free].toarray(), dtype=np.float64)
     g = balloon.volume_gradient[free]

@@ -1,8 +1,8 @@
 """An incompressible neo-Hookean rubber membrane of triangles with constant strain.
 
-Per area of the unstretched sheet of thickness h and shear modulus mu, with the in-plane right
-Cauchy-Green tensor C = F^T F of the 3x2 deformation gradient F (the thickness follows from
-incompressibility),
+The energy W per area of the unstretched sheet, of thickness h and shear modulus mu, depends on the
+in-plane right Cauchy-Green tensor C = F^T F of the 3x2 deformation gradient F; the thickness of the
+stretched sheet follows from incompressibility. With the second Piola-Kirchhoff stress S,
 
     W = mu h / 2 (tr C + 1 / det C - 3),   S = 2 dW/dC = mu h (I - C^-1 / det C).
 
@@ -40,7 +40,7 @@ class Membrane:
 
     @classmethod
     def at_rest(cls, x: Floats, faces: Ints, mu_h: float) -> Membrane:
-        """Returns the sheet that is unstretched at vertex positions `x`, shape (n, 3) [m]."""
+        """Return the sheet that is unstretched at vertex positions `x`, shape (n, 3) [m]."""
         e1, e2 = x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]
         length = np.linalg.norm(e1, axis=1)
         t1 = e1 / length[:, None]
@@ -59,14 +59,14 @@ class Membrane:
         return cls(faces, 0.5 * double_area, gradients, mu_h)
 
     def energy(self, x: Floats) -> float:
-        """Strain energy at vertex positions `x`, shape (n, 3) [J]."""
+        """Return the strain energy [J] of the sheet at vertex positions `x`, shape (n, 3) [m]."""
         C = self._strain(x)[1]
         trace = C[:, 0, 0] + C[:, 1, 1]
         density = 0.5 * self.mu_h * (trace + 1.0 / np.linalg.det(C) - 3.0)
         return float(self.rest_area @ density)
 
     def gradient(self, x: Floats) -> Floats:
-        """Nodal forces that keep the sheet at `x`, dE/dx, shape (3 n,) [N]."""
+        """Return the nodal forces dE/dx that hold the sheet at positions `x`, shape (3 n,) [N]."""
         F, C = self._strain(x)
         per_face = np.einsum(
             "m,mip,mpq,mkq->mki", self.rest_area, F, self._stress(C), self.gradients, optimize=True
@@ -74,7 +74,7 @@ class Membrane:
         return scatter_vector(per_face, self.faces, len(x))
 
     def hessian(self, x: Floats) -> sp.csr_array:
-        """Tangent stiffness d2E/dx2 at `x`, shape (3 n, 3 n) [N/m]."""
+        """Return the tangent stiffness d2E/dx2 at positions `x`, shape (3 n, 3 n) [N/m]."""
         F, C = self._strain(x)
         g, area = self.gradients, self.rest_area
         inverse, det = np.linalg.inv(C), np.linalg.det(C)
@@ -94,11 +94,11 @@ class Membrane:
         return scatter_matrix(blocks, self.faces, len(x))
 
     def _strain(self, x: Floats) -> tuple[Floats, Floats]:
-        """Deformation gradient (m, 3, 2) and C = F^T F (m, 2, 2)."""
+        """Return the deformation gradient (m, 3, 2) and C = F^T F (m, 2, 2) of each triangle."""
         F = np.einsum("mki,mkp->mip", x[self.faces], self.gradients)
         return np.asarray(F), np.asarray(np.einsum("mip,miq->mpq", F, F))
 
     def _stress(self, C: Floats) -> Floats:
-        """Second Piola-Kirchhoff stress times thickness, (m, 2, 2) [N/m]."""
+        """Return the second Piola-Kirchhoff stress times thickness, (m, 2, 2) [N/m]."""
         det = np.linalg.det(C)
         return np.asarray(self.mu_h * (np.eye(2) - np.linalg.inv(C) / det[:, None, None]))

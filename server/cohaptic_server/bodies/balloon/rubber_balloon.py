@@ -4,20 +4,22 @@ This is the nonlinear counterpart of `balloon.py`: the same inflated balloon, bu
 forces and volume at the present positions. Each tick iterates (`newton.py`) under the contacts'
 forces as dead loads, which keep their directions while the surface moves. `fields` and `compliance`
 are those of the tangent at the present state (science 3.6); while the surface moves, the tangent
-may lag by `newton.CHORD`. With a damping B_o the body is Kelvin-Voigt as in eq. (9), with B_o in
-proportion to K_o (`viscous.py`): the internal force follows the external one with a lag.
+may be that of positions up to `newton.CHORD` away. With a damping B_o the body is Kelvin-Voigt as
+in eq. (9), with B_o in proportion to the stiffness K_o (`viscous.py`): the internal force follows
+the external one with a lag.
 
 `RubberSheet` gives the energy, the forces and the tangent of a closed rubber sheet round water at
 any deformation.
 
-`ConstantVolumeFactor` solves  [K g; g' 0] [u; q] = [b; 0]  with a tangent K at constant volume
-(g = dV/dx). K may have one negative mode, which constant volume forbids. The factorisation
-therefore begins with all unknowns outside of a cap of vertices (the root of the tree of fronts): K
-must be positive definite with the cap held. Next comes the row of the volume, whose pivot is
-negative, and then the cap, which must be positive definite again. This succeeds only if K is
-positive definite on all motions that keep the volume: a tangent that can be factored is stable. The
-place of the cap decides up to which deformation K with the cap held stays positive definite: the
-last vertices in an order of narrow band serve better than the vertices on the top, or than a belt.
+`ConstantVolumeFactor` solves  [K g; g' 0] [u; q] = [b; 0]  for the displacement u under forces b
+and for a multiplier q, with a tangent K at constant volume (g = dV/dx). K may have one negative
+mode, which constant volume forbids. The factorisation therefore begins with all unknowns outside of
+a cap of vertices (the root of the tree of fronts): K must be positive definite with the cap fixed.
+Next comes the row of the volume, whose pivot is negative, and then the cap, which must be positive
+definite again. This succeeds only if K is positive definite on all motions that keep the volume: a
+tangent that can be factored is stable. The choice of the cap decides up to which deformation K with
+the cap fixed stays positive definite: the last vertices in an order of narrow band serve better
+than the vertices on the top, or than a belt.
 
 The Newton iteration moves the sheet round a constant volume of water. In the space of vertex
 positions, a step is tangent to the manifold of constant volume and is then projected onto this
@@ -59,12 +61,12 @@ from cohaptic_server.numeric import Floats, Ints, Mask
 
 
 class RubberSheet:
-    """A rubber sheet round water, with the unknowns in the order of an analysis.
+    """Energy, forces and tangent of a closed rubber sheet round water.
 
     Args:
         membrane: The unstretched sheet.
         number: Index of each vertex among the free vertices, negative if fixed, shape (n,).
-        analysis: Pattern of the tangent on the free vertices.
+        analysis: Pattern of the tangent on the free vertices, and the order of the unknowns.
 
     Attributes:
         faces: Vertices of each triangle, shape (m, 3).
@@ -81,29 +83,39 @@ class RubberSheet:
         self._index = np.ascontiguousarray(analysis.blocks_of(number[self.faces]))
 
     def strain(self, x: Floats) -> Floats:
-        """Strain of the triangles at `x`, shape (n, 3) [m], as in `tension_field.py`, (m, 10)."""
+        """Return the strain of each triangle as in `tension_field.py`, shape (m, 10).
+
+        Args:
+            x: Positions of the vertices, shape (n, 3) [m].
+        """
         out = np.empty((len(self.faces), 10))
         strains(np.ascontiguousarray(x), self.faces, self._gradients, out)
         return out
 
     def energy(self, strain: Floats) -> float:
-        """Strain energy [J]."""
+        """Return the strain energy of the rubber [J]."""
         return energy(strain, self._area) * self._mu_h
 
     def force(self, strain: Floats) -> Floats:
-        """Nodal forces that keep the rubber in this strain, dE/dx, shape (n, 3) [N]."""
+        """Return the nodal forces that hold the rubber in this strain, dE/dx, shape (n, 3) [N]."""
         out = np.zeros((self._size, 3))
         add_forces(strain, self.faces, self._gradients, self._stiffness, out)
         return out
 
     def volume_gradient(self, x: Floats) -> Floats:
-        """dV/dx, shape (n, 3) [m^2]; V = (dV/dx . x) / 3 by Euler's theorem."""
+        """Return dV/dx, shape (n, 3) [m^2]; the volume is V = (dV/dx . x) / 3 (Euler's theorem)."""
         out = np.zeros((self._size, 3))
         add_volume_gradient(np.ascontiguousarray(x), self.faces, out)
         return out
 
     def tangent(self, strain: Floats, x: Floats, pressure: float) -> Floats:
-        """Blocks of d2E/dx2 - p d2V/dx2 in the order of the analysis, shape (e, 9) [N/m]."""
+        """Return the blocks of d2E/dx2 - p d2V/dx2 in the order of the analysis, (e, 9) [N/m].
+
+        Args:
+            strain: Strain of each triangle at `x`, shape (m, 10).
+            x: Positions of the vertices, shape (n, 3) [m].
+            pressure: Pressure p of the water [Pa].
+        """
         count = len(self.analysis.rows)
         blocks, scratch = np.zeros((count, 9)), np.empty(6)
         add_tangents(strain, self._gradients, self._stiffness, self._index, count, scratch, blocks)
@@ -112,7 +124,9 @@ class RubberSheet:
 
 
 def order_from_base(faces: Ints, free: Mask) -> Ints:
-    """Free vertices in an order of narrow band (reverse Cuthill-McKee) that begins at the base.
+    """Return the free vertices in an order of narrow band that begins at the base.
+
+    The order is that of reverse Cuthill and McKee.
 
     Args:
         faces: Vertices of each triangle, shape (m, 3).
@@ -135,7 +149,7 @@ def order_from_base(faces: Ints, free: Mask) -> Ints:
 
 
 class ConstantVolumeFactor:
-    """A factored tangent at constant volume, as a `TangentSolver`.
+    """A factored tangent K at constant volume, as a `TangentSolver`.
 
     Args:
         workspace: Memory for matrices of K's pattern, with the cap as the root front.
@@ -163,7 +177,14 @@ class ConstantVolumeFactor:
             raise IndefiniteTangentError("the tangent is indefinite")
 
     def solve(self, b: Floats) -> tuple[Floats, Floats]:
-        """Displacements u (c, size) [m] and multipliers q (c,) [Pa] under `b` (c, size) [N]."""
+        """Solve for displacements u and volume multipliers q under forces on the unknowns.
+
+        Args:
+            b: Forces in c load cases, shape (c, size) [N].
+
+        Returns:
+            Displacements, shape (c, size) [m], and multipliers, shape (c,) [Pa].
+        """
         x = np.asarray(self._factor.forward(b.T), dtype=np.float64)
         inner, last = x[: self._root], x[self._root :]
         along = self._y[:, 0] @ inner
@@ -175,11 +196,18 @@ class ConstantVolumeFactor:
         return np.ascontiguousarray(x.T), np.asarray(q)
 
     def displacements(self, b: Floats) -> Floats:
-        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
+        """Solve for the displacements of the unknowns under forces on them.
+
+        Args:
+            b: Forces in c load cases, shape (c, size) [N].
+
+        Returns:
+            Displacements, shape (c, size) [m].
+        """
         return self.solve(b)[0]
 
     def step(self, b: Floats) -> Floats:
-        """Returns `displacements`: an approximation would not be quicker to compute."""
+        """Solve as `displacements` does: an approximation would not be quicker to compute."""
         return self.displacements(b)
 
 
@@ -191,8 +219,8 @@ class FilledState:
         x: Positions of the vertices, shape (n, 3) [m].
         strain: Strain of the rubber, as in `tension_field.py`, shape (m, 10).
         energy: Energy of the rubber [J].
-        rubber_force: Nodal forces that keep the rubber in this shape, dE/dx, shape (n, 3) [N].
-        g: dV/dx, shape (n, 3) [m^2].
+        rubber_force: Nodal forces that hold the rubber in this shape, dE/dx, shape (n, 3) [N].
+        g: Gradient dV/dx of the volume, shape (n, 3) [m^2].
         pressure: Pressure of the water [Pa].
     """
 
@@ -210,7 +238,7 @@ class FilledState:
 
 
 class FilledSheet:
-    """A rubber sheet on a fixed base, filled with water, as a `Hyperelastic` body.
+    """A rubber sheet that is fixed to a base and filled with water, as a `Hyperelastic` body.
 
     Args:
         sheet: Energy, forces and tangent of the rubber round the water.
@@ -227,7 +255,12 @@ class FilledSheet:
         self._workspace = Workspace(sheet.analysis)
 
     def at(self, x: Floats, pressure: float) -> FilledState:
-        """Returns the state at vertex positions `x` (n, 3) [m], with a known pressure [Pa]."""
+        """Return the state at some vertex positions and a known pressure.
+
+        Args:
+            x: Positions of the vertices, shape (n, 3) [m].
+            pressure: Pressure of the water [Pa].
+        """
         strain = self._sheet.strain(x)
         g = self._sheet.volume_gradient(x)
         return FilledState(
@@ -235,7 +268,7 @@ class FilledSheet:
         )
 
     def displaced(self, state: FilledState, step: Floats, external: Floats) -> FilledState | None:
-        """Returns the state after a step, projected onto the water's volume; None if that fails.
+        """Return the state after a step, projected onto the water's volume; None if that fails.
 
         The projection moves the free vertices along dV/dx of `state`, by Newton's method.
         """
@@ -255,13 +288,22 @@ class FilledSheet:
         return None
 
     def residual(self, state: FilledState, external: Floats) -> Floats:
-        """External forces less the internal forces of rubber and water, shape (n, 3) [N]."""
+        """Return the external forces less the forces of rubber and water, shape (n, 3) [N]."""
         return np.asarray(external - state.internal_force)
 
     def factor_tangent(
         self, state: FilledState, stiffening: float, b: Floats
     ) -> tuple[ConstantVolumeFactor, Floats]:
-        """Factor the tangent, with its diagonal raised by `stiffening` times the mean diagonal."""
+        """Factor the tangent, with its diagonal raised by `stiffening` times the mean diagonal.
+
+        Args:
+            state: The deformed balloon.
+            stiffening: Added share of the mean diagonal; 0 for the exact tangent.
+            b: Forces on the unknowns, shape (c, size) [N].
+
+        Returns:
+            The factor, and the displacements of the unknowns under `b`, shape (c, size) [m].
+        """
         blocks = self._sheet.tangent(state.strain, state.x, state.pressure)
         if stiffening:
             # The first block of each column is the one on the diagonal.
@@ -272,7 +314,7 @@ class FilledSheet:
         return factor, factor.displacements(b)
 
     def _balanced(self, x: Floats, g: Floats, external: Floats) -> FilledState:
-        """Returns the state at `x` with the pressure that best balances rubber and loads."""
+        """Return the state at `x` with the pressure that best balances rubber and loads."""
         strain = self._sheet.strain(x)
         force = self._sheet.force(strain)
         along = g.reshape(-1)[self.dof]
@@ -288,7 +330,7 @@ _CAPS = (0.14, 0.3, 0.5)
 
 @dataclass(frozen=True, eq=False)
 class RubberResponse(FiniteResponse):
-    """A response from which the next tick can start.
+    """The response of the rubber balloon, with the state from which the next tick starts.
 
     Args:
         iterate: Surface and tangents at the end of the tick.
@@ -302,7 +344,7 @@ class RubberBalloon:
 
     Args:
         settings: As for the linear balloon.
-        damping: B_o / K_o at the simulation period of the server.
+        damping: Ratio B_o / K_o of damping to stiffness at the simulation period of the server.
 
     Attributes:
         mesh: The inflated surface.
@@ -342,7 +384,12 @@ class RubberBalloon:
         raise BodyError("the held balloon is not stable: its stiffness is indefinite")
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberResponse:
-        """Iterate towards equilibrium with `loads`, from the state of `before` or from rest."""
+        """Return the response after a few Newton steps towards equilibrium with `loads`.
+
+        Args:
+            loads: Loads of the present contacts.
+            before: Response of the previous tick, where the steps start; None starts from rest.
+        """
         start = before.iterate if isinstance(before, RubberResponse) else self._rest
         shares = np.zeros((len(loads), *self.mesh.vertices.shape))
         for i, load in enumerate(loads):

@@ -3,8 +3,9 @@
 A compressed thin sheet buckles at almost no force into wrinkles that are finer than any triangle.
 The energy of `membrane.py`, without wrinkles, would resist compression; its tangent would be
 indefinite there, and a mesh would crumple. The relaxed energy (Pipkin 1986, IMA J. Appl. Math. 36;
-Steigmann 1990) assumes the wrinkles of least energy. Per area of the unstretched sheet, with the
-squares of the principal stretches c1 >= c2, it is
+Steigmann 1990) assumes the wrinkles of least energy. With the squares c1 >= c2 of the principal
+stretches, the shear modulus mu and the thickness h, the energy W per area of the unstretched sheet
+is
 
     taut      c2^2 c1 > 1     W = mu h / 2 (c1 + c2 + 1 / (c1 c2) - 3)      as in `membrane.py`
     wrinkled  else, c1 > 1    W = mu h / 2 (c1 + 2 / sqrt(c1) - 3)          the width adjusts freely
@@ -76,7 +77,7 @@ def strains(x: Floats, faces: Ints, gradients: Floats, out: Floats) -> None:
 
 
 def energy(strain: Floats, area: Floats) -> float:
-    """Compute the strain energy over mu h, the sum of W / (mu h) times area [m^2].
+    """Return the strain energy divided by mu h [m^2]: the sum of W / (mu h) times area.
 
     Args:
         strain: Strain of each triangle, shape (m, 10).
@@ -95,13 +96,13 @@ def energy(strain: Floats, area: Floats) -> float:
 def add_forces(
     strain: Floats, faces: Ints, gradients: Floats, stiffness: Floats, out: Floats
 ) -> None:
-    """Add the nodal forces that keep the sheet in the given strain.
+    """Add the nodal forces that hold the sheet in the given strain.
 
     Args:
         strain: Strain of each triangle, shape (m, 10).
         faces: Vertices of each triangle, shape (m, 3).
         gradients: As for `strains`, shape (m, 3, 2) [1/m].
-        stiffness: mu h times area, shape (m,) [N m].
+        stiffness: Product mu h times area of each triangle, shape (m,) [N m].
         out: Receives the sum of the nodal forces, shape (n, 3) [N].
     """
     for e in range(len(faces)):
@@ -135,11 +136,11 @@ def add_tangents(
     Args:
         strain: Strain of each triangle, shape (m, 10).
         gradients: As for `strains`, shape (m, 3, 2) [1/m].
-        stiffness: mu h times area, shape (m,) [N m].
+        stiffness: Product mu h times area of each triangle, shape (m,) [N m].
         index: Block of each pair of corners (a, b), b <= a; -1 - block if the block is transposed;
             `beyond` if a corner is fixed. Shape (m, 6).
         beyond: Number of blocks.
-        scratch: Scratch, shape (6,).
+        scratch: Working memory, shape (6,).
         blocks: Blocks of the tangent, shape (beyond, 9) [N/m].
     """
     for e in range(len(strain)):
@@ -186,7 +187,7 @@ def add_tangents(
 
 
 def add_volume_gradient(x: Floats, faces: Ints, out: Floats) -> None:
-    """Add dV/dx of the enclosed volume.
+    """Add the gradient dV/dx of the enclosed volume V to an array.
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
@@ -204,12 +205,12 @@ def add_volume_gradient(x: Floats, faces: Ints, out: Floats) -> None:
 def add_pressure(
     x: Floats, faces: Ints, pressure: float, index: Ints, beyond: int, blocks: Floats
 ) -> None:
-    """Add -p d2V/dx2 to the blocks of the tangent.
+    """Add the stiffness of the water's pressure, -p d2V/dx2, to the blocks of the tangent.
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
         faces: Vertices of each triangle, shape (m, 3).
-        pressure: Pressure of the water [Pa].
+        pressure: Pressure p of the water [Pa].
         index: As for `add_tangents`.
         beyond: As for `add_tangents`.
         blocks: As for `add_tangents`.

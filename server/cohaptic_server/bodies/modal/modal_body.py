@@ -2,11 +2,12 @@
 
     x = C f + shapes e,    e = (D - 1) shapes' f
 
-`shapes` are the lowest natural modes of the body, as displacements of its surface. The elastic body
-responds to the forces f as if it had no mass. Each mode adds its deviation e from the static
-amplitude shapes' f, with D the second-order low-pass of the mode. A change of force creates a
-deviation, because a mode does not follow a force at once; the deviation then decays as a damped
-oscillation. Kinetic and elastic energy together never grow by more than the work of the forces.
+The displacement x of the surface is the static displacement by the forces f, with the compliance C
+of an elastic body without mass, plus the deviations e of the lowest natural modes. `shapes` are
+these modes as displacements of the surface, shapes' f are their static amplitudes, and D is the
+second-order low-pass of each mode. A change of force creates a deviation, because a mode does not
+follow a force at once; the deviation then decays as a damped oscillation. Kinetic and elastic
+energy together never grow by more than the work of the forces.
 """
 
 from __future__ import annotations
@@ -35,9 +36,10 @@ class Modes:
 
     Args:
         frequency: Natural angular frequencies without damping, shape (k,) [rad/s].
-        shapes: Shape of each mode, shape (k, n, 3) [sqrt(m/N)]. A force f on a vertex gives a mode
-            the static amplitude g = shapes . f [sqrt(N m)], which moves the surface by shapes g
-            [m]. So shapes' shapes is the mode's part of the compliance; its energy is g^2 / 2.
+        shapes: Displacement of the surface by each mode, shape (k, n, 3) [sqrt(m/N)]. A force f on
+            a vertex gives a mode the static amplitude g = shapes . f [sqrt(N m)], which moves the
+            surface by shapes g [m] and has the energy g^2 / 2 [J]. So shapes' shapes is the mode's
+            part of the compliance.
         damping: Damping ratio of every mode, as a share of critical damping.
 
     Raises:
@@ -58,7 +60,7 @@ class Modes:
 
 
 def check_damping_ratio(damping: float) -> None:
-    """Refuse a damping ratio outside of the range of the oscillator model.
+    """Raise an error for a damping ratio outside of the range of the oscillator model.
 
     Raises:
         SettingError: The ratio is below 0.02, where a swing outlasts a visit, or above 0.95, where
@@ -69,9 +71,9 @@ def check_damping_ratio(damping: float) -> None:
 
 
 def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
-    """Matrix that advances each mode's deviation from its static amplitude by one tick.
+    """Return the matrix that advances each mode's deviation e by one tick.
 
-    The matrix is the exact free motion of e'' + 2 zeta w e' + w^2 e = 0 in the coordinates
+    The matrix gives the exact free motion of e'' + 2 zeta w e' + w^2 e = 0 in the coordinates
     (e, e' / w).
 
     Args:
@@ -80,7 +82,7 @@ def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
         dt: Simulation period N T [s].
 
     Returns:
-        Shape (k, 2, 2).
+        Matrices of all modes, shape (k, 2, 2).
     """
     root = np.sqrt(1.0 - damping * damping)
     angle = frequency * (root * dt)
@@ -90,10 +92,10 @@ def step_of(frequency: Floats, damping: float, dt: float) -> Floats:
 
 
 def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats:
-    """Swing of each mode about its static amplitude, relative to that amplitude: |D(z) - 1|.
+    """Return the amplitude of each mode's deviation per static amplitude, |D(z) - 1|.
 
-    D(z) is the ratio of the mode's amplitude to the static one, for a force that is constant over
-    each tick, including the tick in which it is applied.
+    D(z) is the ratio of the mode's amplitude to the static amplitude under a force that oscillates.
+    The force is constant within each tick, including the tick in which it is applied.
 
     Args:
         frequency: Angular frequency of each mode, shape (k,) [rad/s].
@@ -102,7 +104,7 @@ def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats
         at: Angular frequencies of the force up to the Nyquist frequency, shape (p,) [rad/s].
 
     Returns:
-        Shape (k, p).
+        Ratio of each mode at each frequency, shape (k, p).
     """
     step = step_of(frequency, damping, dt)
     z = np.exp(-1j * at * dt)  # transfer function of a delay by one tick
@@ -114,15 +116,15 @@ def swing_of(frequency: Floats, damping: float, dt: float, at: Floats) -> Floats
     return np.asarray(np.abs(over / under * (1.0 - z)))
 
 
-# Lowest frequency at which the swing is evaluated, as a share of the slowest mode's frequency (at
-# the default damping the swing there is 1 % of the static amplitude), and the number of frequencies
+# Lowest frequency at which the ratio is evaluated, as a share of the slowest mode's frequency (at
+# the default damping the deviation there is 1 % of the static amplitude), and the number of steps
 # up to the Nyquist frequency. A peak has a relative width of twice the damping ratio, at least 4 %.
 _LOWEST, _FREQUENCIES = 0.1, 300
 
 
 @dataclass(frozen=True, eq=False)
 class ModalResponse:
-    """A static response, and the swing of the modes about it.
+    """The static response of a body, and the swing of its modes about the static response.
 
     Args:
         elastic: Static response of the elastic body.
@@ -131,7 +133,7 @@ class ModalResponse:
         static: Static amplitude of each mode under the loads, shape (k,) [sqrt(N m)].
         deviation: Deviation of each mode from its static amplitude, and the deviation's speed over
             the mode's angular frequency, shape (k, 2) [sqrt(N m)].
-        felt: Share of the swing that is shown to hands, 0 to 1. Each user sees the whole swing.
+        felt: Share of the swing that hands feel, 0 to 1; users see the whole swing.
     """
 
     elastic: Response
@@ -148,7 +150,7 @@ class ModalResponse:
 
     @property
     def energy(self) -> float:
-        """Energy stored by the loads, elastic and kinetic [J]."""
+        """Energy of the body, elastic and kinetic [J]."""
         e, v = self.deviation.T
         return self.elastic.energy + float(self.static @ e + 0.5 * (e @ e + v @ v))
 
@@ -159,23 +161,23 @@ class ModalResponse:
         return np.asarray(self.elastic.displacement + swing)
 
     def at(self, vertices: Ints) -> Floats:
-        """Displacement of some vertices, shape (k, 3) [m]."""
+        """Return the displacement of some vertices with the whole swing, shape (k, 3) [m]."""
         return self.elastic.at(vertices) + self._swing(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices as a hand is shown it, without its `loads`, (k, 3) [m].
+        """Return the displacement of some vertices as hands feel it, without some loads [m].
 
         The static displacement by `loads` is left out. The share `felt` of the swing is added,
-        including the swing that these loads cause.
+        including the swing that these loads cause. The result has shape (k, 3).
         """
         left = self.elastic.without(loads, forces, vertices)
         return left + self.felt * self._swing(vertices) if self.felt else left
 
     def showing(self, share: float) -> ModalResponse:
-        """Returns a copy of the response for the next tick, with a new value of `felt`.
+        """Return a copy of the response for the next tick, with a new value of `felt`.
 
         Args:
-            share: Share of the swing that is shown to hands, 0 to 1.
+            share: Share of the swing that hands feel, 0 to 1.
         """
         return replace(self, felt=share)
 
@@ -196,7 +198,7 @@ class ModalBody:
         elastic: As given.
         modes: As given.
         dt: As given.
-        swing: Largest swing of any mode, relative to its static amplitude, for each frequency.
+        swing: Largest ratio |D(z) - 1| of any mode (`swing_of`), for each frequency of a force.
         name: Name of the elastic body.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
@@ -214,7 +216,7 @@ class ModalBody:
         self.swing = Swing(at, np.asarray(sizes.max(axis=0)))
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> ModalResponse:
-        """Advance the swing by a tick from `before`; None gives the static response."""
+        """Return the response one tick after `before`, or the static response if that is None."""
         count, known = len(self.modes), before if isinstance(before, ModalResponse) else None
         elastic = self.elastic.respond(loads, None if known is None else known.elastic)
         arrays = LoadArrays.of(loads)
@@ -228,11 +230,11 @@ class ModalBody:
         return ModalResponse(elastic, self.modes, along, static, deviation, known.felt)
 
     def swinging(self, response: Response) -> ModalResponse | None:
-        """Returns the response if a modal body made it, as in `Swings`; else None."""
+        """Return the response if a modal body made it, as in `Swings`; None otherwise."""
         return response if isinstance(response, ModalResponse) else None
 
     def along(self, loads: LoadArrays) -> Floats:
-        """Static amplitude of each mode per unit force of a load, shape (loads, k) [sqrt(m/N)]."""
+        """Return each mode's static amplitude per unit force of a load, (loads, k) [sqrt(m/N)]."""
         along = np.empty((len(loads.forces), len(self.modes)))
         for i, (a, b) in enumerate(zip(loads.starts.tolist(), loads.ends.tolist(), strict=True)):
             shapes = self.modes.shapes[:, loads.vertices[a:b]]
@@ -240,10 +242,10 @@ class ModalBody:
         return along
 
     def prefetch(self, vertices: Ints) -> None:
-        """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
+        """Announce the vertices that sliding fingers will press soon, shape (k,)."""
         if isinstance(self.elastic, Prefetching):
             self.elastic.prefetch(vertices)
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
+        """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N]."""
         return vertex_compliance(self.elastic)

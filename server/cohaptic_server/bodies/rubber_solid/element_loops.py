@@ -1,11 +1,12 @@
 """Loops over hyperelastic tetrahedra; `rubber_tetrahedra.py` has the matrix products between them.
 
 The loops are compiled where there is a compiler (`element_loops.pxd` has the types), run without
-the global interpreter lock, and do not check shapes. m is the number of elements, a the number of
-nodes of an element, c the number of corners at which the deformation gradient is taken, r the
-number of pairs of these corners, and q the number of quadrature points. L_s are the barycentric
-coordinates, N_a the shape functions, and y_s = dx/dL_s. U(J) is as in `rubber_tetrahedra.py`. A
-deformation gradient F_ip is a row of nine, with index 3 i + p.
+the global interpreter lock, and do not check shapes.
+
+Sizes: m elements, a nodes of an element, c corners at which the deformation gradient is taken, r
+pairs of these corners, and q quadrature points. Symbols: barycentric coordinates L_s, shape
+functions N_a, resting position X, y_s = dx/dL_s, and the volumetric energy U(J) of
+`rubber_tetrahedra.py`. A deformation gradient F_ip is a row of nine, with index 3 i + p.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def corner_gradients(
     Args:
         x: Positions of the nodes, shape (n, 3) [m].
         elements: Nodes of each element, shape (m, a).
-        gradients: dL_s/dX_p of the barycentric coordinates, shape (m, 4, 3) [1/m].
+        gradients: Gradients dL_s/dX_p of the barycentric coordinates, shape (m, 4, 3) [1/m].
         nodes: Node of the element that, with node s, determines y_s at each corner, shape (c, 4).
         factors: Factor of that node in y_s, and factor of node s, shape (c, 4, 2).
         out: Receives the deformation gradients, shape (m, 9, c).
@@ -103,7 +104,14 @@ def nodal_forces(
 
 
 def cofactors(F: Floats, e: int, q: int, cof: Floats) -> float:
-    """Write the cofactors of F at a point to `cof`, shape (9,), and return the determinant."""
+    """Write the cofactors of a deformation gradient, shape (9,); return its determinant J.
+
+    Args:
+        F: Deformation gradients, shape (m, 9, q).
+        e: Element.
+        q: Quadrature point.
+        cof: Receives the cofactors, shape (9,).
+    """
     a, b, c = F[e, 0, q], F[e, 1, q], F[e, 2, q]
     d, f, g = F[e, 3, q], F[e, 4, q], F[e, 5, q]
     h, k, m = F[e, 6, q], F[e, 7, q], F[e, 8, q]
@@ -128,10 +136,10 @@ def stresses(F: Floats, weights: Floats, mu: Floats, lame: Floats, J: Floats, co
         mu: Shear modulus, shape (m,) [Pa].
         lame: Lame's first constant, shape (m,) [Pa].
         J: Receives the determinants, shape (m, q).
-        cof: Scratch, shape (9,).
+        cof: Working memory, shape (9,).
 
     Returns:
-        The energy without its logarithmic part [J].
+        Energy of the elements without its logarithmic part [J].
     """
     energy = 0.0
     with cython.nogil:
@@ -164,18 +172,18 @@ def moduli(
     swell: Floats,
     weighted: Floats,
 ) -> None:
-    """Compute the parts of the tangent at the quadrature points from U' and U''.
+    """Compute the parts of the tangent at the quadrature points from the derivatives of U(J).
 
     Args:
-        F: Deformation gradients, shape (m, 9, q); replaced by w U' F [N m].
-        gradients: dL_s/dX_p, shape (m, 4, 3) [1/m].
-        weights: Weights of the quadrature points, shape (m, q) [m^3].
-        shapes: dN_a/dL_s for the two s of `terms`, shape (a, 2, q).
+        F: Deformation gradients, shape (m, 9, q); replaced by w U' F with the weights w [N m].
+        gradients: Gradients dL_s/dX_p, shape (m, 4, 3) [1/m].
+        weights: Weights w of the quadrature points, shape (m, q) [m^3].
+        shapes: Derivatives dN_a/dL_s for the two s of `terms`, shape (a, 2, q).
         terms: The two barycentric coordinates in each node's shape function, shape (a, 2).
         mu: Shear modulus, shape (m,) [Pa].
         lame: Lame's first constant, shape (m,) [Pa].
-        cof: Scratch, shape (9,).
-        scratch: Scratch, shape (22, q).
+        cof: Working memory, shape (9,).
+        scratch: Working memory, shape (22, q).
         swell: Receives dJ/dx, shape (m, q, 3 a).
         weighted: Receives w U'' dJ/dx, shape (m, 3 a, q).
     """
@@ -200,7 +208,7 @@ def moduli_of_element(
     swell: Floats,
     weighted: Floats,
 ) -> None:
-    """Does the work of `moduli` for one element; inner loops run over adjacent points."""
+    """Compute the result of `moduli` for element `e`; inner loops run over adjacent points."""
     points = F.shape[2]
     first_constant = lame[e]
     log_part = mu[e] + 0.5 * first_constant
@@ -229,10 +237,10 @@ def moduli_of_element(
 
 
 def turns(moments: Floats, normals: Floats, out: Floats) -> None:
-    """Multiply moments of w U' F by the cross products of the gradients of L_s and L_t.
+    """Multiply integrals of w U' F by the cross products of the gradients of L_s and L_t.
 
     Args:
-        moments: Integrals of w U' F L_c L_d, shape (m, 9, r).
+        moments: Integrals of w U' F L_c L_d over each element, shape (m, 9, r).
         normals: Cross products for the six pairs (s, t), shape (m, 6, 3) [1/m^2].
         out: Receives the products, shape (m, 3, r, 6) [N/m].
     """
@@ -254,7 +262,7 @@ def add_tangents(
     """Add the elements' tangents to the blocks of the matrix.
 
     Args:
-        swell: Part of the tangent with U'', shape (m, 3 a, 3 a) [N/m].
+        swell: Part of the tangent with the second derivative U'', shape (m, 3 a, 3 a) [N/m].
         turn: Axial vectors of the part with U', one for each pair of nodes, shape
             (m, 3, a (a + 1) / 2) [N/m].
         index: Block of each pair of nodes (a, b), b <= a; -1 - block if the block is transposed;

@@ -22,9 +22,13 @@ _WEIGHTS = (1.0 / 90.0, 1.0 / 40.0, 3.0 / 40.0, 16.0 / 45.0)
 
 
 def shape_gradients(count: int) -> Floats:
-    """dN_a/dL_i at the quadrature points, shape (q, a, 4), for barycentric coordinates L.
+    """Return the derivatives dN_a/dL_i at the quadrature points, shape (q, a, 4).
 
-    The shape functions N are L_a (2 L_a - 1) and 4 L_p L_q with ten nodes, L_a with four.
+    L_i are the barycentric coordinates. The shape functions N_a are L_a (2 L_a - 1) and 4 L_p L_q
+    with ten nodes, L_a with four.
+
+    Args:
+        count: Number of nodes of an element, 4 or 10.
     """
     if count == 4:
         return np.eye(4)[None]
@@ -39,14 +43,14 @@ def shape_gradients(count: int) -> Floats:
 
 
 def lattice() -> Floats:
-    """Barycentric coordinates of the lattice of thirds, and of the centre, shape (21, 4)."""
+    """Return barycentric coordinates of the lattice of thirds, and of the centre, shape (21, 4)."""
     one = np.eye(4)
     thirds = [(2.0 * one[a] + one[b]) / 3.0 for a in range(4) for b in range(4) if a != b]
     return np.concatenate([one, thirds, (1.0 - one) / 3.0, np.full((1, 4), 0.25)])
 
 
 def whole_bounds() -> Floats:
-    """Matrix from a cubic's values on the lattice to its Bernstein coefficients, shape (20, 20).
+    """Return the matrix from a cubic's values on the lattice to Bernstein coefficients, (20, 20).
 
     These coefficients bound the cubic less tightly than the coefficients of `bounds`, which are
     their weighted means.
@@ -55,10 +59,10 @@ def whole_bounds() -> Floats:
 
 
 def bounds() -> Floats:
-    """Matrix from a cubic's values on the lattice to Bernstein coefficients, shape (160, 20).
+    """Return the matrix from a cubic's values on the lattice to tight bounds, shape (160, 20).
 
-    The coefficients belong to the eight parts of a tetrahedron that is cut at the middles of its
-    edges. The cubic lies between the smallest and the largest coefficient.
+    The bounds are the Bernstein coefficients of the cubic in the eight parts of a tetrahedron that
+    is cut at the middles of its edges. The cubic lies between the smallest and the largest one.
     """
     corners = [np.eye(4)[k] for k in range(4)]
     ab, bc, ac, ad, bd, cd = (0.5 * (corners[p] + corners[q]) for p, q in EDGES)
@@ -73,14 +77,14 @@ def bounds() -> Floats:
 
 
 def _bernstein(points: Floats) -> Floats:
-    """Bernstein polynomials of degree 3 at points in barycentric coordinates, shape (p, 20)."""
+    """Return the Bernstein polynomials of degree 3 at barycentric points, shape (p, 20)."""
     powers = np.rint(3.0 * lattice()[:20]).astype(np.int64)  # (20, 4), rows sum to 3
     multinomial = 6.0 / np.array([math.prod(map(math.factorial, p)) for p in powers.tolist()])
     return np.asarray(multinomial * np.prod(points[:, None] ** powers, axis=2))
 
 
 def weights(points: int) -> Floats:
-    """Weight of each quadrature point as a share of the volume, shape (q,).
+    """Return the weight of each quadrature point as a share of the volume, shape (q,).
 
     Args:
         points: Number of quadrature points, 1 or 21.

@@ -3,8 +3,8 @@
 This is the nonlinear counterpart of `solid.py`, on the same mesh with the same small-strain moduli
 (`hyperelastic.py`). Each tick iterates (`newton.py`) under the contacts' forces as dead loads,
 which keep their directions while the surface moves. `fields` and `compliance` are those of the
-tangent at the present state (science 3.6); while the body moves, the tangent may lag by
-`TickLimits.chord`.
+tangent at the present state (science 3.6); while the body moves, the tangent may be that of
+positions up to `TickLimits.chord` away.
 
 With a damping B_o the body is Kelvin-Voigt as in eq. (9): `viscous.py`.
 """
@@ -47,14 +47,14 @@ _NODES_ON_ONE_CORE, _NODES_ON_TWO, _MEASURED_TICK, _GROWTH = 1300, 1500, 0.016, 
 
 
 def tick_seconds(nodes: int) -> float:
-    """Estimated time of a tick for a number of nodes, from docs/design/rubber.md [s]."""
+    """Return the estimated time of a tick for a number of nodes, from docs/design/rubber.md [s]."""
     measured = _NODES_ON_TWO if cores() > 1 else _NODES_ON_ONE_CORE
     return float(_MEASURED_TICK * (nodes / measured) ** _GROWTH)
 
 
 @dataclass(frozen=True, eq=False)
 class RubberSolidResponse(FiniteResponse):
-    """A response from which the next tick can start.
+    """The response of the rubber solid, with the state from which the next tick starts.
 
     Args:
         iterate: Solid and tangents at the end of the tick.
@@ -71,7 +71,7 @@ class RubberSolid:
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius; `cache` has no effect.
         name: Name of the body, shown to users and sent over the network.
-        damping: B_o / K_o at the simulation period of the server.
+        damping: Ratio B_o / K_o of damping to stiffness at the simulation period of the server.
         table: Result of `vertex_compliance` for the same solid; None computes it when needed.
         moduli: Elastic moduli of each tetrahedron, at small strains; None takes the material of the
             settings for all of them.
@@ -114,7 +114,12 @@ class RubberSolid:
         self._table = table
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> RubberSolidResponse:
-        """Iterate towards equilibrium with `loads`, from the state of `before` or from rest."""
+        """Return the response after a Newton step towards equilibrium with `loads`.
+
+        Args:
+            loads: Loads of the present contacts.
+            before: Response of the previous tick, where the step starts; None starts from rest.
+        """
         start = before.iterate if isinstance(before, RubberSolidResponse) else self._rest
         surface = self.shape.surface
         shares = np.zeros((len(loads), *self.shape.nodes.shape))
@@ -136,13 +141,13 @@ class RubberSolid:
         )
 
     def vertex_compliance(self, progress: Callable[[float], None] | None = None) -> Floats:
-        """C_ii of a contact centred at each vertex of the body at rest, along the vertex normal.
+        """Return the compliance of a contact at each vertex along its normal, for the resting body.
 
         Args:
             progress: Receives the completed share, up to 1; not called if the table exists.
 
         Returns:
-            Shape (n,) [m/N].
+            Compliance C_ii of a contact centred at each vertex, shape (n,) [m/N].
         """
         if self._table is None:
             self._table = self._pressed(progress or (lambda share: None))
@@ -159,7 +164,7 @@ class RubberSolid:
                     mesh, mesh.vertices[k], self.contact_radius, mesh.normals[k]
                 )
                 shares[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
-            # The tangent is positive definite, and held nodes do not move: C_ii is not negative.
+            # The tangent is positive definite, and fixed nodes do not move: C_ii is not negative.
             fields = self._newton.fields(self._rest.stable, shares)
             table[batch.start : batch.stop] = (shares * fields).sum(axis=(1, 2))
             progress(batch.stop / len(surface))

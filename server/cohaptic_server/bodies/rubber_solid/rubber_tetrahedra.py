@@ -2,9 +2,10 @@
 
 With J the determinant of the deformation gradient F, the energy is that of `hyperelastic.py`,
 
-    W = mu / 2 (|F|^2 - 3) + U(J),    U = -(mu + lambda / 2) ln J + lambda / 4 (J^2 - 1).
+    W = mu / 2 (|F|^2 - 3) + U(J),    U = -(mu + lambda / 2) ln J + lambda / 4 (J^2 - 1),
 
-The first part of W has a constant Hessian. The Hessian of U is U'' dJ dJ + U' d2J: squares, and the
+with Lame's constants mu and lambda. The first part of W has a constant Hessian. The Hessian of the
+volumetric part U is U'' dJ dJ + U' d2J: squares, and the
 second derivative of a determinant, which is linear in F and acts as a cross product between one
 node's displacement and another's force. A stiffened tangent leaves out the parts that can make it
 indefinite. These are parts of the term s tr(L L), with the velocity gradient L and
@@ -17,8 +18,9 @@ No element inverts: `quadrature.py` gives a lower bound of J in each element, an
 bring this bound below `_MIN_J` is refused.
 
 The loops over corners and points use tables of the shape functions. The gradients of ten-node shape
-functions are linear, so a deformation gradient is interpolated from the corners: F = sum_c L_c F_c.
-Four-node elements have one quadrature point and one such corner.
+functions are linear, so a deformation gradient F is interpolated from those at the corners c,
+F = sum_c L_c F_c, with the barycentric coordinates L_c. Four-node elements have one quadrature
+point and one such corner.
 """
 
 from __future__ import annotations
@@ -60,9 +62,10 @@ class ShapeTables:
     Args:
         interpolation: Shape functions of the corners at the points, shape (c, q).
         products: Products of each pair of these functions, shape (r, q).
-        nodes: Node that, with node s, determines y_s = dx/dL_s at each corner, shape (c, 4).
+        nodes: Node that, with node s, determines y_s = dx/dL_s at each corner, shape (c, 4); L_s
+            is a barycentric coordinate.
         factors: Factor of that node in y_s, and factor of node s, shape (c, 4, 2).
-        terms: Barycentric coordinates in each shape function, shape (a, 2).
+        terms: Numbers of the barycentric coordinates in each shape function, shape (a, 2).
         shapes: Derivatives of each shape function by these coordinates at the points, (a, 2, q).
         turning: Matrix from the vectors of `element_loops.turns`, shape (6 r), to those of the
             pairs of nodes, shape (6 r, a (a + 1) / 2).
@@ -78,7 +81,7 @@ class ShapeTables:
 
     @classmethod
     def of(cls, count: int) -> ShapeTables:
-        """Returns the tables for elements of `count` nodes, 4 or 10."""
+        """Return the tables for elements of `count` nodes, 4 or 10."""
         D = shape_gradients(count)  # (q, a, 4)
         L = np.ones((1, 1)) if count == 4 else lattice()
         corners = L.shape[1]
@@ -100,7 +103,11 @@ class ShapeTables:
 
 
 def _pulls(at_corners: Floats) -> tuple[Ints, Floats]:
-    """`nodes` and `factors` of `ShapeTables`, from dN_a/dL_s at the corners, shape (c, a, 4)."""
+    """Return `nodes` and `factors` of `ShapeTables`.
+
+    Args:
+        at_corners: Derivatives dN_a/dL_s of the shape functions at the corners, shape (c, a, 4).
+    """
     corners = len(at_corners)
     nodes, factors = np.zeros((corners, 4), dtype=np.int64), np.zeros((corners, 4, 2))
     for c, s in itertools.product(range(corners), range(4)):
@@ -112,13 +119,13 @@ def _pulls(at_corners: Floats) -> tuple[Ints, Floats]:
 
 
 def _terms(D: Floats) -> Ints:
-    """The one or two barycentric coordinates in each shape function, shape (a, 2)."""
+    """Return the numbers of the one or two coordinates in each shape function, shape (a, 2)."""
     found = [np.flatnonzero(np.abs(D[:, a]).max(axis=0)) for a in range(D.shape[1])]
     return np.array([[s[0], s[-1]] for s in found], dtype=np.int64)
 
 
 def _turning(at_corners: Floats, pairs: list[tuple[int, int]]) -> Floats:
-    """Sums of  dN_a/dL_s dN_b/dL_t - dN_a/dL_t dN_b/dL_s  over each pair of corners."""
+    """Return the sums of  dN_a/dL_s dN_b/dL_t - dN_a/dL_t dN_b/dL_s  for each pair of corners."""
     count = at_corners.shape[1]
     sides = list(itertools.combinations(range(4), 2))
     table = np.zeros((len(pairs), len(sides), count * (count + 1) // 2))
@@ -135,15 +142,15 @@ def _turning(at_corners: Floats, pairs: list[tuple[int, int]]) -> Floats:
 
 
 def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) -> Floats:
-    """Difference of the fully stiffened and the exact tangent, shape (k, 3 a, 3 a) [N/m].
+    """Return the fully stiffened tangent less the exact one, shape (k, 3 a, 3 a) [N/m].
 
-    With h the gradients of the shape functions in the present state, the difference is
-    1/2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
+    With s of the module's head, and the gradients h_a of the shape functions in the present state,
+    and Kronecker's d_ij, the difference is 1/2 (|s| (h_a . h_b) d_ij - s h_aj h_bi) at each point.
 
     Args:
         material: mu and lambda of these elements, shape (k,) [Pa].
-        swell: J h from `element_loops.moduli`, shape (k, q, 3 a).
-        weighted: w U'' J h from `element_loops.moduli`, shape (k, 3 a, q).
+        swell: J h, the `swell` of `element_loops.moduli`, shape (k, q, 3 a).
+        weighted: w U'' J h, the `weighted` of `element_loops.moduli`, shape (k, 3 a, q).
         J: Determinants at the quadrature points, shape (k, q).
     """
     mu, lame = material.mu[:, None], material.lame[:, None]
@@ -159,7 +166,7 @@ def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) ->
     return np.asarray(removed.reshape(k, width, width))
 
 
-# Least share of J, or of 1 if J is larger, that a step must leave at every point: the
+# Smallest share of J (or of 1 if J is larger) that must be left after a step at every point: the
 # fraction-to-the-boundary rule of interior point methods.
 _MIN_SHARE = 0.1
 _MIN_J = 0.01  # least J anywhere in an element
@@ -176,7 +183,7 @@ class SolidState:
         corners: Deformation gradients at the corners of the elements, shape (m, 9, c).
         J: Determinants of the deformation gradients at the quadrature points, shape (m, q).
         energy: Stored energy [J].
-        internal_force: dE/dx, shape (n, 3) [N].
+        internal_force: Gradient dE/dx of the energy, shape (n, 3) [N].
     """
 
     x: Floats
@@ -193,11 +200,18 @@ class SolidTangent:
     factor: Refined
 
     def displacements(self, b: Floats) -> Floats:
-        """Displacements of the unknowns, shape (c, size) [m], under forces `b` (c, size) [N]."""
+        """Solve for the displacements of the unknowns under forces on them.
+
+        Args:
+            b: Forces in c load cases, shape (c, size) [N].
+
+        Returns:
+            Displacements, shape (c, size) [m].
+        """
         return np.ascontiguousarray(self.factor.solve(np.ascontiguousarray(b.T)).T)
 
     def step(self, b: Floats) -> Floats:
-        """Displacements as in `displacements`, in single precision."""
+        """Solve as `displacements` does, but in single precision."""
         return np.ascontiguousarray(self.factor.approximate(np.ascontiguousarray(b.T)).T)
 
 
@@ -238,7 +252,7 @@ class RubberTetrahedra:
         self._steady = self._constant_part()
 
     def _constant_part(self) -> Floats:
-        """The blocks of the Hessian of mu / 2 |F|^2, shape (e, 9) [N/m]."""
+        """Return the blocks of the Hessian of mu / 2 |F|^2, shape (e, 9) [N/m]."""
         table, g = self._tables, self._gradients
         count = self._elements.shape[1]
         slopes = np.zeros((len(g), count, 3, self._weights.shape[1]))
@@ -255,19 +269,19 @@ class RubberTetrahedra:
         return blocks[:-1].copy()
 
     def gradients_at(self, state: SolidState) -> Floats:
-        """Deformation gradients at the quadrature points, shape (m, q, 3, 3)."""
+        """Return the deformation gradients at the quadrature points, shape (m, q, 3, 3)."""
         F = state.corners @ self._tables.interpolation
         return np.asarray(F.transpose(0, 2, 1).reshape(*state.J.shape, 3, 3))
 
     def at(self, x: Floats, least: Floats | float = 0.0) -> SolidState | None:
-        """Returns the state of the solid with its nodes at `x`.
+        """Return the state of the solid with its nodes at `x`.
 
         Args:
             x: Positions of the nodes, shape (n, 3) [m].
-            least: Lower bound of J, one for all points or one for each, shape (m, q).
+            least: Lower bound of the determinant J, one for all points or one for each, (m, q).
 
         Returns:
-            None if J is not above `least` at a point, or its bound not above `_MIN_J`.
+            The state; None if J is not above `least` at a point, or its bound not above `_MIN_J`.
         """
         x = np.ascontiguousarray(x)
         m, points = self._weights.shape
@@ -294,7 +308,12 @@ class RubberTetrahedra:
     def _evaluate(
         self, x: Floats, begin: int, end: int, corners: Floats, J: Floats
     ) -> tuple[float, Floats]:
-        """Write the gradients and determinants of elements `begin` to `end` to `corners` and `J`.
+        """Write deformation gradients and determinants of some elements to `corners` and `J`.
+
+        Args:
+            x: Positions of the nodes, shape (n, 3) [m].
+            begin, end: First element, and the one after the last.
+            corners, J: As in `SolidState`.
 
         Returns:
             Energy of these elements without its logarithmic part [J], and their nodal forces [N].
@@ -316,7 +335,11 @@ class RubberTetrahedra:
         return energy, internal
 
     def _is_bounded(self, J: Floats) -> bool:
-        """Whether J, shape (m, q), is above `_MIN_J` throughout each element."""
+        """Return whether the determinant J exceeds `_MIN_J` throughout each element.
+
+        Args:
+            J: Determinants at the quadrature points, shape (m, q).
+        """
         if J.shape[1] == 1:
             return bool((J > _MIN_J).all())
         # The bounds of whole elements come first: the bounds of their parts are nowhere lower.
@@ -325,18 +348,27 @@ class RubberTetrahedra:
         return bool((J[doubtful, :20] @ self._bounds.T > _MIN_J).all())
 
     def displaced(self, state: SolidState, step: Floats, external: Floats) -> SolidState | None:
-        """Returns the state after a step; None if J gets below its limits, as for `at`."""
+        """Return the state after a step; None if J falls below its limits, as for `at`."""
         del external
         return self.at(state.x + step, _MIN_SHARE * np.minimum(state.J, 1.0))
 
     def residual(self, state: SolidState, external: Floats) -> Floats:
-        """External forces less internal forces, shape (n, 3) [N]."""
+        """Return the external forces less the internal forces, shape (n, 3) [N]."""
         return np.asarray(external - state.internal_force)
 
     def factor_tangent(
         self, state: SolidState, stiffening: float, b: Floats
     ) -> tuple[SolidTangent, Floats]:
-        """Factor the tangent without a share `stiffening` of the negative part of its moduli."""
+        """Factor the tangent, and solve with the factor.
+
+        Args:
+            state: The deformed solid.
+            stiffening: Share of the negative part of the moduli that is left out, 0 to 1.
+            b: Forces on the unknowns, shape (c, size) [N].
+
+        Returns:
+            The factor, and the displacements of the unknowns under `b`, shape (c, size) [m].
+        """
         try:
             factor = Refined(self._workspaces, self.tangent(state, stiffening))
             found = factor.checked(np.ascontiguousarray(b.T))
@@ -345,7 +377,12 @@ class RubberTetrahedra:
         return SolidTangent(factor), np.ascontiguousarray(found.T)
 
     def tangent(self, state: SolidState, stiffening: float = 0.0) -> Floats:
-        """The blocks of the tangent in the order of the factor, shape (e, 9) [N/m]."""
+        """Return the blocks of the tangent in the order of the factor, shape (e, 9) [N/m].
+
+        Args:
+            state: The deformed solid.
+            stiffening: Share of the negative part of the moduli that is left out, 0 to 1.
+        """
         m = len(self._weights)
         if m < _WORTH_TWO_THREADS:
             return self._tangent(state, stiffening, 0, m, self._steady.copy())
@@ -360,7 +397,7 @@ class RubberTetrahedra:
     def _tangent(
         self, state: SolidState, stiffening: float, begin: int, end: int, blocks: Floats
     ) -> Floats:
-        """Add the tangents of the elements from `begin` to `end` to `blocks`."""
+        """Add the tangents of elements `begin` to `end` - 1 to `blocks`, and return `blocks`."""
         tables, material = self._tables, self.material
         points = self._weights.shape[1]
         count = self._elements.shape[1]
@@ -405,6 +442,6 @@ class RubberTetrahedra:
 
 
 def _times(stack: Floats, matrix: Floats) -> Floats:
-    """Product of each matrix of a stack (m, k, c) with the same matrix (c, q)."""
+    """Return the product of each matrix of a stack (m, k, c) with one matrix (c, q)."""
     m, k, c = stack.shape
     return np.asarray((stack.reshape(m * k, c) @ matrix).reshape(m, k, -1))

@@ -14,8 +14,8 @@ from cohaptic_server.bodies.solid.near_field_kernels import NearFieldKernel
 from cohaptic_server.bodies.solid.places import PLACE, Places, Positions
 from cohaptic_server.numeric import Floats, Ints, Narrow
 
-MIN_CAPACITY = 256  # columns at any budget: more than a full room touches in one tick
-_PROTECTED = 4  # ticks that a column stays after its last use: a response may still read it
+MIN_CAPACITY = 256  # columns at any budget: more than the contacts of a full room need in one tick
+_PROTECTED = 4  # ticks for which a column stays after its last use: a response may still read it
 _PLACE_BYTES = 36 * PLACE
 
 
@@ -25,7 +25,7 @@ class Column:
 
     Args:
         vertex: The vertex with the unit force.
-        places: Places (`places.py`) whose displacement is known, rising, shape (q,).
+        places: Places (`places.py`) whose vertices have values, rising, shape (q,).
         values: Displacement in x, y, z for a force in x, y, z, at each vertex of these places,
             shape (q, PLACE * 9) [m/N].
     """
@@ -36,20 +36,21 @@ class Column:
 
 
 class ColumnStore:
-    """Store of the columns of one solid that are known at present.
+    """The columns of one solid that have been solved for and are in memory.
 
     Args:
         points: The surface vertices, shape (n, 3) [m].
         places: Places of the surface vertices.
         budget: Memory for columns [bytes].
-        reach: Distance from a vertex up to which its column is kept [m]; None keeps whole columns.
+        reach: Distance from a vertex up to which its column is stored [m]; None stores whole
+            columns.
         fill: Whether to have the system provide the slab's memory at once. If not, call `fill`
-            before the first column comes: a tick has no time to wait for the memory.
+            before the first column is stored: a tick has no time to wait for the memory.
 
     Attributes:
         places: As given.
         kernel: Loops that sum the columns in the slab.
-        kind: Kind of each vertex's column, shape (n,); columns of one kind keep the same places.
+        kind: Kind of each vertex's column, shape (n,); columns of one kind store the same places.
         column_bytes: Memory of one column [bytes].
         capacity: Number of slots.
         slot: Slot of each vertex's column, -1 if there is no column, shape (n,).
@@ -67,7 +68,7 @@ class ColumnStore:
     ) -> None:
         n = len(points)
         self.places, self._points = places, points
-        # The columns of all vertices of a place keep the same places: a contact then looks up the
+        # The columns of all vertices of a place store the same places: a contact then looks up the
         # position of a row in few tables, which stay in the cache.
         self.kind: Ints = np.zeros(n, dtype=np.int64) if reach is None else places.rank // PLACE
         every = np.arange(places.count)
@@ -84,10 +85,10 @@ class ColumnStore:
             self.fill()
 
     def fill(self) -> None:
-        """Have the system provide the memory of the slab, before the slab holds any column.
+        """Have the system provide the memory of the slab; call before any column is stored.
 
-        Hundreds of megabytes take half a second. A thread beside the ticks may call this: it does
-        not hold the interpreter's lock, and touches nothing but the slab.
+        Hundreds of megabytes take half a second. Another thread than that of the ticks may call
+        this: the call releases the interpreter's lock, and writes nothing but the slab.
         """
         self._slab.fill(0.0)
 
@@ -109,20 +110,20 @@ class ColumnStore:
         return int((self._vertex >= 0).sum())
 
     def grow(self, capacity: int) -> None:
-        """Make room for `capacity` columns; a store that has to grow loses all its columns."""
+        """Provide slots for `capacity` columns; a store that has to grow loses all its columns."""
         if capacity > self.capacity:
             self.capacity = capacity
             self._allocate()
 
     def tick(self, touched: Ints, step: float) -> None:
-        """Begin a tick: note the touched vertices, and fade in all columns further.
+        """Begin a tick: note which vertices contacts press, and fade in all columns further.
 
         Args:
-            touched: Vertices that are touched in this tick.
+            touched: Vertices under the contacts of this tick.
             step: Growth of every column's fade-in share.
         """
         self._now += 1
-        # A touch begins if the vertex was not touched in the previous tick.
+        # The time of a vertex starts anew if no contact pressed it in the previous tick.
         anew = touched[self._last_touch[touched] < self._now - 1]
         self._touched_since[anew] = self._now
         self._last_touch[touched] = self._now
@@ -131,12 +132,17 @@ class ColumnStore:
         np.minimum(1.0, self.share + step, out=self.share)
 
     def lacking(self, vertices: Ints, ticks: int) -> Ints:
-        """Returns those of `vertices` that lack a column and were touched for `ticks` or more."""
+        """Return those of `vertices` without a column that contacts have pressed for long enough.
+
+        Args:
+            vertices: Vertices under the contacts of this tick, shape (k,).
+            ticks: Smallest number of ticks for which a vertex must have been pressed.
+        """
         lasting = self._now - self._touched_since[vertices] >= ticks
         return vertices[lasting & (self.slot[vertices] < 0)]
 
     def places_of(self, vertices: Ints) -> Ints:
-        """All places that the columns of some vertices (k,) keep, rising, shape (q,)."""
+        """Return all places that the columns of some vertices (k,) store, rising, shape (q,)."""
         kinds: list[int] = np.unique(self.kind[vertices]).tolist()
         return np.unique(np.concatenate([self._kept_places[kind] for kind in kinds]))
 
@@ -144,10 +150,10 @@ class ColumnStore:
         """Store a column in place of the least recently used one.
 
         Args:
-            column: Column to store. The store keeps the places within its reach, and sets places
-                that the column lacks to 0.
+            column: Column to store. Only places within the store's reach are stored; places that
+                the column lacks are set to 0.
             share: Initial fade-in share.
-            protected: Number of ticks that a column must stay after its last use.
+            protected: Number of ticks for which a column must stay after its last use.
 
         Returns:
             Whether the column is in the store; False if every stored column must stay.
@@ -176,7 +182,7 @@ class ColumnStore:
             rows[lacking] = 0.0
 
     def whole_sums(self, slots: Ints, weights: Floats) -> Floats:
-        """Displacement of all vertices, for a store that keeps whole columns.
+        """Return the displacement of all vertices by a force, from whole columns.
 
         Args:
             slots: Slots of the columns under a force, shape (s,).

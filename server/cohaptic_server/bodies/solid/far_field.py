@@ -2,12 +2,13 @@
 
     C(x, y) ~ psi(x)' G psi(y),    G_pq: displacement of sample p per unit force at sample q
 
-G is exact between contacts centred at samples, which are spread over the surface. psi distributes a
-force to the samples round it and interpolates a displacement from them; it preserves moments up to
-the second order (moving least squares), so that the field a few sample spacings away is right to
-third order. But psi smooths the dent under the force itself, so that psi' G psi is too small there.
-The self-compliance of a contact is therefore the mean of the exact self-compliances of contacts
-centred at the vertices under it.
+C(x, y) is the displacement of vertex x per unit force at vertex y. G is exact between contacts
+centred at samples, which are spread over the surface. The weights psi distribute a force to the
+samples round it, and interpolate a displacement from them. They preserve moments up to the second
+order (moving least squares), so that the field a few sample spacings away is right to third order.
+But psi smooths the dent under the force itself, so that psi' G psi is too small there. The
+self-compliance of a contact is therefore the mean of the exact self-compliances of contacts centred
+at the vertices under it.
 
 The far field replaces columns that have not been solved yet, and serves vertices that lie too far
 from a contact for its columns to matter.
@@ -44,8 +45,8 @@ class FarField:
         near: Samples round each vertex, as indices into `samples`, shape (n, k).
         carries: Weights that distribute a vertex's force to the samples and interpolate the
             vertex's displacement from them; zero at fixed vertices, shape (n, k).
-        compliance: G, displacement of a sample in x, y, z per unit force at another, both averaged
-            over a contact's pressure, shape (3 m, 3 m) [m/N].
+        compliance: Compliance G: displacement of a sample in x, y, z per unit force at another,
+            both averaged over a contact's pressure, shape (3 m, 3 m) [m/N].
         own: Self-compliance of a contact centred at each vertex, as the rows of a 3x3 block; zero
             if no free vertex is under the contact, shape (n, 9) [m/N].
         spacing: Mean distance between neighbouring samples [m].
@@ -59,7 +60,11 @@ class FarField:
     spacing: float
 
     def spread(self, vertices: Ints, weights: Floats) -> Floats:
-        """Share of each sample in a force on `vertices` (k,) with `weights` (k,), shape (m,).
+        """Return the share of each sample in a force on some vertices, shape (m,).
+
+        Args:
+            vertices: Vertices under the force, shape (k,).
+            weights: Share of the force on each vertex, shape (k,).
 
         Raises:
             IndexError: A vertex does not exist.
@@ -70,21 +75,25 @@ class FarField:
         return out
 
     def respond(self, spread: Floats, out: Floats) -> None:
-        """Compute the displacement of the samples under a force on them.
+        """Compute the displacement of the samples per unit force that is distributed to them.
 
         Args:
             spread: Share of the force on each sample, shape (m,).
-            out: Receives displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
+            out: Receives the displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
         """
         m = len(self.samples)
         sums = np.empty(9 * m, dtype=np.float32)
         kernels.respond(self.compliance.reshape(m, 9 * m), spread, sums, out.reshape(9 * m))
 
     def at(self, values: Floats, vertices: Ints) -> Floats:
-        """Interpolate a displacement of the samples, shape (m, 3), at vertices (k,).
+        """Interpolate a displacement from the samples at some vertices.
+
+        Args:
+            values: Displacement of the samples, shape (m, 3) [m].
+            vertices: Vertices at which it is interpolated, shape (k,).
 
         Returns:
-            Shape (k, 3).
+            Displacement of these vertices, shape (k, 3) [m].
 
         Raises:
             IndexError: A vertex does not exist.
@@ -95,11 +104,11 @@ class FarField:
         return out
 
     def without(self, values: Floats, field: Floats, force: Floats) -> Floats:
-        """Displacement of the samples without one of the forces, shape (m, 3) [m].
+        """Return the displacement of the samples without one of the forces, shape (m, 3) [m].
 
         Args:
-            values: Displacement with all forces, shape (m, 3) [m].
-            field: Result of `respond` for the force's contact, shape (3, m, 3) [m/N].
+            values: Displacement by all forces, shape (m, 3) [m].
+            field: Result of `respond` for the contact of the force, shape (3, m, 3) [m/N].
             force: Force to leave out, shape (3,) [N].
         """
         out = np.empty_like(values)
@@ -107,7 +116,7 @@ class FarField:
         return out
 
     def between(self, spreads: Floats, fields: Floats) -> Floats:
-        """Displacement of each contact by a force on each contact, from the samples alone.
+        """Return the displacement of each contact by a unit force on each, from samples alone.
 
         Args:
             spreads: Result of `spread` for each contact, shape (c, m).
@@ -121,7 +130,7 @@ class FarField:
         return out
 
     def self_compliance(self, vertices: Ints, weights: Floats, direction: Floats) -> float:
-        """Self-compliance of a contact, a mean of `own` over the vertices under the contact [m/N].
+        """Return the self-compliance of a contact, a mean of `own` over its vertices [m/N].
 
         Args:
             vertices: Vertices under the contact, shape (k,).
@@ -137,7 +146,7 @@ class FarField:
         return found
 
     def vertex_compliance(self, normals: Floats) -> Floats:
-        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N].
+        """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N].
 
         Args:
             normals: Unit normals of the vertices, shape (n, 3).
@@ -146,7 +155,7 @@ class FarField:
         return table
 
     def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Returns the arrays for a file, under the names that stored objects have always used."""
+        """Return the arrays for a file, under the names that stored objects have always used."""
         return {
             "places": self.samples,
             "near": self.near,
@@ -158,7 +167,7 @@ class FarField:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, npt.NDArray[np.generic]]) -> FarField:
-        """Returns the far field from the arrays of `to_arrays`.
+        """Return the far field with the arrays of `to_arrays`.
 
         Raises:
             BodyError: An array is missing, or the arrays do not fit together.
@@ -191,11 +200,11 @@ class FarField:
 SAMPLES = 600
 _NEIGHBOURS = 16  # samples from which a vertex is interpolated
 _MIN_COSINE = 0.3  # between normals; a sample below this is on another side of the body
-# Presses eliminated together. Twice as many would be only 10 % faster. The largest factor that is
-# made (`objects/prepare.py`) has fronts of 20,000 rows: the forces of 256 presses take 120 MB.
+# Presses in one elimination. Twice as many would be only 10 % faster. The largest factor that
+# `objects/prepare.py` makes has fronts of 20,000 rows: the forces of 256 presses take 120 MB.
 _BATCH = 256
 _SHARE_OF_SAMPLES = 0.1  # rough share of the presses on samples in the time of all presses
-_CORE = 0.1  # square of the share of the reach below which the weight levels off
+_CORE = 0.1  # squared distance, relative to the farthest sample's, at which the weight levels off
 _TIKHONOV_LINEAR = 1e-6  # relative Tikhonov term on the linear coefficients
 _TIKHONOV_QUADRATIC = 1e-5  # relative Tikhonov term on the quadratic coefficients
 _OTHER_SIDE = 1e-4  # weight of a sample on another side, which matters if all samples are there
@@ -209,7 +218,7 @@ def build_far_field(
     progress: Callable[[float], None] = lambda share: None,
     count: int = SAMPLES,
 ) -> FarField:
-    """Build the far field by pressing on every sample and on every vertex.
+    """Build the far field from the responses to a press on every sample and on every vertex.
 
     Args:
         mesh: Resting surface.
@@ -236,7 +245,7 @@ def build_far_field(
 
 
 def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc_array:
-    """Share of each free node in the force of a press centred at each vertex, shape (free, n).
+    """Return the share of each free node in a press on each vertex, shape (free, n).
 
     The force on fixed vertices causes no displacement and is left out.
     """
@@ -253,7 +262,7 @@ def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc
 
 
 def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float], None]) -> Floats:
-    """Self-compliance of each press, shape (n, 9) [m/N]."""
+    """Return the self-compliance of the press on each vertex, shape (n, 9) [m/N]."""
     count = presses.shape[1]
     # Presses with the same path to the root share a batch. Presses on fixed vertices have no path.
     lowest = np.full(count, -1)
@@ -275,12 +284,12 @@ def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float
 
 
 def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Ints, Floats]:
-    """Samples round each vertex and its weights `carries`, (n, k) each: moving least squares.
+    """Return the samples round each vertex and their weights `carries`, shape (n, k) each.
 
-    The weights reproduce quadratic functions in the tangent plane when the force on each sample is
-    spread over a pressure 1 - (r / radius)^2, whose second moment is radius^2 / 6. So a force keeps
-    its moments although the samples' pressure blurs it again. If every vertex is a sample, each
-    vertex is interpolated from itself alone.
+    The weights come from moving least squares. They reproduce quadratic functions in the tangent
+    plane when the force on each sample is spread over a pressure 1 - (r / radius)^2 at distance r,
+    whose second moment is radius^2 / 6. So a force keeps its moments although the samples' pressure
+    blurs it again. If every vertex is a sample, each vertex is interpolated from itself alone.
     """
     from scipy.spatial import cKDTree  # not with the module, as in `mesh/surface.py`
 
@@ -313,7 +322,7 @@ def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Int
 
 
 def _kernel(part: Floats) -> Floats:
-    """Weight of each neighbour by its distance: Wendland's C2 function, raised near the vertex.
+    """Return the weight of each neighbour: Wendland's C2 function, raised at short distances.
 
     Args:
         part: Distance of each neighbour over that of the farthest one, shape (n, k).
@@ -322,13 +331,13 @@ def _kernel(part: Floats) -> Floats:
 
 
 def _same_side(normals: Floats, samples: Ints, near: Ints) -> Floats:
-    """Weight of each neighbour by the angle between its normal and the vertex's, shape (n, k)."""
+    """Return a weight by the angle between a neighbour's normal and the vertex's, shape (n, k)."""
     cosine = np.einsum("vki,vi->vk", normals[samples][near], normals)
     return np.asarray(np.clip((cosine - _MIN_COSINE) / (1.0 - _MIN_COSINE), _OTHER_SIDE, 1.0))
 
 
 def _tangent_basis(normals: Floats, off: Floats, reach: Floats) -> Floats:
-    """Monomials up to degree 2 of the neighbours' tangent coordinates, shape (n, k, 6)."""
+    """Return monomials up to degree 2 in the neighbours' tangent coordinates, (n, k, 6)."""
     helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
     first = np.cross(normals, helper)
     first /= np.linalg.norm(first, axis=1, keepdims=True)

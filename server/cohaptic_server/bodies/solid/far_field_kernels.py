@@ -1,6 +1,6 @@
 """Loops over the samples of a far field; compiled where there is a compiler (`.pxd`).
 
-All functions write into arrays of the caller, which must ensure correct shapes and indices.
+All functions write into arrays of the caller, who must ensure correct shapes and indices.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from cohaptic_server.numeric import Floats, Ints, Narrow
 
 
 def spread(near: Ints, carries: Floats, vertices: Ints, weights: Floats, out: Floats) -> bool:
-    """Distribute a force to the samples.
+    """Distribute a force on vertices to the samples round them.
 
     Args:
         near: Samples round each vertex, shape (n, k).
         carries: Share of each of these samples in a force on the vertex, shape (n, k).
         vertices: Vertices under the force, shape (v,).
         weights: Share of the force on each vertex, shape (v,).
-        out: Receives the share of each sample, shape (m,).
+        out: Receives the share of each of the m samples, shape (m,).
 
     Returns:
         Whether all vertices exist; if not, `out` is incomplete.
@@ -33,13 +33,13 @@ def spread(near: Ints, carries: Floats, vertices: Ints, weights: Floats, out: Fl
 
 
 def respond(compliance: Narrow, shares: Floats, sums: Narrow, out: Floats) -> int:
-    """Compute the displacement of the samples under forces on them along x, y, z.
+    """Compute the displacement of the samples by a force on them along x, y, and z.
 
     Args:
-        compliance: G, three rows for each sample, shape (m, 9 m) [m/N].
+        compliance: Compliance G between samples, three rows for each sample, (m, 9 m) [m/N].
         shares: Share of the force on each sample, shape (m,).
-        sums: Scratch for sums in single precision, shape (9 m,).
-        out: Receives displacement per unit force, shape (9 m,) [m/N].
+        sums: Working memory for sums in single precision, shape (9 m,).
+        out: Receives the displacement per unit force, shape (9 m,) [m/N].
 
     Returns:
         Number of samples with a nonzero share, whose rows of G were read.
@@ -119,7 +119,7 @@ def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
     """Compute the displacement of the samples without one of the forces.
 
     Args:
-        values: Displacement with all forces, shape (m, 3) [m].
+        values: Displacement by all forces, shape (m, 3) [m].
         field: Displacement per unit force along x, y, z, shape (3, m, 3) [m/N].
         force: Force to leave out, shape (3,) [N].
         out: Receives the displacement without the force, shape (m, 3) [m].
@@ -132,7 +132,7 @@ def subtract(values: Floats, field: Floats, force: Floats, out: Floats) -> None:
 
 
 def between(spreads: Floats, fields: Floats, out: Floats) -> None:
-    """Compute the displacement of each contact by a force on each, by the far field alone.
+    """Compute the displacement of each contact by a unit force on each, by the far field alone.
 
     Args:
         spreads: Share of each sample in the force on each contact, shape (c, m).
@@ -157,7 +157,7 @@ def between(spreads: Floats, fields: Floats, out: Floats) -> None:
 
 
 def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: Floats) -> float:
-    """Self-compliance of a contact, a mean over contacts centred at the vertices under it.
+    """Compute a contact's self-compliance as a mean over contacts at the vertices under it.
 
     A vertex counts with the fourth power of its weight. The vertices near the centre of the
     pressure dominate, because the compliance may change much within a contact, and vertices that

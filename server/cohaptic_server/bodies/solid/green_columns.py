@@ -1,9 +1,9 @@
-"""Green's functions of a solid's surface: solved when vertices are touched, kept while in use.
+"""Green's functions of a solid's surface: solved for when contacts need them, stored while in use.
 
 A column is the displacement of surface vertices for unit forces on one vertex, in three directions.
 The response to a contact is a weighted sum of the columns under it, so that a sliding finger needs
 new columns only for the few vertices that it newly covers. Columns belong to vertices and not to
-contacts: a contact changes with every tick, its vertices do not. `column_store.py` keeps columns.
+contacts: a contact changes with every tick, its vertices do not. `column_store.py` stores columns.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class ColumnRequest:
 
     Args:
         vertices: Vertices with the unit forces, shape (k,).
-        places: Places (`places.py`) whose displacement is wanted, rising, shape (q,).
+        places: Places (`places.py`) at whose vertices the columns are needed, rising, shape (q,).
     """
 
     vertices: Ints
@@ -35,7 +35,7 @@ class ColumnRequest:
 
 
 class GreenColumns:
-    """The columns of one solid: the factor that gives them and the store that keeps them.
+    """The columns of one solid: the factor that gives them, and their store.
 
     Args:
         factor: Factor of the stiffness over the free nodes, or a reader that loads it when needed.
@@ -47,7 +47,7 @@ class GreenColumns:
         given: The factor or its reader; may be replaced while no thread solves.
         nodes: As given.
         places: Places of the surface vertices, the order of a column's rows.
-        store: Store of the columns that are known.
+        store: Store of the columns that have been solved for.
         solved: Number of columns solved for so far.
     """
 
@@ -79,15 +79,16 @@ class GreenColumns:
         """Replace the store by an empty one with columns of limited reach.
 
         Args:
-            reach: Distance from its vertex up to which a column is kept [m].
+            reach: Distance from its vertex up to which a column is stored [m].
             fill: As for `ColumnStore`.
         """
         self.store = ColumnStore(self._points, self.places, self._budget, reach, fill=fill)
 
     def ensure(self, vertices: Iterable[int]) -> None:
-        """Solve at once for the missing columns of `vertices`.
+        """Solve for the missing columns of `vertices` in this call, and store them.
 
-        All columns of `vertices` stay, even beyond the budget, since one tick needs them together.
+        The store holds all columns of `vertices`, even beyond the budget, since one tick needs them
+        together.
         """
         needed = np.unique(np.fromiter(vertices, dtype=np.int64))
         self.store.grow(len(needed))
@@ -100,14 +101,14 @@ class GreenColumns:
                 self.store.put(column, 1.0, 0)
 
     def solve(self, request: ColumnRequest) -> list[Column]:
-        """Solves for the requested columns, without storing them."""
+        """Solve for the requested columns and return them, without storing them."""
         rows = self.places.vertices(request.places)
         values = solve_columns(self.factor, self.nodes, request.vertices, rows)
         self.solved += len(request.vertices)
         return columns_of(request, values)
 
     def respond(self, vertices: Ints, forces: Floats) -> Floats:
-        """Solve for the displacement under several load cases, without the store.
+        """Solve for the displacement of the surface under several load cases, without columns.
 
         Args:
             vertices: Vertices with a force in any of the cases, shape (k,).
@@ -127,7 +128,7 @@ class GreenColumns:
 
 
 def columns_of(request: ColumnRequest, values: Narrow) -> list[Column]:
-    """Columns of a request as views of `values`, the result of `solve_columns`."""
+    """Return the columns of a request as views of `values`, the result of `solve_columns`."""
     blocks = values.reshape(len(request.vertices), len(request.places), -1)
     return [
         Column(vertex, request.places, block)
@@ -136,13 +137,13 @@ def columns_of(request: ColumnRequest, values: Narrow) -> list[Column]:
 
 
 def solve_columns(factor: Factor, nodes: Ints, vertices: Ints, rows: Ints) -> Narrow:
-    """Displacement of the vertices `rows` for unit forces on `vertices`.
+    """Solve for the displacement of some vertices by unit forces on others.
 
     Args:
         factor: Factor of the stiffness over the free nodes.
         nodes: Index of each surface vertex among the free nodes, -1 where it is fixed, shape (n,).
         vertices: Vertices with the unit forces, shape (k,).
-        rows: Vertices whose displacement is wanted, shape (r,).
+        rows: Vertices at which the displacement is needed, shape (r,).
 
     Returns:
         Displacement in x, y, z for a force in x, y, z, shape (k, r, 9) [m/N].

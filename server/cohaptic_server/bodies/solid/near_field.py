@@ -2,9 +2,10 @@
 
 The displacement by a contact is that of the far field, corrected near the contact by the columns
 under it. The correction counts in full up to `NEAR_FIELD_END` sample spacings from the contact and
-falls smoothly to zero at `FAR_FIELD_START`, where the two fields no longer differ noticeably. So a
-tick reads only the nearby rows of a column. The fall also keeps the displacement continuous while a
-contact slides over a vertex whose column is missing, and while a new column fades in.
+falls smoothly to zero at `FAR_FIELD_START`, where columns and far field no longer differ
+noticeably. So a tick reads only the nearby rows of a column. The smooth fall also keeps the
+displacement continuous while a contact slides over a vertex whose column is missing, and while a
+new column fades in.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from cohaptic_server.numeric import Floats, Ints
 
 NEAR_FIELD_END = 1.5  # sample spacings from a contact up to which its columns count in full
 FAR_FIELD_START = 2.5  # sample spacings beyond which the columns do not count
-_EVERYWHERE = (1e6, 2e6)  # m; the same two distances if columns shall count at any distance
-_NEGLIGIBLE = 1e-9  # share of a force without columns that is neglected
+_EVERYWHERE = (1e6, 2e6)  # m; the same two distances where columns count at any distance
+_NEGLIGIBLE = 1e-9  # share of a force that is neglected if its vertices have no columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ class Surroundings:
         return FAR_FIELD_START * self.far_field.spacing
 
     def by_rank(self, vertices: Ints) -> Ints:
-        """Indices that sort `vertices` (k,) into the order of a column's rows, shape (k,)."""
+        """Return indices that sort `vertices` (k,) into the order of a column's rows, (k,)."""
         return self.columns.places.rank[vertices].argsort()
 
 
@@ -57,7 +58,7 @@ class SolidContact:
         around: Mesh, columns and far field.
         vertices: Vertices under the contact, shape (k,).
         weights: Share of the force on each vertex, shape (k,).
-        slots: Slots of the known columns under the contact, shape (s,).
+        slots: Slots of the stored columns under the contact, shape (s,).
         known: Vertices of these columns, shape (s,).
         known_weights: Share of the force on each vertex in `known`, times the column's fade-in,
             shape (s,).
@@ -80,7 +81,7 @@ class SolidContact:
     def of(
         cls, around: Surroundings, vertices: Ints, weights: Floats, far_field: Floats
     ) -> SolidContact:
-        """Returns the response computed with the columns that are known at present.
+        """Compute the response to a unit force from the columns that are stored at present.
 
         Args:
             around: Mesh, columns and far field.
@@ -101,7 +102,7 @@ class SolidContact:
 
     @cached_property
     def missing(self) -> float:
-        """Share of the force without columns; 0 if all columns are known and faded in."""
+        """Share of the force that no column covers; 0 if all columns are stored and faded in."""
         missing = 1.0 - float(self.known_weights.sum())
         return missing if missing > _NEGLIGIBLE else 0.0
 
@@ -116,11 +117,11 @@ class SolidContact:
         return out
 
     def missing_compliance(self, direction: Floats, smoothed: Floats) -> float:
-        """Part of the self-compliance that neither columns nor far field contain [m/N].
+        """Return the part of the self-compliance that columns and far field lack [m/N].
 
         Args:
             direction: Unit vector of the force, shape (3,).
-            smoothed: Self-compliance by the far field alone, shape (3, 3) [m/N].
+            smoothed: Self-compliance by the interpolated far field alone, shape (3, 3) [m/N].
         """
         if not self.missing:
             return 0.0
@@ -154,11 +155,11 @@ class SolidContact:
         )
 
     def correction_at(self, other: SolidContact) -> Floats:
-        """Correction that the columns under this contact make at `other`, which may be this one.
+        """Return how the columns under this contact correct the displacement of `other`.
 
         Returns:
-            Displacement by 1 N in x, y, z, averaged over the pressure of `other`, shape (3, 3)
-            [m/N].
+            Added displacement by 1 N in x, y, z on this contact, averaged over the pressure of
+            `other`, shape (3, 3) [m/N].
         """
         far_field = self.around.far_field
         end, start = NEAR_FIELD_END * far_field.spacing, FAR_FIELD_START * far_field.spacing
@@ -170,11 +171,11 @@ class SolidContact:
 
     @property
     def own_block(self) -> Floats:
-        """Self-compliance by the columns, all of which must be known, shape (3, 3) [m/N]."""
+        """Self-compliance from the columns, all of which must be stored, shape (3, 3) [m/N]."""
         return self._block(self, *_EVERYWHERE)[0]
 
     def _block(self, other: SolidContact, full: float, none: float) -> tuple[Floats, Floats]:
-        """Displacement of `other` by the columns under this contact, where these columns count.
+        """Return the displacement of `other` by the columns under this contact, in their range.
 
         Args:
             other: The displaced contact.
@@ -208,5 +209,5 @@ class SolidContact:
 
     @cached_property
     def kinds(self) -> Ints:
-        """Kind of each known column, shape (s,)."""
+        """Kind of each stored column under the contact, shape (s,)."""
         return self.around.columns.kind[self.known]

@@ -14,15 +14,16 @@ from cohaptic_server.numeric import Floats, Ints, Narrow
 
 # `PLACE` of `places.py`, repeated as a constant of the compiled code.
 _PLACE = 32
-# Columns that are read ahead of their sum, as many as fit into the nearest cache. Rows of different
-# columns are far apart in memory. Waiting for each row would leave memory idle most of the time: a
-# sum of 100 rows of 70 columns takes 178 us, but 47 us with reading ahead (docs/design/solid.md).
+# Number of columns that are read into the cache before they are summed, as many as fit into the
+# nearest cache. Rows of different columns are far apart in memory. Waiting for each row would leave
+# memory idle most of the time: a sum of 100 rows of 70 columns takes 178 us, but 47 us with reading
+# ahead (docs/design/solid.md).
 _AHEAD = 8
 _FAR = 1e9  # m; farther from the origin than any vertex
 
 
 class NearFieldKernel:
-    """Sums the columns under a contact, and corrects a far field by the sums.
+    """Sums the columns under a contact, and replaces the far field near the contact by the sums.
 
     Args:
         points: Resting positions of all vertices, shape (n, 3) [m].
@@ -107,8 +108,8 @@ class NearFieldKernel:
             slots: Slots of the columns under the contact, shape (s,).
             weights: Share of the force on each column, shape (s,).
             force: Force on the contact, shape (3,) [N].
-            replaced: Displacement of the far field's samples by unit forces spread over these
-                columns, shape (3, m, 3) [m/N].
+            replaced: Part of the far field that the columns replace: displacement of the samples by
+                unit forces on the vertices of these columns, shape (3, m, 3) [m/N].
             near: Samples round each vertex, shape (n, k).
             carries: Share of each of these samples in the vertex's displacement, shape (n, k).
         """
@@ -145,7 +146,9 @@ class NearFieldKernel:
         counted: Floats,
         out: Floats,
     ) -> None:
-        """Average the summed columns over a pressure, weighted by how much they count there.
+        """Average the summed columns over a pressure, with the weight of columns at each vertex.
+
+        That weight is 1 near the contact of the columns and falls to 0 far from it.
 
         Args:
             vertices: Vertices under the pressure, shape (v,).
@@ -174,7 +177,7 @@ class NearFieldKernel:
                 out[c] += counted[i] * self.sums[9 * r + c]
 
     def _find(self, vertices: Ints, order: Ints, centre: Floats, full: float, none: float) -> int:
-        """Find the vertices, by rank, at which a contact's columns count; returns their number."""
+        """Find the vertices at which a contact's columns count, by rank; return their number."""
         found = 0
         for k in range(order.shape[0]):
             i = order[k]
@@ -213,9 +216,10 @@ class NearFieldKernel:
                         self.sums[j] += weight * self.slab[slot, shift + j]
 
     def _find_runs(self, vertices: Ints, count: int) -> int:
-        """Find runs of rows that lie side by side in a column; returns the number of runs.
+        """Find runs of rows that lie side by side in a column; return the number of runs.
 
-        `runs` receives the first and end position in the sums, the place, and the offset there.
+        `runs` receives for each run the first and end position in the sums, the place, and the
+        offset of the run in the place.
         """
         number = 0
         first = 0
@@ -238,7 +242,7 @@ class NearFieldKernel:
         return number
 
     def _read(self, slot: int, kind: int, number: int) -> None:
-        """Read one value per cache line of a column's runs, to bring them into the cache."""
+        """Read one value per cache line of the runs in a column, so that the cache holds them."""
         total = self.ahead[0]
         for i in range(number):
             at = self.position[kind, self.runs[i, 2]]

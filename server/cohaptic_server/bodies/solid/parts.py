@@ -1,13 +1,15 @@
 """Computes the expensive parts of a solid once: its stiffness, the factor and the far field.
 
-The stiffness is that of linear elastic tetrahedra with four or ten nodes: isotropic Hooke with
-Lame's lambda = E nu / ((1 + nu)(1 - 2 nu)) and mu = E / (2 (1 + nu)). With H_ab = integral of
-grad N_a (x) grad N_b over an element, the block between its nodes a and b is
+The stiffness is that of linear elastic tetrahedra with four or ten nodes: Hooke's law with Young's
+modulus E, Poisson's ratio nu, and Lame's constants lambda = E nu / ((1 + nu)(1 - 2 nu)) and
+mu = E / (2 (1 + nu)). With the shape functions N_a and H_ab = integral of grad N_a (x) grad N_b
+over an element of volume V, the block between its nodes a and b is
 
     K_ab = lambda H_ab + mu H_ab' + mu tr(H_ab) 1.
 
-The edges are straight, so grad N_a = sum_i D_ai(L) g_i with g_i the constant gradients of the four
-barycentric coordinates L, and H_ab = V sum_ij mean(D_ai D_bj) g_i (x) g_j: exact, no quadrature.
+The edges are straight, so grad N_a = sum_i D_ai g_i with D_ai = dN_a/dL_i and the constant
+gradients g_i of the four barycentric coordinates L_i. Therefore H_ab = V sum_ij mean(D_ai D_bj)
+g_i (x) g_j is exact without quadrature.
 """
 
 from __future__ import annotations
@@ -47,10 +49,10 @@ class SolidParts:
 
 
 class KeptFactor(Protocol):
-    """Storage that keeps a factor in double precision if the preparation is interrupted."""
+    """Storage of a factor in double precision, in case the preparation is interrupted."""
 
     def load(self) -> Factor | None:
-        """Returns the stored factor; None if there is none."""
+        """Return the stored factor; None if there is none."""
         ...
 
     def save(self, factor: Factor) -> None:
@@ -63,8 +65,8 @@ def plan_of_solid(shape: SolidShape, retained: Mask | None = None) -> Plan:
 
     Args:
         shape: Nodes and surface.
-        retained: Nodes that can be loaded and read with the factor, shape (nodes,); None takes the
-            nodes on the surface.
+        retained: Nodes whose forces and displacements the factor can handle, shape (nodes,); None
+            takes the nodes on the surface.
     """
     if retained is None:
         retained = _on_surface(shape)
@@ -84,7 +86,7 @@ def factor_of(
 
     Args:
         shape: Nodes, surface and material.
-        progress: Receives the completed share.
+        progress: Receives the completed share, up to 1.
         plan: Result of `plan_of_solid`; None computes it.
     """
     free = np.flatnonzero(~shape.fixed)
@@ -103,7 +105,7 @@ def _on_surface(shape: SolidShape) -> Mask:
 
 
 def stiffness_of(shape: SolidShape) -> sp.csr_array:
-    """Stiffness over all nodes, with no node fixed, shape (3 nodes, 3 nodes) [N/m]."""
+    """Return the stiffness over all nodes, with no node fixed, shape (3 nodes, 3 nodes) [N/m]."""
     return stiffness(shape.tets, shape.elements, len(shape.nodes), shape.moduli)
 
 
@@ -123,7 +125,7 @@ def make_parts(
         fixed: Vertices that do not move, shape (n,).
         settings: Material, elements and contact radius.
         progress: Receives the phase and its completed share.
-        accept: Called with the plan before factoring begins; may raise to prevent it.
+        accept: Called with the plan before factoring begins; may raise an error to prevent it.
         factored: Supplies the factor of an interrupted preparation, or stores a new factor.
         moduli: As for `shape_of`.
 
@@ -153,7 +155,7 @@ _CHUNK = 4000  # elements assembled at once, each with 900 entries for ten nodes
 
 
 def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_array:
-    """Stiffness of a solid with no node fixed, shape (3 n, 3 n) [N/m].
+    """Return the stiffness of a solid with no node fixed, shape (3 n, 3 n) [N/m].
 
     Args:
         mesh: Corners of the tetrahedra.
@@ -180,15 +182,16 @@ def stiffness(mesh: TetMesh, elements: Ints, n: int, moduli: Moduli) -> sp.csr_a
 
 
 def _linear_means() -> Floats:
-    """mean(D_ai D_bj) for N_a = L_a, where D is the identity; shape (4, 4, 4, 4)."""
+    """Return mean(D_ai D_bj) of the module's head for N_a = L_a, shape (4, 4, 4, 4)."""
     return np.asarray(np.einsum("ai,bj->abij", np.eye(4), np.eye(4)))
 
 
 def _quadratic_means() -> Floats:
-    """mean(D_ai D_bj) for N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q, shape (10, 10, 4, 4).
+    """Return mean(D_ai D_bj) of the module's head for ten nodes, shape (10, 10, 4, 4).
 
-    D is linear in L, D_ai = c_ai0 + sum_k c_aik L_k. Over a tetrahedron the mean of L_k is 1/4, the
-    mean of L_k L_l is 1/20, and the mean of L_k^2 is 1/10.
+    The shape functions are N_a = L_a (2 L_a - 1) and N_pq = 4 L_p L_q. D is linear in L,
+    D_ai = c_ai0 + sum_k c_aik L_k. Over a tetrahedron the mean of L_k is 1/4, the mean of L_k L_l
+    is 1/20, and the mean of L_k^2 is 1/10.
     """
     c = np.zeros((10, 4, 5))  # [node, barycentric gradient, 1 and L_0..3]
     for a in range(4):
@@ -202,7 +205,7 @@ def _quadratic_means() -> Floats:
 
 
 def _scatter(blocks: Floats, nodes: Ints, n: int) -> sp.csr_array:
-    """Sum element blocks (m, a, 3, a, 3) into a sparse matrix (3 n, 3 n)."""
+    """Return the sum of element blocks (m, a, 3, a, 3) as a sparse matrix (3 n, 3 n)."""
     # Indices of four bytes suffice for any matrix that fits into memory, and halve the memory.
     dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1).astype(np.int32)
     rows = np.repeat(dof, dof.shape[1], axis=1).ravel()

@@ -1,9 +1,9 @@
 """The order of vertices in a column, by places: groups of 32 vertices close on the surface.
 
-A contact needs the rows of the vertices round it from each column. In the order of a mesh's file
-these rows may lie anywhere, and each costs a cache line and a half for its 36 bytes. Recursive
-bisection, down to single vertices, therefore cuts the surface into places of 32 vertices: vertices
-that are close on the surface are close in memory, and are read in runs of successive rows.
+A contact reads the rows of the vertices round it from each column under it. In the order of a
+mesh's file these rows may lie anywhere, and each costs a cache line and a half for its 36 bytes.
+Recursive bisection, down to single vertices, therefore cuts the surface into places of 32 vertices:
+vertices that are close on the surface are close in memory, and are read in runs of successive rows.
 """
 
 from __future__ import annotations
@@ -45,14 +45,18 @@ class Places:
         self.centres: Floats = points[self.order].reshape(-1, PLACE, 3).mean(axis=1)
 
     def vertices(self, places: Ints) -> Ints:
-        """All vertices of some places (q,), place after place, shape (q * PLACE,)."""
+        """Return all vertices of some places (q,), place after place, shape (q * PLACE,)."""
         return self.order.reshape(-1, PLACE)[places].ravel()
 
     def within(self, reach: float) -> list[Ints]:
-        """For each place, the places with a vertex within `reach` [m] of its vertices, rising.
+        """Return for each place the numbers of all places that are close to it, rising.
 
-        Places with centres within `reach` count as well; centres too far apart exclude a place.
-        Otherwise the vertices are compared, place by place: all pairs do not fit into memory.
+        A place is close if one of its vertices is within `reach` of a vertex of the other place, or
+        if the centres are within `reach`. Centres that are too far apart exclude a place. Otherwise
+        the vertices are compared, place by place: all pairs at once do not fit into memory.
+
+        Args:
+            reach: Largest distance of close places [m].
         """
         x = self._points[self.order].reshape(-1, PLACE, 3)
         extent = np.sqrt(((x - self.centres[:, None]) ** 2).sum(axis=2).max(axis=1))
@@ -70,7 +74,7 @@ class Places:
 
 
 def _bisected(points: Floats, vertices: Ints) -> Ints:
-    """Orders `vertices` by recursive bisection across their widest extent."""
+    """Return `vertices` in the order of recursive bisection across their widest extent."""
     n = len(vertices)
     if n <= 2:
         return vertices

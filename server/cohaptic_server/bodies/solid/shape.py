@@ -1,4 +1,4 @@
-"""Geometry, material and boundary conditions of a solid: everything before the first solve.
+"""Geometry, material and boundary conditions of a solid, from which its stiffness follows.
 
 A solid has one material or several; each element has elastic moduli of its own.
 """
@@ -56,7 +56,7 @@ class Moduli:
 
     @classmethod
     def uniform(cls, count: int, young: float, nu: float) -> Moduli:
-        """Returns the moduli of `count` elements of one material."""
+        """Return the moduli of `count` elements of one material."""
         return cls(np.full(count, young), np.full(count, nu))
 
     @property
@@ -76,7 +76,7 @@ class Moduli:
         return np.asarray(self.young / (2.0 * (1.0 + self.nu)))
 
     def of_elements(self, elements: Ints) -> Moduli:
-        """Moduli of some elements (k,); an element that was split may occur several times."""
+        """Return the moduli of some elements (k,); an element may occur several times."""
         return Moduli(self.young[elements], self.nu[elements])
 
 
@@ -153,7 +153,7 @@ class SolidShape:
 
     @property
     def held(self) -> Mask:
-        """Mask of the surface vertices that do not move, shape (n,)."""
+        """Mask of the surface vertices that are fixed, shape (n,)."""
         return np.asarray(self.fixed[self.surface])
 
     @property
@@ -193,15 +193,16 @@ def shape_of(
 
 
 def fitting_radius(mesh: SurfaceMesh) -> float:
-    """A fingertip's radius, at most a quarter of the mesh's size but at least two spacings [m].
+    """Return a contact radius for a mesh: a fingertip's if that fits the mesh [m].
 
-    With a radius below two vertex spacings the stiffness would depend on the mesh, not on the body.
+    The radius is at most a quarter of the mesh's size, but at least two vertex spacings. With a
+    smaller radius the stiffness would depend on the mesh, not on the body.
     """
     return max(min(FINGERTIP, 0.25 * mesh.size), 2.0 * mesh.spacing())
 
 
 def _nodes(tets: TetMesh, fixed: Mask, order: int) -> tuple[Floats, Ints, Ints, Mask]:
-    """Nodes, elements, surface faces and fixed nodes, for elements of order 1 or 2."""
+    """Return nodes, elements, surface faces and fixed nodes, for elements of order 1 or 2."""
     if fixed.shape != (len(tets.vertices),):
         raise BodyError(f"held says {fixed.shape} of {len(tets.vertices)} vertices")
     if order == 1:

@@ -2,16 +2,19 @@
 
     K u = f,    u = 0 at fixed nodes,    C = P' K^-1 P over the surface vertices P
 
-K is factored once, sparsely (`cholesky/factor.py`); C is never formed. A tick needs only the
-columns of C under the present contacts (`green_columns.py`). Loads and displacements are those of
-the surface vertices; with quadratic elements these include the midpoints of edges, so that every
-node on the surface can be touched.
+with the displacement u, the forces f, the stiffness K and the compliance C. K is factored once,
+sparsely (`cholesky/factor.py`); C is never formed. A tick needs only the columns of C under the
+present contacts (`green_columns.py`). Loads and displacements are those of the surface vertices;
+with quadratic elements these include the midpoints of edges, so that a contact can press on every
+node of the surface.
 
-A solid has two modes. In the first, a solid solves for missing columns at once, and is exact. In
-the background mode it lists the missing columns, uses its far field until the columns arrive
-(`near_field.py`), and never makes a tick wait; the server delivers them (`shell/column_worker.py`).
+A solid works in one of two modes. In the first, a solid solves for missing columns within the tick,
+and is exact. In the background mode it lists the missing columns, uses its far field until the
+columns arrive (`near_field.py`), and never makes a tick wait; the server solves for the columns and
+delivers them (`shell/column_worker.py`).
 
-The response to several loads is the superposition of the responses to each, computed on demand.
+The response to several loads is the superposition of the responses to each. A value is computed
+when it is first read.
 """
 
 from __future__ import annotations
@@ -58,7 +61,7 @@ class SolidResponse:
 
     @classmethod
     def of(cls, around: Surroundings, loads: Sequence[Load], radius: float) -> SolidResponse:
-        """Returns the response computed with the columns that are known at present."""
+        """Return the response to `loads` with the columns that are stored at present."""
         number: dict[tuple[int, int], int] = {}
         firsts: list[Load] = []
         contact_of = np.empty(len(loads), dtype=np.int64)
@@ -76,7 +79,7 @@ class SolidResponse:
 
     @property
     def compliance(self) -> Floats:
-        """Contact compliance C, shape (c, c) [m/N]."""
+        """Compliance C between the contacts of the loads, shape (c, c) [m/N]."""
         return self._compliance
 
     @cached_property
@@ -97,10 +100,10 @@ class SolidResponse:
         return C
 
     def _corrected(self, smoothed: Floats) -> Floats:
-        """Displacement of each contact by unit forces on each contact, (k, k, 3, 3) [m/N].
+        """Return the displacement of each contact by unit forces on each, (k, k, 3, 3) [m/N].
 
         Args:
-            smoothed: The same displacement by the far field alone, shape (k, k, 3, 3) [m/N].
+            smoothed: The same displacement from the far field alone, shape (k, k, 3, 3) [m/N].
         """
         blocks = smoothed.copy()
         reach = self.around.reach + self.radius
@@ -130,11 +133,11 @@ class SolidResponse:
         return self.at(np.arange(len(self.around.mesh.vertices)))
 
     def at(self, vertices: Ints) -> Floats:
-        """Displacement of some vertices, shape (k, 3) [m]."""
+        """Return the displacement of some vertices, shape (k, 3) [m]."""
         return self._by(self._on_contacts, self._samples, vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices without some of the loads, shape (k, 3) [m]."""
+        """Return the displacement of some vertices without some of the loads, shape (k, 3) [m]."""
         left, samples = self._on_contacts.copy(), self._samples
         for i, force in zip(range(len(self.loads))[loads], forces, strict=True):
             k, removed = self.contact_of[i], force * self._directions[i]
@@ -144,12 +147,12 @@ class SolidResponse:
         return self._by(left, samples, vertices)
 
     def _by(self, forces: Floats, samples: Floats, vertices: Ints) -> Floats:
-        """Displacement of some vertices, shape (v, 3) [m].
+        """Return the displacement of some vertices by forces on the contacts, shape (v, 3) [m].
 
         Args:
             forces: Force on each contact, shape (k, 3) [N].
             samples: Displacement of the far field's samples by these forces, shape (m, 3) [m].
-            vertices: Vertices whose displacement is wanted, shape (v,).
+            vertices: Vertices at which the displacement is computed, shape (v,).
         """
         around = self.around
         u = around.far_field.at(samples, vertices)
@@ -191,12 +194,13 @@ class SolidResponse:
 
 
 FADE_IN_TICKS = 15  # ticks until a new column counts in full: a quarter of a second at 60 Hz
-# Ticks for which a vertex must be touched before its column is requested. A sliding finger leaves a
-# vertex before its column could arrive, and solving for it would take a core from resting fingers.
+# Ticks for which a contact must press a vertex before its column is requested. A sliding finger
+# leaves a vertex before its column could arrive, and solving for it would delay the columns of
+# resting fingers.
 MIN_TOUCH_TICKS = 9
-_LONGEST_EDGE = 2.0  # contact radii; more distant corners of a touched face carry little force
+_LONGEST_EDGE = 2.0  # contact radii; more distant corners of a pressed face get little force
 _OFF_CENTRE = 1.1  # allowance: on a curved surface a pressure's centre is beside the contact point
-_BATCH_RADIUS = 2.0  # contact radii; missing columns this close to the most urgent one come with it
+_BATCH_RADIUS = 2.0  # contact radii; missing columns this close to the most urgent join its request
 MAX_UNDELIVERED = 64  # largest number of delivered columns that wait for a tick, which takes all
 
 
@@ -251,7 +255,7 @@ class Solid:
 
     @property
     def far_field(self) -> FarField:
-        """The far field; computed on first use if `parts` was not given."""
+        """The far field; it is computed on first use unless `parts` contained it."""
         if self._far_field is None:
             self._far_field = build_far_field(
                 self.mesh, self.contact_radius, self.columns.factor, self.shape.free_index
@@ -259,11 +263,13 @@ class Solid:
         return self._far_field
 
     def green_source(self) -> SolidGreen:
-        """Source of the solid's Green's functions, as in `HasGreen`."""
+        """Return the source of the solid's Green's functions, as in `HasGreen`."""
         return SolidGreen(self)
 
     def in_background(self, *, fill: bool = True) -> None:
-        """Switch to the background mode: ticks do not wait, the server delivers `missing` columns.
+        """Switch to the background mode, in which no tick waits for missing columns.
+
+        The server has to deliver the columns of the vertices in `missing`.
 
         Args:
             fill: Whether to provide the memory for columns now; if not, call
@@ -276,7 +282,7 @@ class Solid:
         self._at_once = False
 
     def _contact_size(self) -> float:
-        """Largest distance of a vertex under a contact from the contact's centre [m].
+        """Return the largest distance of a vertex under a contact from the contact's centre [m].
 
         Pressure on a part of a face loads all corners of the face.
         """
@@ -286,13 +292,13 @@ class Solid:
         return _OFF_CENTRE * (self.contact_radius + longest)
 
     def request(self, limit: int) -> ColumnRequest | None:
-        """Returns a request for the most urgent missing column and the missing ones close to it.
+        """Return a request for the most urgent missing column and for missing ones close to it.
 
         Args:
             limit: Largest number of columns.
 
         Returns:
-            None if no column is missing.
+            The request; None if no column is missing.
         """
         missing, x = self.missing, self.mesh.vertices
         if not len(missing):
@@ -304,7 +310,11 @@ class Solid:
         return ColumnRequest(vertices, self.columns.store.places_of(vertices))
 
     def solve_missing(self, limit: int) -> None:
-        """Solve for the most urgent columns in this thread; a server uses a worker instead."""
+        """Solve for the most urgent missing columns in this thread; a server uses a worker instead.
+
+        Args:
+            limit: Largest number of columns.
+        """
         request = self.request(limit)
         if request is not None:
             self.deliver(self.columns.solve(request))
@@ -321,11 +331,11 @@ class Solid:
         return len(self._delivered)
 
     def prefetch(self, vertices: Ints) -> None:
-        """Announce the vertices that lie ahead of sliding fingers, shape (k,)."""
+        """Announce the vertices that sliding fingers will press soon, shape (k,)."""
         self._ahead = vertices
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
-        """Superpose the Green's functions under the loads; `before` has no effect."""
+        """Return the superposition of the fields of the loads; `before` has no effect."""
         del before
         if self._at_once:
             return self._exact(loads)
@@ -357,12 +367,12 @@ class Solid:
         return DenseResponse(displacement, fields, C, 0.5 * float(forces @ C @ forces))
 
     def vertex_compliance(self) -> Floats:
-        """C_ii of a contact centred at each vertex, along the vertex normal, shape (n,) [m/N]."""
+        """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N]."""
         return self.far_field.vertex_compliance(self.mesh.normals)
 
 
 def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
-    """Vertices under any load, each once, and the largest weight of each in a load, (v,) each."""
+    """Return each vertex under any load once, and its largest weight in a load, (v,) each."""
     if not loads:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     vertices = np.concatenate([load.vertices for load in loads])
@@ -374,7 +384,10 @@ def _touched(loads: Sequence[Load]) -> tuple[Ints, Floats]:
 
 
 class SolidGreen:
-    """Green's functions of a solid, always solved for: only the tick may use the column store."""
+    """Green's functions of a solid, computed by a solve at each call.
+
+    They do not use the column store, since only ticks may use it.
+    """
 
     def __init__(self, solid: Solid) -> None:
         self._solid = solid
@@ -385,11 +398,17 @@ class SolidGreen:
         return self._solid.mesh
 
     def green(self, vertex: int) -> Floats:
-        """Displacement of all vertices per unit force along x, y, z on one, (3, n, 3) [m/N]."""
+        """Return the displacement of all vertices per unit force on one, (3, n, 3) [m/N].
+
+        The first axis is the direction of the force: x, y, z.
+        """
         forces = np.eye(3)[None]
         return self._solid.columns.respond(np.array([vertex]), forces).reshape(3, -1, 3)
 
     def identity(self) -> bytes:
-        """Bytes of the far field, which exists: a solve may have to read a factor of a gigabyte."""
+        """Return the bytes of the far field, which identify the body without a solve.
+
+        A solve may have to read a factor of a gigabyte; the far field exists already.
+        """
         far_field = self._solid.far_field
         return far_field.own.astype("<f4").tobytes() + far_field.compliance.tobytes()

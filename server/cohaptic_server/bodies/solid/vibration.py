@@ -2,9 +2,10 @@
 
     K x = w^2 M x
 
-with the stiffness K over the free nodes and the lumped mass M. The Lanczos method in shift-invert
-mode (ARPACK) finds the smallest w; each step solves with the Cholesky factor of K. Under a force
-that oscillates with w', a mode moves 1 / (1 - (w' / w)^2) times as far as under a constant force.
+with the mode x, its angular frequency w, the stiffness K over the free nodes and the lumped mass M.
+The Lanczos method in shift-invert mode (ARPACK) finds the smallest w; each step solves with the
+Cholesky factor of K. Under a force that oscillates with the angular frequency w', a mode moves
+1 / (1 - (w' / w)^2) times as far as under a constant force.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ class Vibration:
 
     Args:
         frequency: Natural angular frequencies, shape (k,) [rad/s].
-        shapes: Displacement of every node at unit modal mass, shapes' M shapes = 1, shape
-            (k, nodes, 3) [1 / sqrt(kg)].
+        shapes: Displacement of every node by each mode, normalised with the mass M so that
+            shapes' M shapes = 1, shape (k, nodes, 3) [1 / sqrt(kg)].
     """
 
     frequency: Floats
@@ -45,7 +46,7 @@ class Vibration:
 
 
 def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
-    """Mass at each node, shape (nodes,) [kg].
+    """Return the mass at each node, shape (nodes,) [kg].
 
     Args:
         density: Mass density of all tetrahedra, or of each one, shape (m,) [kg/m^3].
@@ -71,7 +72,7 @@ def natural_modes(
         density: As for `lumped_mass`.
         count: Number of modes, 1 or more.
         progress: Called with the completed share of the work.
-        accept: Called with the plan before factoring begins; may raise to prevent it.
+        accept: Called with the plan before factoring begins; may raise an error to prevent it.
 
     Raises:
         BodyError: The stiffness is not positive definite.
@@ -113,7 +114,7 @@ def lowest_frequency(
     density: float | Floats,
     progress: Callable[[float], None] = lambda share: None,
 ) -> float:
-    """The lowest natural frequency of a solid with its fixed nodes at rest [Hz].
+    """Return the lowest natural frequency of a solid with its fixed nodes at rest [Hz].
 
     Args:
         density: As for `lumped_mass`.

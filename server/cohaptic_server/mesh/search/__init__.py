@@ -1,1 +1,4 @@
-"""Searches round one place of a surface, in loops that are compiled where a compiler is at hand."""
+"""Searches near one point of a surface, in loops that are compiled if a compiler is available.
+
+`cohaptic_server.mesh` defines the terms.
+"""

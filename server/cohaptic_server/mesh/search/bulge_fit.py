@@ -1,4 +1,4 @@
-"""Curvature of the bulge that a displacement makes in a surface, for `free_surfaces.py`."""
+"""Curvature of the bulge that a displacement field makes in a surface, for `free_surfaces.py`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def fit_bulge(
     radius: float,
     matrix: Floats,
 ) -> float:
-    """Largest outward curvature that a displacement gives to a plane round a contact [1/m].
+    """Return the largest outward curvature that a displacement gives to a plane round a contact.
 
     The displacement along the contact's normal is fitted by a quadratic, over vertices that face
     the same way as the contact. The weight of a vertex falls to zero towards the radius.
@@ -31,13 +31,13 @@ def fit_bulge(
         normals: Resting normals of all vertices, shape (n, 3).
         vertices: Vertices whose displacement is known, shape (k,).
         displacement: Displacement of these vertices, shape (k, 3) [m].
-        frame: Foot, point and normal of the contact, shape (3, 3).
+        frame: Foot, contact point and normal of the contact, shape (3, 3).
         radius: Radius of the fit [m].
-        matrix: Room for the normal equations, shape (6, 8): column 6 is their right side, column 7
-            holds the terms of one point.
+        matrix: Scratch memory for the normal equations, shape (6, 8): column 6 is their right side,
+            column 7 holds the terms of one vertex.
 
     Returns:
-        The curvature; zero with fewer than six points.
+        The curvature [1/m]; zero with fewer than six vertices.
     """
     nx, ny, nz = frame[_NORMAL, 0], frame[_NORMAL, 1], frame[_NORMAL, 2]
     # Two tangents, without a step where the normal turns (Duff et al. 2017).
@@ -78,8 +78,15 @@ def fit_bulge(
 
 
 def add_height(matrix: Floats, s: float, t: float, height: float, weight: float) -> None:
-    """Add a height at (s, t) to the upper triangle and the right side of the normal equations."""
-    row = _UNKNOWNS + 1  # column of `matrix` that holds the terms of the point
+    """Add one vertex to the upper triangle and the right side of the normal equations.
+
+    Args:
+        matrix: Normal equations, as in `fit_bulge`.
+        s, t: Tangential coordinates of the vertex over the radius of the fit.
+        height: Displacement of the vertex along the contact's normal [m].
+        weight: Weight of the vertex in the fit.
+    """
+    row = _UNKNOWNS + 1  # column of `matrix` that holds the terms of the vertex
     matrix[0, row] = 0.5 * s * s
     matrix[1, row] = s * t
     matrix[2, row] = 0.5 * t * t
@@ -94,7 +101,7 @@ def add_height(matrix: Floats, s: float, t: float, height: float, weight: float)
 
 
 def solve(matrix: Floats) -> None:
-    """Solve the normal equations; the solution replaces their right side."""
+    """Solve the normal equations of `fit_bulge`; the solution replaces column 6 of `matrix`."""
     for i in range(_UNKNOWNS):
         for row in range(i + 1, _UNKNOWNS):
             factor = matrix[i, row] / matrix[i, i]

@@ -1,7 +1,7 @@
 """The search for a contact on a displaced surface: the inner loops of `world/contact.py`.
 
-The module is compiled where a compiler is at hand; as plain Python it gives the same numbers. The
-search writes its result to arrays of the caller, so that no Python object is made on the way.
+The module is compiled if a compiler is available; as plain Python it gives the same numbers. The
+search writes its result to arrays of the caller, so that it creates no Python object.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from cohaptic_server.mesh.search.pressure_search import PressureSearch
 from cohaptic_server.numeric import Floats, Ints
 
 KEPT, MOVED, UNKNOWN = 0, 1, -1  # results of `locate`
-# m; where facets or other users tilt the surface, an offset along it is also an error of the depth.
-# For a shallower press the tolerance shrinks with the square of its depth over this one, as both
-# the offset and its part of the force count. Otherwise the force on one limb was 4 % off at 2 mm.
+# m; depth of a press from which on the full tolerance holds. Where facets or other users tilt the
+# surface, an offset along it is also an error of the depth. For a shallower press the tolerance
+# therefore shrinks with the square of depth / `_DEEP`, since both the offset and its share of the
+# force matter. Without this the force on one limb was 4 % off at 2 mm.
 _DEEP = 0.01
 _FINEST = 1e-6  # m; no caller needs a finer tolerance
 MIN_SLOPE = 0.1  # lower bound of a contact's slope; keeps the stopping distance positive
@@ -36,8 +37,8 @@ class ContactSearch:
         normals: Normals at the vertices, shape (n, 3).
         faces: Corners of the faces, shape (m, 3).
         rings: Faces round each vertex; short rows repeat their first face, shape (n, valence).
-        near: Search for the nearest point of the surface.
-        field: Displacement of the surface.
+        near: Search for the point of the resting surface nearest to a given point.
+        field: Displacement field of the surface; searches use the field that is loaded.
         pressure: Pressure search, which writes vertices to `under` and shares to `weights`.
         size: Radius of a sphere of the surface's area [m].
         frame: Foot, contact point and normal that were found, shape (3, 3).
@@ -46,7 +47,8 @@ class ContactSearch:
 
     Attributes:
         count: Number of vertices under the pressure.
-        slope: Slope of the contact, as in `Contact`.
+        slope: Decrease of the probe's offset beside the normal per distance that the contact moves,
+            as in `Contact`.
     """
 
     def __init__(
@@ -71,7 +73,7 @@ class ContactSearch:
         self.parts = np.zeros(len(faces))
 
     def take(self, frame: Floats, slope: float, under: Ints, weights: Floats) -> None:
-        """Take the contact of the last tick, from which the next search starts."""
+        """Copy in the contact of the last tick, from which the next search can start."""
         for i in range(3):
             for j in range(3):
                 self.frame[i, j] = frame[i, j]
@@ -82,7 +84,7 @@ class ContactSearch:
         self.slope = slope
 
     def give(self, frame: Floats, under: Ints, weights: Floats) -> None:
-        """Copy the contact that was found into arrays, which may be longer than needed."""
+        """Copy the contact that was found to arrays, which may be longer than needed."""
         for i in range(3):
             for j in range(3):
                 frame[i, j] = self.frame[i, j]
@@ -101,19 +103,20 @@ class ContactSearch:
         keep: float,
         tolerance: float,
     ) -> int:
-        """Find the contact of a probe on the surface, displaced by the loaded field.
+        """Find the contact of a probe on the surface that the loaded field displaces.
 
         Args:
             x, y, z: Position of the probe [m].
             radius: Radius of the pressure [m].
-            again: Whether to start from the contact that was taken or found last; otherwise the
-                whole surface is searched.
-            keep: Offset of the probe beside the normal up to which the last contact is kept [m].
-            tolerance: Offset that may remain after the contact has moved [m].
+            again: Whether to start from the contact that `take` or the last search has set;
+                otherwise the whole surface is searched.
+            keep: Largest distance of the probe from the line along the last contact's normal at
+                which this contact is kept [m].
+            tolerance: Largest such distance after the contact has moved [m].
 
         Returns:
-            `KEPT`, `MOVED`, or `UNKNOWN` if the displacement of some vertex under the pressure or
-            beside it is not known; the contact is then at the place where it is needed.
+            `KEPT` or `MOVED`; `UNKNOWN` if the loaded field lacks a vertex under the pressure or
+            beside it. The contact found so far then shows where the field is needed.
         """
         self.field.lacking = False
         state, limit = KEPT, keep
@@ -169,7 +172,7 @@ class ContactSearch:
         return state
 
     def look(self) -> int:
-        """Set the normal to that on the loaded field; return `KEPT` or `UNKNOWN`, as `locate`."""
+        """Update the normal of the contact to the loaded field; return `KEPT` or `UNKNOWN`."""
         self.field.lacking = False
         self.turn()
         return UNKNOWN if self.field.lacking else KEPT
@@ -177,21 +180,26 @@ class ContactSearch:
     def put(self, place: Floats) -> None:
         """Write the contact point, displaced by the loaded field, to `place`, shape (3,) [m].
 
-        `field.lacking` tells whether the field is not known at some vertex under the pressure.
+        Afterwards `field.lacking` is true if the field lacks a vertex under the pressure.
         """
         self.field.lacking = False
         for axis in range(3):
             place[axis] = -self.gap(axis, 0.0)
 
     def gap(self, axis: int, place: float) -> float:
-        """Coordinate of the probe relative to the contact point on the displaced surface [m]."""
+        """Return a coordinate of the probe minus that of the displaced contact point [m].
+
+        Args:
+            axis: Axis of the coordinate, 0 to 2.
+            place: Coordinate of the probe along this axis [m].
+        """
         moved = 0.0
         for k in range(self.count):
             moved += self.weights[k] * self.field.moved(self.under[k], axis)
         return float(place - (self.frame[_POINT, axis] + moved))
 
     def move_to(self, x: float, y: float, z: float) -> None:
-        """Move the foot to the point of the resting surface nearest to a place [m]."""
+        """Move the foot to the point of the resting surface nearest to (x, y, z) [m]."""
         self.near.nearest(x, y, z)
         for axis in range(3):
             self.frame[_FOOT, axis] = self.near.foot[axis]
@@ -203,7 +211,7 @@ class ContactSearch:
         self.turn()
 
     def press(self, radius: float) -> None:
-        """Spread the pressure round the foot, over the surface on the side of the normal."""
+        """Distribute a pressure round the foot over the vertices on the side of the normal."""
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
         self.count = self.pressure.spread(x, y, z, nx, ny, nz, radius)
@@ -264,14 +272,14 @@ class ContactSearch:
         self.set_normal(nx, ny, nz)
 
     def set_normal(self, nx: float | Floats, ny: float | Floats, nz: float | Floats) -> None:
-        """Set the normal to the direction of a vector."""
+        """Set the normal of the contact to the direction of a vector."""
         length = max(1e-300, math.sqrt(nx * nx + ny * ny + nz * nz))
         self.frame[_NORMAL, 0] = nx / length
         self.frame[_NORMAL, 1] = ny / length
         self.frame[_NORMAL, 2] = nz / length
 
     def gather(self) -> int:
-        """Gather faces with a corner under the pressure, and their weights; return the number."""
+        """Find the faces with a corner under the pressure, and their weights; return how many."""
         faces = 0
         for k in range(self.count):
             vertex, weight = self.under[k], self.weights[k]
@@ -287,5 +295,5 @@ class ContactSearch:
         return faces
 
     def place(self, vertex: int, axis: int) -> float:
-        """Coordinate of a displaced vertex [m]."""
+        """Return a coordinate of a vertex that the loaded field displaces [m]."""
         return float(self.vertices[vertex, axis] + self.field.moved(vertex, axis))

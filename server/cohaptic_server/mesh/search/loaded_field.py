@@ -1,4 +1,4 @@
-"""A displacement field at the vertices where it is known, for loops that look up each vertex."""
+"""A displacement field that is known at some vertices, for loops that look up single vertices."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class LoadedField:
-    """Holds one displacement field at a time, on a surface of n vertices.
+    """Holds one displacement field at a time, the loaded field, on a surface of n vertices.
 
     Args:
         count: Number of vertices, n.
@@ -26,7 +26,14 @@ class LoadedField:
         self.lacking = False
 
     def load(self, known: Ints, values: Floats, whole: bool) -> None:
-        """Hold a new displacement field: values at the vertices `known`, or at all if `whole`."""
+        """Replace the loaded field.
+
+        Args:
+            known: Vertices at which the new field is known, shape (k,).
+            values: Displacement of these vertices, shape (k, 3), or of all vertices if `whole`,
+                shape (n, 3) [m].
+            whole: Whether `values` has a row for each vertex of the surface.
+        """
         for k in range(self.known.shape[0]):
             self.row[self.known[k]] = -1
         for k in range(known.shape[0]):
@@ -36,14 +43,14 @@ class LoadedField:
         self.whole = whole
 
     def follow(self, vertices: Ints, values: Floats, share: float, followed: Floats) -> None:
-        """Compute the field that lies a share of the way from the loaded field to another one.
+        """Interpolate linearly between the loaded field and another field.
 
         Args:
             vertices: Vertices at which the other field is known, shape (k,).
             values: Displacement of the other field at these vertices, shape (k, 3) [m].
-            share: Share of the way, 0 to 1.
-            followed: Set to the field in between, or to the other field where the loaded one is not
-                known, shape (k, 3) [m].
+            share: Weight of the other field, from 0 to 1.
+            followed: Set to the interpolated field, or to the other field where the loaded one is
+                not known, shape (k, 3) [m].
         """
         for k in range(vertices.shape[0]):
             row = self.row[vertices[k]]
@@ -55,7 +62,10 @@ class LoadedField:
                 followed[k, axis] = value
 
     def moved(self, vertex: int, axis: int) -> float:
-        """Displacement of a vertex along an axis [m]; 0, and `lacking` is set, if not known."""
+        """Return the displacement of a vertex along an axis [m].
+
+        If the displacement is not known, set `lacking` and return 0.
+        """
         if self.whole:
             return float(self.values[vertex, axis])
         row = self.row[vertex]

@@ -1,4 +1,4 @@
-"""Finds the point of a resting surface nearest to a place."""
+"""Finds the point of a resting surface nearest to a given point."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class NearestSearch:
-    """Searches the faces of one surface for the point nearest to a place.
+    """Searches the faces of one surface for the point nearest to a given point.
 
     Args:
         vertices: Resting positions, shape (n, 3) [m].
@@ -35,9 +35,9 @@ class NearestSearch:
         self.face = 0
 
     def nearest(self, x: float, y: float, z: float) -> None:
-        """Move the foot to the point of the resting surface nearest to a place.
+        """Move the foot to the point of the resting surface nearest to (x, y, z) [m].
 
-        The point is sought on the face of the nearest quadrature point and on its neighbours.
+        The search covers the face of the nearest quadrature point and the faces round this face.
         """
         face = self.tree.nearest(x, y, z) // self.split
         best = 1e300
@@ -48,10 +48,16 @@ class NearestSearch:
                 self.face = self.around[face, k]
 
     def nearer(self, face: int, x: float, y: float, z: float, best: float) -> float:
-        """Move the foot to a face if its squared distance is below `best` [m^2]; return the lesser.
+        """Move the foot to the point of a face nearest to (x, y, z), if it is nearer than before.
 
-        The candidate is the foot of the perpendicular to the triangle's plane if that lies inside
-        the triangle, else the nearest point of an edge.
+        The nearest point is the foot of the perpendicular to the face's plane if that lies inside
+        the face, else the nearest point of an edge.
+
+        Args:
+            best: Squared distance of the present foot [m^2].
+
+        Returns:
+            The lesser of `best` and the squared distance of the face [m^2].
         """
         a, b, c = self.faces[face, 0], self.faces[face, 1], self.faces[face, 2]
         ax, ay, az = self.vertices[a, 0], self.vertices[a, 1], self.vertices[a, 2]
@@ -83,7 +89,12 @@ class NearestSearch:
         ux: float, uy: float, uz: float, vx: float, vy: float, vz: float,
         x: float, y: float, z: float, best: float,
     ) -> float:  # fmt: skip
-        """Move the foot to p = a + s u + t v if that is nearer to (x, y, z) than before.
+        """Move the foot to the point p = a + s u + t v if p is nearer to (x, y, z) than before.
+
+        Args:
+            ax, ay, az: First corner a of a face [m].
+            ux, uy, uz, vx, vy, vz: Edges u and v of the face from this corner [m].
+            best: Squared distance of the present foot [m^2].
 
         Returns:
             The lesser of `best` and the squared distance of p [m^2].

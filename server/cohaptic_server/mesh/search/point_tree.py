@@ -1,8 +1,8 @@
-"""Search among points of a surface: the nearest to a place, and all within a radius of the place.
+"""Finds the point nearest to a given position, and all points within a radius of the position.
 
 The search uses a balanced tree of bounding boxes, which `mesh/surface.py` builds. Tests compare its
-answers with those of scipy's `cKDTree`. The search makes no Python object on the way, since a tick
-searches several times for each user.
+results with those of scipy's `cKDTree`. The search creates no Python object, since a tick searches
+several times for each user.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ _DEPTH = 64  # length of the stack of a search; a tree of 2^60 points would fill
 
 
 class PointTree:
-    """Points in space, sorted so that those of a box lie together.
+    """A tree of bounding boxes over points, which are sorted so that each box has a range of them.
 
     Args:
         points: Positions of the points in the order of the tree, shape (n, 3) [m].
         order: Index of each point in the order of the caller, shape (n,).
-        boxes: Least and greatest coordinates of each node, the root at 1, shape (2^(levels + 1), 6)
-            [m].
+        boxes: Bounding box of each node: its least, then its greatest coordinates; the root has
+            index 1; shape (2^(levels + 1), 6) [m].
         levels: Levels of the tree below its root.
     """
 
@@ -37,7 +37,7 @@ class PointTree:
         self.stack = np.zeros(_DEPTH, dtype=np.int64)
 
     def nearest(self, x: float, y: float, z: float) -> int:
-        """Index of the point nearest to a place."""
+        """Return the index, in the caller's order, of the point nearest to (x, y, z) [m]."""
         best, found = 1e300, 0
         self.stack[0] = 1
         size = 1
@@ -63,12 +63,13 @@ class PointTree:
         return int(self.order[found])
 
     def within(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
-        """Put the points within a radius of a place, unsorted, into `found`; return their number.
+        """Write the points within a radius of a position to `found`; return their number.
 
         Args:
-            x, y, z: Coordinates of the place [m].
-            radius: Radius round the place [m].
-            found: Set to the indices of the points; as long as the tree has points.
+            x, y, z: Position [m].
+            radius: Largest distance of a point from the position [m].
+            found: Array as long as the number of all points; its first entries are set to the
+                indices of the points, unsorted, in the order of the caller.
         """
         count = self.inside(x, y, z, radius, found)
         for k in range(count):
@@ -76,7 +77,7 @@ class PointTree:
         return count
 
     def inside(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
-        """Do the same as `within`, but put positions in the tree instead of indices."""
+        """Do the same as `within`, but write indices in the order of the tree."""
         most = radius * radius
         count = 0
         self.stack[0] = 1
@@ -98,26 +99,29 @@ class PointTree:
         return count
 
     def first(self, node: int) -> int:
-        """Position of a leaf's first point; number of points for the node past the last leaf."""
+        """Return the index of a leaf's first point, in the order of the tree.
+
+        For the node after the last leaf this is the number of points.
+        """
         leaf = node - (1 << self.levels)
         return (leaf * self.count) >> self.levels
 
     def square(self, k: int, x: float, y: float, z: float) -> float:
-        """Squared distance of a place from the point at position `k` in the tree [m^2]."""
+        """Return the squared distance of (x, y, z) from point `k` in the tree's order [m^2]."""
         dx = self.points[k, 0] - x
         dy = self.points[k, 1] - y
         dz = self.points[k, 2] - z
         return float(dx * dx + dy * dy + dz * dz)
 
     def apart(self, node: int, x: float, y: float, z: float) -> float:
-        """Squared distance of a place from the box of a node [m^2]."""
+        """Return the squared distance of (x, y, z) from the box of a node [m^2]."""
         dx = max(0.0, max(self.boxes[node, 0] - x, x - self.boxes[node, 3]))
         dy = max(0.0, max(self.boxes[node, 1] - y, y - self.boxes[node, 4]))
         dz = max(0.0, max(self.boxes[node, 2] - z, z - self.boxes[node, 5]))
         return float(dx * dx + dy * dy + dz * dz)
 
     def sort(self, numbers: Ints, count: int) -> None:
-        """Sort the first `count` numbers in place by Shell's method; `count` is some tens."""
+        """Sort the first `count` numbers, some tens, in place by Shell's method."""
         gap = 1
         while gap < count // 3:
             gap = 3 * gap + 1

@@ -1,6 +1,6 @@
 """Finds the vertices under the pressure of a fingertip, and the share of the force on each.
 
-The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
+The module is compiled if a compiler is available; as plain Python it gives the same numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _BESIDE, _BEHIND = 0.0, -0.5
 
 
 class PressureSearch:
-    """Spreads pressures over one surface.
+    """Distributes the pressure of a fingertip over the vertices of one surface.
 
     Args:
         tree: Tree of the quadrature points; the next four arrays are in the order of the tree.
@@ -49,11 +49,12 @@ class PressureSearch:
     def spread(
         self, x: float, y: float, z: float, nx: float, ny: float, nz: float, radius: float
     ) -> int:
-        """Spread a pressure round a place of the surface; return the number of vertices under it.
+        """Distribute a pressure over the vertices round its centre; return the number of vertices.
 
-        The pressure falls as 1 - (r / radius)^2 over the surface on the side of the finger; each
-        quadrature point distributes its part to the corners of its face. A radius below the mesh's
-        resolution loads the nearest quadrature point alone.
+        At the distance r from the centre the pressure is proportional to 1 - (r / radius)^2, on the
+        side of the surface that the finger presses. Each quadrature point distributes its part to
+        the corners of its face. If the radius is below the mesh's resolution, the nearest
+        quadrature point alone is loaded.
 
         Args:
             x, y, z: Centre of the pressure [m].
@@ -86,7 +87,12 @@ class PressureSearch:
         return self.count
 
     def load(self, point: int, force: float) -> None:
-        """Distribute the force at one quadrature point to the corners of its face."""
+        """Distribute the force at one quadrature point to the corners of its face.
+
+        Args:
+            point: Index of the quadrature point in the order of the tree.
+            force: Force in any unit; `spread` divides by the sum.
+        """
         self.total += force
         for corner in range(3):
             part = force * self.shares[point, corner]

@@ -21,22 +21,22 @@ def fit_spheres(
     matrix: Floats,
     curvature: Floats,
 ) -> None:
-    """Find the curvature of the sphere nearest to displaced vertices round each contact [1/m].
+    """Fit a sphere to the displaced vertices round each contact, and write its curvature.
 
     Args:
         rest: Resting positions of all vertices, shape (v, 3) [m].
-        starts: Index at which the part of each contact begins, and index at which the last part
-            ends: in `vertices` (first row) and in `rows` (second row), shape (2 or more, n + 1).
-        vertices: Vertices whose displacement is known, shape (k,).
+        starts: Offsets of the n contacts' parts of `vertices` (row 0) and of `rows` (row 1), shape
+            (2 or more, n + 1): part i begins at column i and ends before column i + 1.
+        vertices: Vertices whose displacement is known, contact after contact, shape (k,).
         displacement: Displacement of these vertices, shape (k, 3) [m].
-        rows: Vertices that are fitted, as indices into the contact's part of `vertices`, shape
-            (r,).
+        rows: Vertices to which the spheres are fitted, as indices into the contact's part of
+            `vertices`, shape (r,).
         points: Points through which the spheres go, roughly, shape (n, 3) [m].
         normals: Outward unit normals at these points, shape (n, 3).
         radius: Radius of the fit [m].
-        matrix: Room for the normal equations, shape (5, 6).
-        curvature: Set to the curvatures, without a bound, 0 for fewer than six points, shape (n,)
-            [1/m].
+        matrix: Scratch memory for the normal equations, shape (5, 6).
+        curvature: Set to the curvatures, without a bound; 0 with fewer than six vertices; shape
+            (n,) [1/m].
     """
     for i in range(curvature.shape[0]):
         a, b, c, d = starts[0, i], starts[0, i + 1], starts[1, i], starts[1, i + 1]
@@ -59,20 +59,20 @@ def fit_sphere(
     radius: float,
     matrix: Floats,
 ) -> float:
-    """Curvature of the sphere nearest to displaced vertices, without a bound [1/m].
+    """Fit a sphere to displaced vertices round one point, and return its curvature [1/m].
 
     Args:
         rest: Resting positions of all vertices, shape (n, 3) [m].
         vertices: Vertices whose displacement is known, shape (k,).
         displacement: Displacement of these vertices, shape (k, 3) [m].
-        rows: Vertices that are fitted, as indices into `vertices`, shape (r,).
+        rows: Vertices to which the sphere is fitted, as indices into `vertices`, shape (r,).
         point: Point through which the sphere goes, roughly, shape (3,) [m].
         normal: Outward unit normal at this point, shape (3,).
         radius: Radius of the fit [m].
-        matrix: Room for the normal equations, shape (5, 6).
+        matrix: Scratch memory for the normal equations, shape (5, 6).
 
     Returns:
-        The curvature; zero with fewer than six points.
+        The curvature, without a bound; zero with fewer than six vertices.
     """
     nx, ny, nz = normal[0], normal[1], normal[2]
     used, per = 0, 1.0 / radius
@@ -117,7 +117,15 @@ def fit_sphere(
 def add_point(
     matrix: Floats, square: float, x: float, y: float, z: float, height: float, weight: float
 ) -> None:
-    """Add a point to the upper triangle and the right side of the normal equations."""
+    """Add one vertex to the upper triangle and the right side of the normal equations.
+
+    Args:
+        matrix: Normal equations, shape (5, 6); the last column is their right side.
+        square: Squared distance of the vertex from the point of the fit, over the squared radius.
+        x, y, z: Tangential offset of the vertex from this point, over the radius.
+        height: Height of the vertex over the tangent plane [m].
+        weight: Weight of the vertex in the fit.
+    """
     matrix[0, 0] += weight * square * square
     matrix[0, 1] += weight * square
     matrix[0, 2] += weight * square * x
@@ -141,7 +149,10 @@ def add_point(
 
 
 def first_unknown(matrix: Floats) -> float:
-    """Eliminate the unknowns from the last one up, and return the first one."""
+    """Solve the normal equations of `fit_sphere` for their first unknown, and return it.
+
+    The other unknowns are eliminated from the last one up.
+    """
     for i in range(_UNKNOWNS - 1, 0, -1):
         for row in range(i):
             factor = matrix[row, i] / matrix[i, i]

@@ -1,6 +1,6 @@
-"""Finds vertices round the path of a sliding contact, for `world/patch_geometry.py`.
+"""Finds vertices near the path on which a contact slides, for `world/patch_geometry.py`.
 
-The module is compiled where a compiler is at hand; as plain Python it gives the same numbers.
+The module is compiled if a compiler is available; as plain Python it gives the same numbers.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 
 class WindowSearch:
-    """Searches among the vertices of a touch mesh.
+    """Finds vertices of a touch mesh near the path on which a contact slides.
 
     Args:
         points: Resting positions, shape (t, 3) [m].
@@ -41,7 +41,7 @@ class WindowSearch:
         self.path = path
         self.tilt = np.zeros((len(path), 3))  # normal at each point of the path
         self.reached = np.zeros(len(points), dtype=np.int64)
-        # Squared distance from the path of each vertex within reach, until it is taken; else -1.
+        # Squared distance of a vertex from the path while the vertex can be taken; otherwise -1.
         self.least = np.full(len(points), -1.0)
         self.squares = np.zeros(len(points))
         self.sorted = np.zeros(len(points))
@@ -57,10 +57,10 @@ class WindowSearch:
         half_width: float,
         most: int,
     ) -> int:
-        """Put the vertices nearest to a sliding contact's path into `found`; return their number.
+        """Write the vertices nearest to a contact's path to `found`; return their number.
 
-        The vertices face the same way as the surface along the path, and are connected by edges:
-        the other side of a thin part and other folds of the surface are left out, however near.
+        The vertices face the same way as the surface along the path, and are connected by edges.
+        Vertices on the other side of a thin part and on other folds are left out, however near.
 
         Args:
             start: Contact point, shape (3,) [m].
@@ -96,7 +96,7 @@ class WindowSearch:
         return kept
 
     def mark(self, near: int, widest: float) -> int:
-        """Write to `least` the squared distance from the path of each vertex within reach of it.
+        """Write to `least` the squared distance from the path of each vertex that is near enough.
 
         Args:
             near: Number of vertices in `found`, which are examined.
@@ -125,7 +125,10 @@ class WindowSearch:
         return first
 
     def spread(self, first: int) -> int:
-        """Fill `reached` with vertices within reach that edges join to `first`; return how many."""
+        """Write to `reached` the vertices that edges connect to `first`; return their number.
+
+        Only vertices that `mark` found near enough to the path are taken.
+        """
         if self.least[first] < 0.0:
             return 0
         count = 1
@@ -144,7 +147,7 @@ class WindowSearch:
         return count
 
     def facing(self, vertex: int | Ints, nx: float, ny: float, nz: float) -> float:
-        """Cosine between the normal of a vertex and another unit normal."""
+        """Return the cosine of the angle between a vertex's normal and another unit normal."""
         x, y, z = self.normals[vertex, 0], self.normals[vertex, 1], self.normals[vertex, 2]
         return float(x * nx + y * ny + z * nz)
 
@@ -157,7 +160,7 @@ class WindowSearch:
         length: float,
         step: float,
     ) -> None:
-        """Set `path` to points along the surface, from a contact in the direction of its slide.
+        """Compute the path: points along the surface, from a contact in the direction of its slide.
 
         Args:
             near: Number of vertices in `found`, which lie round the path.
@@ -198,7 +201,13 @@ class WindowSearch:
     def closest(
         self, near: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
     ) -> int:
-        """Vertex nearest to a place, of the first `near` in `found` on the side of its normal."""
+        """Return the vertex nearest to (x, y, z) among vertices on one side of the body.
+
+        Args:
+            near: Number of vertices in `found`, which are examined.
+            x, y, z: Position [m].
+            nx, ny, nz: Unit normal; vertices that face the other way are left out.
+        """
         best = 1e300
         closest = self.found[0]
         for k in range(near):
@@ -213,7 +222,10 @@ class WindowSearch:
         return int(closest)
 
     def smallest(self, count: int, rank: int) -> float:
-        """Find the `rank`-th smallest of the first `count` of `squares`, by Hoare's selection."""
+        """Return the `rank`-th smallest of the first `count` entries of `squares` [m^2].
+
+        The method is Hoare's selection; ranks begin at 1.
+        """
         for k in range(count):
             self.sorted[k] = self.squares[k]
         low, high, wanted = 0, count - 1, rank - 1

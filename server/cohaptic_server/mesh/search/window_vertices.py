@@ -1,4 +1,4 @@
-"""Finds the vertices of a window round a contact, for `bodies/touched_body.py`.
+"""Finds the window of a contact: vertices round it, for `bodies/touched_body.py`.
 
 A window holds vertices of the whole surface. Some of these are also vertices of the touch mesh,
 which numbers them differently. One call finds all vertices that a patch needs, and writes them to
@@ -64,7 +64,7 @@ class WindowVertices:
         half_width: float,
         most: int,
     ) -> None:
-        """Find the window of a contact.
+        """Find the window of a contact, and write it to `vertices`, `fitted` and `carried`.
 
         Args:
             start: Foot of the contact, shape (3,) [m].
@@ -114,7 +114,7 @@ class WindowVertices:
             self.place[self.vertices[k]] = -1
 
     def add(self, vertex: int | Ints) -> None:
-        """Take a vertex into the window unless it is there already."""
+        """Add a vertex to the window unless the window has it already."""
         if self.place[vertex] < 0:
             self.place[vertex] = 0
             self.vertices[self.count] = vertex

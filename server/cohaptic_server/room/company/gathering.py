@@ -1,14 +1,15 @@
-"""The company (people) in a room, followed views and pointing: a state machine without I/O.
+"""People in a room, followed views and pointing: a state machine without I/O.
 
-A `Visitor` is the state of one page that asked for news about the people in its room.
+A `Visitor` is the state of one page that asked for news about the people in its room. The package's
+docstring defines the terms.
 
 Rules that hold whatever the pages send:
 - A view is followed only while its owner has a hand in the room and allows followers.
 - Nobody follows a page that itself follows another one, so there are no chains and no circles.
 - A view has a bounded number of followers.
-- A page is told the company at most once per `TOLD_EVERY`, and a view once per `AIMED_EVERY`.
-- Only pages that asked for news of the company are told; handling a message costs little more than
-  reading it.
+- A page gets at most one message about the people per `TOLD_EVERY`, and one with the followed view
+  per `AIMED_EVERY`.
+- Only pages that asked for news get it; handling a message costs little more than reading it.
 
 Followers and followed users are found from either side without a search, since a room may have a
 thousand pages.
@@ -52,17 +53,17 @@ class Visitor:
         watcher: Protocol session of the page.
         mailbox: Mailbox for news to the page.
         name: Name that the page gave itself; empty before that.
-        user: Number of the user whose hand the page has proved, with `key`, to be its own; 0
-            without a hand.
+        user: Number of the user that the page has proved, with `key`, to be its own; 0 without a
+            user.
         key: Secret that the page has sent, to be compared with that of the user.
         open: Whether other pages may follow the page's view.
         following: Number of the user whose view this page follows; 0 if it follows nobody.
-        aim: Viewpoint of the page; None before the page has sent it.
-        aim_told: Whether the followers were told the newest `aim`.
-        aimed: Time at which the followers were last told an `aim` [s].
+        aim: Viewpoint of the page's camera; None before the page has sent it.
+        aim_told: Whether the newest `aim` was sent to the followers.
+        aimed: Time at which an `aim` was last sent to the followers [s].
         points: Token bucket of the rate limit on pointing.
-        told: Last message about the people in the room that was queued for the page, encoded;
-            None before the first.
+        told: Last message about the people in the room that was queued for the page, encoded; None
+            before the first.
     """
 
     watcher: Watcher
@@ -79,22 +80,25 @@ class Visitor:
     told: str | None = None
 
     def owns(self, room: Room, user: int) -> bool:
-        """Whether a user's hand belongs to this page, since both have the same secret."""
+        """Whether a user belongs to this page: both clients have sent the same secret."""
         member = room.members.get(user)
         key = None if member is None else member.hello.key
         return self.key is not None and key is not None and hmac.compare_digest(self.key, key)
 
     def called(self, room: Room) -> str:
-        """Name under which others know this page: its user's name, or else the page's own name."""
+        """Return the name by which others know this page: its user's name, or else its own name."""
         return room.members[self.user].hello.name if self.user in room.members else self.name
 
     def as_follower(self, room: Room) -> Follower:
-        """Description of this page for the page that it follows."""
+        """Describe this page for the page that it follows."""
         return Follower(user=self.user or None, name=self.called(room) or "somebody")
 
 
 class Follows:
-    """Follow relations in one room; only this class sets `Visitor.following` and `Visitor.user`."""
+    """Relations between pages and users in one room: who follows whom, and whose hand is whose.
+
+    Only this class sets `Visitor.following` and `Visitor.user`.
+    """
 
     def __init__(self) -> None:
         self._followers: dict[int, dict[Visitor, None]] = {}  # by user, in the order of following
@@ -111,19 +115,19 @@ class Follows:
         return self._pages.values()
 
     def of(self, user: int) -> tuple[Visitor, ...]:
-        """Pages that follow a user; empty for user 0."""
+        """Return the pages that follow a user; empty for user 0."""
         return tuple(self._followers.get(user, ()))
 
     def count(self, user: int) -> int:
-        """Number of pages that follow a user."""
+        """Return the number of pages that follow a user."""
         return len(self._followers.get(user, ()))
 
     def page(self, user: int) -> Visitor | None:
-        """Page that a user's hand belongs to; None if there is no such page."""
+        """Return the page that a user belongs to; None if there is no such page."""
         return self._pages.get(user)
 
     def follow(self, visitor: Visitor, user: int) -> None:
-        """Let a page follow a user; with 0, the page stops following."""
+        """Make a page follow a user; user 0 makes the page stop following."""
         before = self._followers.get(visitor.following)
         if before is not None:
             before.pop(visitor, None)
@@ -134,7 +138,7 @@ class Follows:
             self._followers.setdefault(user, {})[visitor] = None
 
     def take_hand(self, visitor: Visitor, user: int) -> Visitor | None:
-        """Assign a user's hand to a page; with 0, the page has no hand.
+        """Assign a user to a page as its hand; user 0 takes the hand away from the page.
 
         Returns:
             Page that had this hand before, and has no hand now; None if there was no such page.
@@ -150,15 +154,15 @@ class Follows:
         return other
 
     def leave(self, visitor: Visitor) -> None:
-        """Forget a page that has left."""
+        """Remove a page that has left from all relations."""
         self.follow(visitor, 0)
         self.take_hand(visitor, 0)
 
 
 TOLD_EVERY = 0.25  # s between two checks of who is in the room
 AIMED_EVERY = 0.1  # s between two messages with the view of a followed user
-# Limit on the news that one tick encodes, in messages plus followers named in them; each takes up
-# to 30 us, and one page that toggles can change all messages. The rest waits for the next tick.
+# Limit on the messages that one tick encodes, plus the followers named in them; each takes up to
+# 30 us, and one page that toggles can change all messages. The others wait for the next tick.
 NEWS_AT_ONCE = 32
 _TOLD = object()
 
@@ -169,10 +173,10 @@ class Gathering:
     Args:
         room: Room with the users.
         watchers: Watchers of the room; the set that the audience maintains.
-        sources: Budgets of addresses, which limit the rate of pointing.
+        sources: Rate limits of the network addresses, which also limit pointing.
 
     Attributes:
-        visitors: Pages that asked for news of the company, by watcher.
+        visitors: Pages that asked for news about the people in the room, by watcher.
     """
 
     def __init__(self, room: Room, watchers: AbstractSet[Watcher], sources: Sources) -> None:
@@ -184,7 +188,7 @@ class Gathering:
         self._looked = float("-inf")  # [s]
         self._seen: tuple[object, ...] = ()
         self._changed = True
-        self._telling: Iterator[None] | None = None  # unfinished telling of the last check's news
+        self._telling: Iterator[None] | None = None  # messages about the last check, unfinished
 
     def hear(self, watcher: Watcher, said: CompanyRequest, source: str, now: float) -> None:
         """Carry out a request of a page, or tell the page why the request is declined.
@@ -192,7 +196,7 @@ class Gathering:
         Args:
             watcher: Protocol session of the page.
             said: Request of the page.
-            source: Network address whose budgets the page's connection spends.
+            source: Network address against whose rate limits the page's connection counts.
             now: Time [s].
         """
         self._meet(watcher)
@@ -214,7 +218,7 @@ class Gathering:
                 self._point(visitor, said, source, now)
 
     def step(self, now: float) -> None:
-        """Tell all pages the changes that are due; to be called at every tick."""
+        """Send all pages the changes that are due; to be called at every tick."""
         if self._telling is None and (now - self._looked >= TOLD_EVERY or now < self._looked):
             self._looked = now
             self._telling = self._tell_company() if self._look() else None
@@ -231,7 +235,7 @@ class Gathering:
             self._changed = True
 
     def _look(self) -> bool:
-        """Check who has come and gone since the last check; returns whether there is news."""
+        """Check who has come and gone since the last check; return whether pages must be told."""
         for watcher in self._watchers:
             self._meet(watcher)
         for watcher in [one for one in self.visitors if one not in self._watchers]:
@@ -252,7 +256,10 @@ class Gathering:
         return True
 
     def _tell_company(self) -> Iterator[None]:
-        """Tell all pages whose news changed; yield after `NEWS_AT_ONCE` until the next tick."""
+        """Send the company to all pages for which it changed; yield after `NEWS_AT_ONCE` messages.
+
+        The caller continues the iterator at the next tick.
+        """
         room, follows = self.room, self._follows
         watching = len(self._watchers) - len(follows.pages)
         open_ones = tuple(sorted(one.user for one in follows.pages if self._is_open(one)))
@@ -281,13 +288,13 @@ class Gathering:
                 yield
 
     def _check_hand(self, visitor: Visitor) -> None:
-        """Remove the hand of a page if the user of that hand has left the room."""
+        """Take the hand away from a page if the user of that hand has left the room."""
         if visitor.user and not visitor.owns(self.room, visitor.user):
             self._follows.take_hand(visitor, 0)
             visitor.open, self._changed = False, True
 
     def _end_if_closed(self, user: int) -> None:
-        """End all following of a user if the user's view may not be followed any more."""
+        """Make all pages stop following a user if that user's view may not be followed any more."""
         reason = self._why_closed(user)
         if not reason:
             return
@@ -331,7 +338,7 @@ class Gathering:
             self._tell_aim(host, [visitor])
 
     def _why_not(self, visitor: Visitor, user: int) -> str:
-        """Reason why a page cannot follow a user; empty if the page can."""
+        """Return the reason why a page cannot follow a user; empty if it can."""
         if visitor.user == user:
             return "That is your own view."
         closed = self._why_closed(user)
@@ -344,7 +351,7 @@ class Gathering:
         return ""
 
     def _why_closed(self, user: int) -> str:
-        """Reason why no page can follow a user; empty if the user's view is open."""
+        """Return the reason why no page can follow a user; empty if the user's view is open."""
         if user not in self.room.members:
             return "Whom you wanted to follow has left."
         name, host = self.room.name_of(user), self._follows.page(user)

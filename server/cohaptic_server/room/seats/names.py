@@ -1,8 +1,9 @@
 """Ownership of names: a client proves by its secret or its session that a name is its own.
 
-A client with the secret or the session of a name in use takes the name over at once. If the owner
-has neither, a client at the same address may take the name over after a time of silence. When a
-connection was lost, and neither side has ended it, the name is kept for its owner.
+A client with the secret or the session of a connected client with this name replaces that client at
+once. If the connected client has neither, a client at the same address may replace it after
+`REPLACE_AFTER` without a sample. When a connection was lost, and neither side has ended it, the
+name is reserved for its owner.
 
 No two users may have names that look alike. A name has a skeleton, as in Unicode Technical Standard
 39; names with the same skeleton look alike. The table is a part of the standard's table: Cyrillic,
@@ -23,21 +24,22 @@ from functools import lru_cache
 from cohaptic.errors import CloseCode, RemoteProtocolError
 
 REPLACE_AFTER = 2.0  # s without a sample, after which a name without a secret may be taken over
-KEPT_FOR = 60.0  # s for which a name is kept; a client that is away for longer begins anew
-# s for which a seat is kept as well. A client tries again every 0.5 s, and a broken path is back
-# either within ten seconds or so, or only after a long time.
+KEPT_FOR = 60.0  # s for which a name is reserved; a client that is away for longer begins anew
+# s for which a seat is reserved as well. A client tries again every 0.5 s, and a broken path is
+# back either within ten seconds or so, or only after a long time.
 SEAT_KEPT_FOR = 15.0
 _MOST_KEPT = 64  # as many as the largest room has users
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Claim of one client to its name.
+    """Data by which one client shows that a name is its own.
 
     Args:
         key: Secret of the client; None without a secret.
-        source: Network address whose budgets the client's connection spends.
-        session: Name of the session that the server has signed; empty without a session.
+        source: Network address of the client's connection.
+        session: Identifier of the session in the token that the server has signed; empty without
+            one.
     """
 
     key: str | None
@@ -46,11 +48,11 @@ class Claim:
 
     @property
     def is_secret(self) -> bool:
-        """Whether no other client can make this claim."""
+        """Whether the claim has a secret or a session, so that no other client can make it."""
         return self.key is not None or self.session != ""
 
     def is_session_of(self, other: Claim) -> bool:
-        """Whether both claims belong to one session, which touches under one name at a time."""
+        """Whether both claims belong to the same session; a session has one name at a time."""
         return self.session != "" and self.session == other.session
 
     def is_of(self, other: Claim) -> bool:
@@ -64,7 +66,7 @@ class Claim:
 
 
 def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
-    """Whether a client may take the place of a connected client.
+    """Whether a client may take the name and the seat of a connected client.
 
     Args:
         holder: Claim of the connected client, which has the name.
@@ -75,23 +77,23 @@ def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
 
 
 class KeptNames:
-    """Names of clients whose connections were lost, at most `_MOST_KEPT`."""
+    """Names that are reserved for clients whose connections were lost, at most `_MOST_KEPT`."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Claim, float]] = {}
         self._seats: dict[str, float] = {}  # time until which the seat of each name is kept [s]
 
     def keep(self, name: str, claim: Claim, now: float, *, since: float | None) -> None:
-        """Keep a name for its owner, and for a shorter time the owner's seat.
+        """Reserve a name for its owner, and for a shorter time the owner's seat.
 
         Args:
             name: Name of the client whose connection was lost.
             claim: Claim of that client to the name.
             now: Time [s].
-            since: Time at which the client took its seat [s]; None if the seat is not kept. A seat
-                is kept no longer than the client had it: otherwise a client that comes and vanishes
-                under one name after another would keep everybody out, and an administrator would
-                find nobody to put out.
+            since: Time at which the client took its seat [s]; None if the seat is not reserved. A
+                seat is reserved no longer than the client had it: otherwise a client that comes and
+                vanishes under one name after another would keep everybody out, and an administrator
+                would find nobody to remove.
         """
         self._seats.pop(name, None)
         if since is not None:
@@ -106,12 +108,12 @@ class KeptNames:
             del self._kept[next(n for n, (whose, _) in self._kept.items() if whose.source == most)]
 
     def seats(self, now: float) -> int:
-        """Number of kept names whose seats are kept as well."""
+        """Return the number of reserved seats, whose names are reserved as well."""
         self._seats = {n: end for n, end in self._seats.items() if end > now and n in self._kept}
         return len(self._seats)
 
     def seats_of(self, name: str, claim: Claim, now: float) -> int:
-        """Number of kept seats that belong to a client that comes back.
+        """Return the number of reserved seats that belong to a client that comes back.
 
         Args:
             name: Name that the client comes back with.
@@ -121,7 +123,7 @@ class KeptNames:
         return sum(self._seats.get(own, now) > now for own in self._names_of(name, claim))
 
     def check(self, name: str, claim: Claim, now: float) -> None:
-        """Raise RemoteProtocolError if a name, or one like it, is kept for another client."""
+        """Raise RemoteProtocolError if a name, or a similar one, is reserved for another client."""
         for kept, (whose, until) in self._kept.items():
             # An address may take back a name that one of its own lost connections had, if it asks
             # for exactly this name, since a client that was killed has forgotten its secret.
@@ -132,7 +134,10 @@ class KeptNames:
                 raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def forget(self, name: str, claim: Claim) -> None:
-        """Drop a kept name, and all kept names of the claim's session, since the owner is back."""
+        """End the reservation of a name, and of all names of the claim's session.
+
+        The room calls this when the owner is back.
+        """
         for own in self._names_of(name, claim):
             del self._kept[own]
 
@@ -167,7 +172,7 @@ _MAP = {
 
 @lru_cache(maxsize=4096)  # names of the room and of removed users, at most 32 characters each
 def skeleton(name: str) -> str:
-    """Skeleton of a name, which is the same for all names that look alike."""
+    """Return the skeleton of a name, which is the same for all names that look alike."""
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", name))
     drawn = "".join(plain.split()).translate(_MAP).replace("rn", "m")
     return unicodedata.normalize("NFD", drawn)

@@ -24,12 +24,12 @@ def rename(
     now: float,
     outcome: Outcome,
 ) -> None:
-    """Give a client another name, or tell the client why it keeps the old name.
+    """Change the name of a client, or tell the client why its old name stays.
 
     Args:
         room: Room that the client is in or waits for.
         waiting: Clients that wait for a seat.
-        entrance: Entrance of the room, which refuses the name of a user who was put out.
+        entrance: Entrance of the room, which refuses the name of a removed user.
         peers: All peers of the room.
         peer: Client that wants another name.
         wish: Message with the new name.

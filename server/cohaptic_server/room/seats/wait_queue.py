@@ -4,10 +4,10 @@
                 |               |
                 +--- leave      +--- nothing within TURN, or leave: a missed turn ---> out
 
-When a seat is free, the first visitor in the queue is called, and the seat is kept for that visitor
-while the call lasts. Nobody jumps the queue: while somebody waits, all free seats go to the queue.
-A called visitor who does not come blocks a seat for a while; the visitor's address then has one
-place less in the queue for a longer time.
+When a seat is free, the first visitor in the queue is called, and the seat is reserved for that
+visitor while the call lasts. Nobody jumps the queue: while somebody waits, all free seats go to the
+queue. A called visitor who does not come blocks a seat for `TURN`; the visitor's address may then
+have one place less in the queue for `MISSED_FOR`.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Place:
 
     Args:
         number: Number by which the caller identifies the visitor.
-        source: Network address whose budgets the visitor's connection spends.
-        until: Time at which the visitor's turn is over [s]; None before the visitor is called.
+        source: Network address of the visitor's connection.
+        until: Time at which the visitor's turn ends [s]; None before the visitor is called.
     """
 
     number: int
@@ -43,11 +43,11 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """A turn that a visitor was called to and did not take.
+    """A call to a seat that a visitor did not follow in time.
 
     Args:
-        source: Address of the visitor.
-        until: Time until which this address has one place less in the queue [s].
+        source: Network address of the visitor.
+        until: Time until which this address may have one place less in the queue [s].
     """
 
     source: str
@@ -56,7 +56,7 @@ class Missed:
 
 @dataclass(frozen=True, slots=True)
 class WaitQueue:
-    """All visitors who wait for one room.
+    """All visitors who wait for a seat in one room.
 
     Args:
         most: Largest number of places; 0 for no queue.
@@ -79,7 +79,7 @@ class WaitQueue:
 
     @property
     def called(self) -> int:
-        """Number of visitors who were called and have not come yet; a seat is kept for each."""
+        """Number of visitors who were called and have not come yet; a seat is reserved for each."""
         return sum(place.until is not None for place in self.places)
 
     def enter(self, number: int, source: str, now: float) -> WaitQueue:
@@ -87,12 +87,12 @@ class WaitQueue:
 
         Args:
             number: Number of the new visitor.
-            source: Network address whose budgets the visitor's connection spends.
+            source: Network address of the visitor's connection.
             now: Time [s].
 
         Raises:
             RemoteProtocolError: The queue is full, or this address has as many places as it may.
-            ValueError: A visitor of this number waits already.
+            ValueError: A visitor with this number waits already.
         """
         if number in self:
             raise ValueError(f"{number} waits already")
@@ -113,7 +113,7 @@ class WaitQueue:
         return replace(self, places=(*self.places, Place(number, source)))
 
     def come(self, number: int) -> WaitQueue:
-        """Return the queue without a visitor who takes a seat, and who may not be in the queue."""
+        """Return the queue without a visitor who takes a seat; unchanged if not in the queue."""
         return replace(self, places=tuple(p for p in self.places if p.number != number))
 
     def leave(self, number: int, now: float) -> WaitQueue:
@@ -130,7 +130,12 @@ class WaitQueue:
         return replace(self.come(number), missed=missed)
 
     def hand_on(self, number: int, to: int) -> WaitQueue:
-        """Return the queue with a place given to another connection (`to`) of the same person."""
+        """Return the queue with a place given to another connection of the same person.
+
+        Args:
+            number: Number of the connection that has the place.
+            to: Number of the connection that gets the place.
+        """
         places = tuple(replace(p, number=to) if p.number == number else p for p in self.places)
         return replace(self, places=places)
 
@@ -138,12 +143,12 @@ class WaitQueue:
         """Call as many visitors as there are seats, in the order of arrival.
 
         Args:
-            free: Number of seats that are neither taken nor kept for lost connections. This method
-                subtracts the seats kept for visitors who were called before.
+            free: Number of seats that are neither taken nor reserved for lost connections. This
+                method subtracts the seats reserved for visitors who were called before.
             now: Time [s].
 
         Returns:
-            The queue, and the numbers of the visitors who were called now.
+            The new queue, and the numbers of the visitors who were called now.
         """
         spare = free - self.called
         chosen: list[int] = []
@@ -156,14 +161,14 @@ class WaitQueue:
         return replace(self, places=places), tuple(chosen)
 
     def turn_of(self, number: int) -> float | None:
-        """Time at which the turn of a called visitor is over [s]; None for all other visitors."""
+        """Return the time at which a called visitor's turn ends [s]; None for other visitors."""
         return next((p.until for p in self.places if p.number == number), None)
 
     def late(self, now: float) -> tuple[int, ...]:
-        """Numbers of the called visitors who have not come within their turn."""
+        """Return the numbers of the called visitors who have not come within their turn."""
         return tuple(p.number for p in self.places if p.until is not None and now >= p.until)
 
     def told(self) -> Mapping[int, tuple[int, int]]:
-        """Map each visitor who waits to be called to its place (from 1) and the number of them."""
+        """Map each visitor who is not called yet to its place (from 1) and the number of places."""
         waiting = [p.number for p in self.places if p.until is None]
         return {number: (k + 1, len(waiting)) for k, number in enumerate(waiting)}

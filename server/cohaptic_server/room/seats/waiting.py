@@ -1,7 +1,7 @@
 """Tells the people in the queue for a full room their places, and calls them. No I/O.
 
 A person who leaves, or whose connection ends, loses the place. Another connection of the same
-person, known by secret or session, takes the place over.
+person, recognised by secret or session, gets the place.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ class _Waiter:
     """A client that waits for a seat.
 
     Args:
-        hello: Hello of the client; a `set_name` replaces the name in it.
-        token: Token with which the client comes back; None if the client needs no token, or after
-            the token was sent.
-        told: Place and number of places that the client was last told; None before the first time.
-        told_at: Time at which the client was told [s].
+        hello: First message of the client; a `set_name` replaces the name in it.
+        token: Token with which the client can come back; None if the client needs no token, or
+            after the token was sent.
+        told: Place and number of places in the client's last message; None before the first
+            message.
+        told_at: Time at which that message was queued [s].
     """
 
     peer: Peer
@@ -42,11 +43,10 @@ class _Waiter:
 
     @property
     def claim(self) -> Claim:
-        """Claim of the client to its name."""
         return Claim(self.hello.key, self.peer.source, self.peer.guest.session)
 
     def tell(self, place: tuple[int, int], now: float, outcome: Outcome) -> None:
-        """Tell the client its place if the place has changed or was told `REPEAT` ago."""
+        """Send the client its place if the place has changed, or if `REPEAT` has passed since."""
         # A client that has not taken the last message is not told again.
         repeated = now - self.told_at >= REPEAT and self.session.outbox.empty
         if self.told == place and not repeated:
@@ -74,7 +74,7 @@ class Waiting:
         return len(self._waiters)
 
     def check_name(self, name: str, claim: Claim) -> None:
-        """Raise RemoteProtocolError if another client waits under a name, or one like it.
+        """Raise RemoteProtocolError if another client waits under a name that looks like this one.
 
         Args:
             name: Name that a client wants.
@@ -86,7 +86,7 @@ class Waiting:
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def has_name(self, name: str, peer: Peer) -> bool:
-        """Whether a client other than `peer` waits under a name, or under one like it."""
+        """Whether a client other than `peer` waits under a name, or one that looks like it."""
         others = [w for w in self._waiters.values() if w.peer is not peer]
         return any(looks_like(waiter.hello.name, name) for waiter in others)
 
@@ -99,19 +99,19 @@ class Waiting:
         now: float,
         outcome: Outcome,
     ) -> None:
-        """Give a place in the queue to a client that found the room full.
+        """Add a client that found the room full to the queue.
 
         Args:
             peer: Client that waits.
             session: Protocol session of the client.
-            hello: Hello of the client; no other client waits under its name. A place that the same
-                session has under another name is handed on to this client.
-            token: Token with which the client comes back; None if the client needs no token.
+            hello: First message of the client; no other client waits under its name. If the same
+                session waits under another name, this client gets that place.
+            token: Token with which the client can come back; None if the client needs no token.
             now: Time [s].
             outcome: Receives the tasks of the shell.
 
         Raises:
-            RemoteProtocolError: No place is left.
+            RemoteProtocolError: The queue is full, or the client's address has too many places.
         """
         waiter, number = _Waiter(peer, session, hello, token), self._next
         before = self._of(hello.name, waiter.claim)
@@ -129,7 +129,7 @@ class Waiting:
             self._call(waiter, turn - now, outcome)  # since the previous connection was called
 
     def called(self, peer: Peer) -> Hello | None:
-        """Free the place of a client that was called, and return its hello; None if not called."""
+        """Take a called client out of the queue; return its hello, None if it was not called."""
         number = self._number(peer)
         if number is None or self._room.queue.turn_of(number) is None:
             return None
@@ -137,27 +137,30 @@ class Waiting:
         return self._waiters.pop(number).hello
 
     def hello_of(self, peer: Peer) -> Hello | None:
-        """Hello of a client that waits; None for a client that does not wait."""
+        """Return the hello of a client that waits; None for a client that does not wait."""
         number = self._number(peer)
         return None if number is None else self._waiters[number].hello
 
     def rename(self, peer: Peer, name: str) -> None:
-        """Give a waiting client another name, which nobody else has."""
+        """Change the name of a waiting client; the caller ensures that nobody else has the name."""
         for waiter in self._waiters.values():
             if waiter.peer is peer:
                 waiter.hello = waiter.hello.model_copy(update={"name": name})
 
     def take_in(self, name: str, claim: Claim, outcome: Outcome) -> None:
-        """End the earlier, waiting connections of a client that is in the room now."""
+        """End the waiting connections of a client that has got a seat with another connection."""
         self._take_over(self._of(name, claim), outcome)
 
     def leave(self, peer: Peer, now: float) -> str | None:
-        """Remove a connection that has ended; return its client's name, None if it did not wait."""
+        """Remove an ended connection from the queue; return its client's name, or None."""
         number = self._number(peer)
         return None if number is None else self._take_out(number, now).hello.name
 
     def step(self, now: float, outcome: Outcome) -> None:
-        """Call clients to free seats, end sessions with missed turns, tell places, every tick."""
+        """Call clients to free seats, send places, and end the sessions of those that did not come.
+
+        The method is called at every tick.
+        """
         if not self._waiters:
             return
         for number in self._room.queue.late(now):
@@ -192,7 +195,7 @@ class Waiting:
             outcome.flush.append(waiter.peer)
 
     def _of(self, name: str, claim: Claim) -> list[int]:
-        """Numbers of clients that wait under this name, one like it, or in the claim's session."""
+        """Return the numbers of clients in the same session, or with a name that looks alike."""
         return [
             number
             for number, waiter in self._waiters.items()

@@ -4,7 +4,7 @@ The scene of a tick is encoded on demand, once with and once without the surface
 changed only if a position or a force has changed by more than a screen or a plot can show;
 otherwise the previous scene stays valid.
 
-Only this module reads the world for display; it makes one record of each user.
+This is the only module that reads the state of the simulation for display.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ from cohaptic_server.world.users import WorldState
 
 
 def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord, ...]:
-    """Make one record for each user of the world, also while the force of one who left fades.
+    """Return one record for each user; a user who has left counts until its force has faded.
 
     Args:
-        world: World after a tick.
+        world: State of the simulation after a tick.
         patches: Patches of the same tick, by user number; users who have left have no patch.
     """
     users = list(world.users.values())[:MAX_USERS]
@@ -47,7 +47,7 @@ def records(world: WorldState, patches: Mapping[int, Patch]) -> tuple[UserRecord
 
 
 def displacement(world: WorldState, vertices: int) -> Floats:
-    """Displacement of the surface after the last tick, shape (vertices, 3) [m]."""
+    """Return the displacement of all surface vertices after the last tick, (vertices, 3) [m]."""
     if world.response is None:
         return np.zeros((vertices, 3))
     return world.response.displacement
@@ -93,8 +93,9 @@ class SceneEncoder:
     """Holds the newest scene, and encodes it on demand.
 
     Args:
-        traversal: Traversal of the rest mesh.
-        follows_records: Whether the records determine the surface, as for a body without memory.
+        traversal: Traversal of the mesh at rest, which determines the order of encoded vertices.
+        follows_records: Whether the users' records determine the surface, as for a body without
+            memory; if not, every scene's surface is compared with the last one.
 
     Attributes:
         tick: Tick of the newest scene; 0 before the first.
@@ -123,14 +124,15 @@ class SceneEncoder:
         surface: Callable[[], Floats],
         room: RoomLag = NO_LAG,
     ) -> None:
-        """Take the scene after a tick.
+        """Replace the newest scene by that of a tick.
 
         Args:
             tick: Number of the tick.
             now: Time of the tick [s].
+            records: Records of all users.
             surface: Function that returns the displacement of all vertices, shape (n, 3) [m];
                 called only if needed.
-            room: Lag of the room.
+            room: Lag, coupling and stability margin of the room (science 3.8).
         """
         self.tick, self._now, self._records, self._surface = tick, now, records, surface
         self._room = room
@@ -148,7 +150,7 @@ class SceneEncoder:
             self._key = key
 
     def frame(self, *, surface: bool) -> bytes:
-        """Frame of the newest scene, with or without the surface; encoded at the first call.
+        """Return the encoded newest scene, with or without the surface.
 
         Raises:
             LocalProtocolError: A number of the scene is out of the range of the wire format.
@@ -171,7 +173,7 @@ class SceneEncoder:
 
 
 def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
-    """Return a key of rounded records; records with equal keys look the same."""
+    """Return a hashable key of rounded records; records with equal keys look the same."""
     numbers = [
         (
             *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
@@ -201,7 +203,7 @@ class Audience:
         watchers: Watchers at present.
         came: Number of watchers since the start.
         slow: Number of times that a watcher became slow.
-        problem: Reason why the newest scene could not be sent; None if it could.
+        problem: Reason why the newest scene could not be encoded; None if it could.
     """
 
     def __init__(self, room: Room, model: str | None) -> None:
@@ -222,13 +224,13 @@ class Audience:
         grants: Grants = OPEN,
         session: str | None = None,
     ) -> None:
-        """Add a watcher.
+        """Add a watcher, or raise an error if it cannot be shown the body.
 
         Args:
             watcher: Watcher that has sent its first message.
             to_wall: Time on the wall clock minus time on the server's clock [s].
             grants: Actions that the watcher's token allows.
-            session: Token with which the watcher comes back; None if it needs no token.
+            session: Token with which the watcher can come back; None if it needs no token.
 
         Raises:
             RemoteProtocolError: There are too many watchers, or the body has too many vertices to
@@ -261,10 +263,10 @@ class Audience:
         self.watchers.discard(watcher)
 
     def see(self, world: WorldState, patches: Mapping[int, Patch], now: float) -> None:
-        """Take the world after a tick as the newest scene; does nothing while nobody watches.
+        """Make the state after a tick the newest scene; do nothing while nobody watches.
 
         Args:
-            world: World after the tick.
+            world: State of the simulation after the tick.
             patches: Patches of the tick, by user number.
             now: Time of the tick [s].
         """
@@ -278,12 +280,12 @@ class Audience:
             )
 
     def show(self, watcher: Watcher, now: float, *, clear: bool) -> None:
-        """Queue the newest scene for a watcher if the scene is due.
+        """Queue the newest scene for a watcher, if the watcher is due to get one.
 
         Args:
             watcher: Watcher that is shown the scene.
             now: Time [s].
-            clear: Whether all earlier writes to the watcher have left the process.
+            clear: Whether the operating system has taken all earlier writes to the watcher.
         """
         encoder = self._encoder
         if watcher.due(encoder.version, now, clear=clear):
@@ -299,7 +301,7 @@ class Audience:
         self.slow += watcher.slow and not was_slow
 
     def _frame(self, *, surface: bool) -> bytes | None:
-        """Newest scene; None, and `problem` is set, if a number exceeds the wire format's range."""
+        """Return the encoded newest scene; None, with the reason in `problem`, if that fails."""
         try:
             frame = self._encoder.frame(surface=surface)
         except LocalProtocolError as error:

@@ -37,7 +37,7 @@ MOST_POINTED = 16  # people whose newest point waits; the oldest point is droppe
 
 
 class Mailbox:
-    """Newest encoded messages of `control/company.py` that wait for one watcher."""
+    """News about people that waits for one watcher: encoded messages of `control/company.py`."""
 
     def __init__(self) -> None:
         self._company: str | None = None
@@ -45,15 +45,15 @@ class Mailbox:
         self._pointed: dict[object, str] = {}
 
     def put_company(self, text: str) -> None:
-        """Replace the waiting message about the people in the room."""
+        """Put in the message about the people in the room, in place of an older one."""
         self._company = text
 
     def put_aimed(self, text: str) -> None:
-        """Replace the waiting message with the view of the followed user."""
+        """Put in the message with the view of the followed user, in place of an older one."""
         self._aimed = text
 
     def put_pointed(self, who: object, text: str) -> None:
-        """Replace the waiting message with the point that `who` points at."""
+        """Put in the message with the point that `who` points at, in place of an older one."""
         self._pointed.pop(who, None)
         self._pointed[who] = text
         while len(self._pointed) > MOST_POINTED:
@@ -83,13 +83,13 @@ class Watcher:
 
     Args:
         watch: First message of the watcher.
-        has_model: Whether the page can compute the surface from forces; if not, every scene
-            carries the surface.
+        has_model: Whether the page can compute the surface from forces; if not, every scene carries
+            the surface.
 
     Attributes:
-        close: Code and reason when the connection is to be closed; None before.
+        close: Code and reason with which the connection is to be closed; None while it stays open.
         outbox: Messages to be written.
-        mesh: Form in which the watcher takes the resting mesh.
+        mesh: Form in which the watcher takes the mesh at rest, such as `quantised`.
         slow: Whether the watcher has been behind for `SLOW_AFTER`.
         mailbox: News about the people in the room; None if the watcher did not ask for news.
     """
@@ -115,7 +115,7 @@ class Watcher:
         self._behind_since: float | None = None
 
     def receive(self, data: str | bytes, now: float) -> None:
-        """Handle one message from the client."""
+        """Handle one message from the client; `events` then returns what the room has to handle."""
         del now
         if self.close is not None:
             return
@@ -142,7 +142,7 @@ class Watcher:
         return _REQUESTS if self.mailbox is None else (*_REQUESTS, *_COMPANY)
 
     def events(self) -> list[WatchRequest]:
-        """Requests to the server since the last call."""
+        """Return the requests to the server that arrived since the last call."""
         events, self._events = self._events, []
         return events
 
@@ -153,7 +153,7 @@ class Watcher:
 
     @property
     def hears_news(self) -> bool:
-        """Whether the watcher is told who joins and leaves."""
+        """Whether the watcher is told who joins and who leaves."""
         return self._accepted and self.close is None
 
     @property
@@ -167,7 +167,7 @@ class Watcher:
         Args:
             version: Version of the newest scene.
             now: Time [s].
-            clear: Whether all earlier writes have left the process.
+            clear: Whether the operating system has taken all earlier writes to the watcher.
         """
         if not self.hears_news:
             return False
@@ -192,13 +192,13 @@ class Watcher:
         return free and 0 < self._sent_tick < tick and now - self._sent_at >= SIGN_OF_LIFE
 
     def put_sign_of_life(self, frame: bytes, tick: int, now: float) -> None:
-        """Queue the newest scene without a surface, for a watcher that has seen its content."""
+        """Queue the newest scene without surface, for a watcher that has been sent its content."""
         self.outbox.put_patch(frame)
         self._in_flight.append(tick)
         self._sent_tick, self._sent_at = tick, now
 
     def put_scene(self, frame: bytes, tick: int, version: int, now: float) -> None:
-        """Queue the newest scene, with the surface if `wants_surface`."""
+        """Queue the newest scene; its frame has the surface if `wants_surface`."""
         self.outbox.put_patch(frame)
         self._in_flight.append(tick)
         self._sent_tick, self._sent_version, self._sent_at = tick, version, now
@@ -208,7 +208,7 @@ class Watcher:
         self._next = max(self._next, now - 0.25 / self._rate) + 1.0 / self._rate
 
     def handle_timer(self, now: float) -> None:
-        """Update `slow`, and end the session if the watcher is too far behind."""
+        """Update `slow`, and end the session if the watcher was behind for `DROPPED_AFTER`."""
         if self._behind_since is None or self.close is not None:
             return
         behind = now - self._behind_since
@@ -244,7 +244,7 @@ class Watcher:
         return messages
 
     def fail(self, error: ProtocolError) -> None:
-        """End the session because of `error` and tell the client."""
+        """Tell the client the error, and end the session."""
         if self.close is None:
             self.send(Error(code=error.code.value, message=str(error)))
             self.close = close_frame(error.code.value, str(error))

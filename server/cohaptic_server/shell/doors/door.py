@@ -2,7 +2,7 @@
 
 asyncio makes a transport, a protocol, a task and timers for each connection, which take 0.3 ms and
 14 kB. A connection that is still silent needs none of them: here it waits on the porch, as a plain
-socket in one epoll set. A connection without budget is refused. The reason is sent as an HTTP
+socket in one epoll set. A connection beyond a rate limit is refused. The reason is sent as an HTTP
 response, since every client speaks HTTP first.
 
 Epoll reports the connections that have sent bytes, and takes no time for the others. The porch
@@ -38,7 +38,7 @@ _RECORD_HEAD = 5
 
 
 def has_asked(seen: bytes, *, tls: bool) -> bool:
-    """Whether a connection has sent its request, or anything that need not be waited for.
+    """Whether a client has sent its whole request, or bytes that cannot become one.
 
     Args:
         seen: All bytes so far, or the first `MOST` of them; not empty.
@@ -65,7 +65,7 @@ class Silent:
     """One silent connection: the client has not sent its whole request yet.
 
     Args:
-        source: Address or group of addresses whose budgets the connection spends.
+        source: Address or group of addresses against whose rate limits the connection counts.
         deadline: Time by which the client has to send its request [s].
         looks: Number of times that the porch has looked at new bytes.
     """
@@ -100,11 +100,14 @@ class Porch:
         return len(self._held)
 
     def fileno(self) -> int:
-        """File descriptor that is readable when `ready` would return a file, unless hidden."""
+        """Return the file descriptor of an epoll set, for the event loop to watch.
+
+        The set is readable when `ready` would return a socket, unless `show` hides that.
+        """
         return self._shown.fileno()
 
     def show(self, *, readable: bool) -> None:
-        """Let the event loop see ready files, or hide them so that they do not wake the loop."""
+        """Show ready files to the event loop, or hide them so that they do not wake the loop."""
         self._shown.modify(self._set.fileno(), select.EPOLLIN if readable else 0)
 
     def hold(self, connection: socket.socket, source: str, deadline: float) -> None:
@@ -112,9 +115,9 @@ class Porch:
 
         Args:
             connection: Non-blocking socket.
-            source: Address or group of addresses whose budgets the connection spends.
+            source: Address or group of addresses against whose rate limits the connection counts.
             deadline: Time by which the request has to come [s]; not earlier than the deadline of
-                any connection that is held already.
+                any connection that is on the porch already.
 
         Raises:
             OSError: The system has no memory for another watched connection.
@@ -124,7 +127,7 @@ class Porch:
         self._held[file] = Silent(connection, source, deadline)
 
     def ready(self) -> tuple[int, bool] | None:
-        """Find a socket with news: the door, or a connection that has sent bytes or has ended.
+        """Find one socket to handle: the door, or a connection that has sent bytes or has ended.
 
         Returns:
             File descriptor, and whether the client will send nothing more; None if there is none.
@@ -133,15 +136,15 @@ class Porch:
         return (found[0][0], bool(found[0][1] & self._ends)) if found else None
 
     def look(self, file: int, *, ends: bool) -> tuple[Silent | None, bool]:
-        """Look at the bytes of a connection, and release it if it is to be served or has ended.
+        """Look at a connection's bytes; remove it from the porch if it can be served or has ended.
 
         Args:
             file: File descriptor from `ready`.
             ends: Whether the client will send nothing more, as `ready` has returned it.
 
         Returns:
-            The released connection, and whether it is to be served; None for the connection while
-            it is still held.
+            The removed connection, and whether it is to be served; None for the connection if it
+            stays on the porch.
         """
         one = self._held.get(file)
         if one is None:
@@ -160,11 +163,11 @@ class Porch:
         return one, asked or (bool(seen) and not ends)
 
     def next_deadline(self) -> float | None:
-        """The earliest deadline [s]; None if no connection is held."""
+        """Return the earliest deadline of a connection on the porch [s]; None if there is none."""
         return next(iter(self._held.values())).deadline if self._held else None
 
     def overdue(self, now: float, most: int) -> list[Silent]:
-        """Release and return at most `most` connections whose deadline is past."""
+        """Remove from the porch, and return, at most `most` connections whose deadline is past."""
         found: list[Silent] = []
         for one in self._held.values():
             if one.deadline > now or len(found) == most:
@@ -175,7 +178,7 @@ class Porch:
         return found
 
     def close(self) -> list[Silent]:
-        """Stop watching; returns the connections that were held."""
+        """Stop watching; return the connections that were on the porch."""
         held = list(self._held.values())
         self._held.clear()
         self._shown.close()
@@ -211,7 +214,7 @@ class Door(socket.socket):
     and the listening socket. On systems without epoll, `accept` passes every connection on at once.
 
     Args:
-        gate: Admits connections by their budgets.
+        gate: Gate that admits connections by their rate limits.
         loop: Event loop that serves the connections and calls the timers of the door.
         tls: Whether connections begin with a TLS handshake.
     """
@@ -246,7 +249,7 @@ class Door(socket.socket):
         *,
         tls: bool = False,
     ) -> Door:
-        """Open a door that listens on an address; raises OSError."""
+        """Open a listening socket on an address; raises OSError."""
         door = cls(family, gate, loop, tls=tls)
         try:
             if os.name == "posix":
@@ -270,11 +273,11 @@ class Door(socket.socket):
         return 0 if self._porch is None else len(self._porch)
 
     def fileno(self) -> int:
-        """File descriptor that the event loop has to watch."""
+        """Return the file descriptor that the event loop has to watch."""
         return super().fileno() if self._porch is None else self._porch.fileno()
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """Return the next connection that has sent a request; BlockingIOError without one."""
+        """Return the next connection that has sent a request; BlockingIOError if there is none."""
         if not self._in_window:
             self._in_window = True
             if self._porch is None:  # a pause would spin: the socket stays readable meanwhile
@@ -328,10 +331,10 @@ class Door(socket.socket):
         self._in_window, self._work = False, 0
 
     def _let_in(self) -> tuple[socket.socket, str, Any]:
-        """Accept and count the next admitted connection.
+        """Accept the next connection that the gate admits, and let the gate count it.
 
         Raises:
-            BlockingIOError: There is none, or the work of this window is used up.
+            BlockingIOError: No connection waits, or the work of this window is used up.
         """
         while self._work < _WORK_AT_ONCE:
             self._work += 1
@@ -370,7 +373,7 @@ class Door(socket.socket):
             self._timer = self._loop.call_later(HEAD_TIMEOUT, self._end_overdue)
 
     def _taken(self, connection: socket.socket, source: str, peer: Any) -> tuple[Taken, Any]:
-        """Wrap an admitted connection for asyncio, and let the gate count it until its end."""
+        """Wrap an admitted connection for asyncio; the gate counts it until its socket closes."""
         self._work += _TAKING
         taken = Taken(self.family, self.type, self.proto, fileno=connection.detach())
         taken.turns = self._turns
@@ -378,7 +381,7 @@ class Door(socket.socket):
         return taken, peer
 
     def _end_overdue(self) -> None:
-        """Close connections that have sent no request in time, at most `_ENDED_AT_ONCE` of them."""
+        """Close at most `_ENDED_AT_ONCE` connections that have not sent a request in time."""
         self._timer = None
         if self._porch is None:
             return

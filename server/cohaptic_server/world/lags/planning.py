@@ -1,20 +1,20 @@
-"""Plan of the next tick: the part of the coupling to anticipate (science 3.13), and the lag.
+"""Plan the next tick: the part of the coupling to anticipate (science 3.13), and the room's lag.
 
 The room's lag follows from that part and from the loop that the hands close in one tick (science
 3.8, 3.13).
 
-If others turn a contact, the anticipation includes the hand's answer (`known_coupling`) as if the
-contact turned with the body at once. In fact the contact turns with the surface of the previous
-tick, and the lag has to allow for that (3.13 d). The part of the answer that comes too late is
-V (1 - b(s)) V^T, with V, b and T_b of 3.13 d and |1 - b(i w)| <= w T_b. With
-q = |V| |V^T (1 + X)^-1| the loop of 3.13 is therefore stable if at every frequency w, with
-p = theta w,
+If users turn each other's contacts, the anticipation includes the answer of the hand
+(`known_coupling`) as if its contact turned with the body at once. In fact the contact turns with
+the surface of the previous tick, and the lag has to allow for that (3.13 d). The part of the answer
+that comes too late is V (1 - b(s)) V^T, with the matrix V, the low-pass b and its time T_b of
+3.13 d, and |1 - b(i w)| <= w T_b. With q = |V| |V^T (1 + X)^-1|, where X is the anticipated part of
+S, the loop of 3.13 is therefore stable if at every frequency w, with p = theta w,
 
-    F(p)^(1/2) + h(p)^(1/2) q T_b w < (1 + (w tau)^2)^(1/2),
+    F(p)^(1/2) + h(p)^(1/2) q T_b w < (1 + (w tau)^2)^(1/2).
 
-with F and h of 3.14, the squares of a hand's largest gain in its row of the loop and of its largest
-gain from the motion that it is shown. For hands held still (F = c^2, h = 1, c = `Gains.held`) this
-is tau > q T_b / (1 - c^2)^(1/2).
+Here tau is the lag, and theta, F and h are those of 3.14: F is the square of a hand's largest gain
+in its row of the loop, and h the square of its largest gain from the motion that it is shown. For
+hands held still (F = c^2, h = 1, c = `Gains.held`) this is tau > q T_b / (1 - c^2)^(1/2).
 """
 
 from __future__ import annotations
@@ -49,13 +49,15 @@ from cohaptic_server.world.state import NOTHING, Anticipation
 
 
 def lag_where_turned(gains: Gains, damping_budget: float, stiffest: float, late: float) -> float:
-    """Lag tau that hands, held still or moving, need if others turn contacts [s].
+    """Return the lag tau that keeps a room stable where users turn each other's contacts [s].
+
+    The lag suffices for hands that hold still and for hands that move.
 
     Args:
         gains: Gains of the loop that anticipation leaves.
         damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
-        stiffest: Largest K of a hand, in any direction, finite [N/m].
-        late: q T_b, the weighted delay of the answers of turned contacts [s].
+        stiffest: Largest stiffness K of a hand, in any direction, finite [N/m].
+        late: q T_b of the module's head, the delay of the answers of turned contacts [s].
     """
     theta, stiffness = hand_class(damping_budget, stiffest)
     frequency = FREQUENCIES / theta
@@ -74,19 +76,19 @@ ROUNDING = 1e-6
 # and fro would keep swinging.
 CALM_TIME = LONGEST_TURN
 
-# Largest modulus of an eigenvalue of S_tt at which the answer of turned contacts counts as known.
-# The answer grows as 1 / (1 - S_tt): at this limit an error of a tenth in how the surface bends
-# becomes one of three tenths. Below -1 a contact that is turned a tick late swings, whatever lag
-# the room has.
+# Largest modulus of an eigenvalue of S_tt, the coupling matrix between tangents, at which the
+# answer of turned contacts counts as known. The answer grows as 1 / (1 - S_tt): at this limit an
+# error of a tenth in how the surface bends becomes one of three tenths. Below -1 a contact that is
+# turned a tick late oscillates, whatever lag the room has.
 MOST_TURNED = 2.0 / 3.0
 
 # Largest eigenvalue of V V^T = S_pt (1 - S_tt)^-1 S_tp at which the coupling counts as known: the
-# share that turned contacts add to the effect of others. The gain of a contact's normal, K g with
-# g = 1 / slope - 1, grows without bound as the depth of a tip approaches the radius of curvature.
-# There, the slope itself is known to within a half at best: on a lobe of rubber, it was found as
-# 0.1 to 0.7 at one place from tick to tick. Shares of 2 to 22 were anticipated and came back as
-# forces of 0.95 N in place of 0.73 N once a second at 250 ms; with this limit two hands rest there
-# (decision 73).
+# share that turned contacts add to the effect of other users. The gain of a contact's normal, K g
+# with g = 1 / slope - 1, grows without bound as the depth of a tip approaches the radius of
+# curvature. There, the slope itself is known to within a half at best: on a lobe of rubber, it
+# varied from 0.1 to 0.7 at one contact from tick to tick. Shares of 2 to 22 were anticipated, and
+# forces of 0.95 N in place of 0.73 N came back once a second at a delay of 250 ms; with this limit
+# two hands rest there (decision 73).
 MOST_ANSWERED = 1.0
 
 
@@ -94,11 +96,11 @@ class Planned(NamedTuple):
     """Plan of one tick for the next: the anticipation, and the values that give the lag.
 
     Args:
-        anticipation: Anticipation of users who touch.
-        gains: Gains of the loop that anticipation leaves; None where the coupling cannot be
+        anticipation: Anticipation for the users in contact who already have a patch.
+        gains: Gains of the loop that anticipation leaves; None if the coupling cannot be
             anticipated.
         m: Spectral radius of the coupling matrix S.
-        late: Delay with which turned contacts answer, `Turned.late` [s].
+        late: Delay of the answers of turned contacts, from `Turned.late` [s].
     """
 
     anticipation: Anticipation
@@ -110,12 +112,12 @@ class Planned(NamedTuple):
 def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
     """Return the coupling matrix S with the answer of turned contacts; None if it is not known.
 
-    A hand answers others with its force along the normal, and with the turning of its contact,
-    which moves the body again (science 3.12). The contact turns with the body in the same tick, so
-    both answers together form one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp, with p for
-    normals and t for tangents. A tick cannot know S if contacts are about to slide off or to turn
-    each other to and fro, if turned contacts answer more than `MOST_ANSWERED`, or if others turn
-    the contact of a finger that sticks.
+    A hand answers displacements by others in two ways: its force along the normal changes, and its
+    contact turns, which moves the body again (science 3.12). With a contact that turns in the same
+    tick, both answers form one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp, with p for normals
+    and t for tangents. A tick cannot know S if contacts are about to slide off or to turn each
+    other to and fro, if turned contacts answer more than `MOST_ANSWERED`, or if others turn the
+    contact of a finger that sticks.
 
     Args:
         loop: Loop along the normals.
@@ -134,15 +136,15 @@ def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
 def find_anticipation(
     loop: RoomLoop, normals: Floats, S: Floats | None, turned: Turned | None, dt: float
 ) -> Planned:
-    """Find the anticipation of a room in the next tick.
+    """Choose the part of a room's coupling that the next tick anticipates.
 
     Nothing is anticipated, and the room has the lag of science 3.8, if the coupling is not known or
-    if a user has one of the paper's laws, which also answer the dent of their own force.
+    if a user has a law of the paper, which also answers the dent of its own force.
 
     Args:
         loop: Loop along the normals.
         normals: Normals of the users' contacts, shape (n, 3).
-        S: Result of `known_coupling`; None if it was None within the last `CALM_TIME`.
+        S: Coupling matrix from `known_coupling`; None if that was None within the last `CALM_TIME`.
         turned: Loop with turned contacts; None if no contact is steep.
         dt: Simulation period N T [s].
     """
@@ -184,17 +186,19 @@ def find_anticipation(
     return Planned(plan, whole.gains, whole.radius, late)
 
 
-# Seconds that the lag falls per second while it is below this value; a longer lag falls by its own
-# size per second. The lag may rise at once: the room needs the longer lag now, which only slows the
-# forces on their way. If the lag fell at once, forces that it still holds back would reach the body
-# within one tick, as a jump.
+# Rate at which the lag may fall [s per s] while the lag is below this value [s]; a longer lag falls
+# by its own size per second. The lag may rise at once: the room needs the longer lag now, which
+# only slows the forces on their way. If the lag fell at once, the forces that the lag still holds
+# back would reach the body within one tick, as a jump.
 FALL_RATE = 0.2
 
 
 def find_lag(loop: RoomLoop, plan: Planned, previous: RoomLag, dt: float) -> RoomLag:
-    """Find the room's lag for the next tick.
+    """Choose the room's lag for the next tick, and its stability margin.
 
     Args:
+        loop: Loop along the normals.
+        plan: Plan of this tick for the next.
         previous: Lag of the last tick.
         dt: Simulation period N T [s].
     """

@@ -1,4 +1,4 @@
-"""Loop of forces between the hands of a room, from the contacts of a tick (science 3.2, 3.8)."""
+"""The feedback loop in which the hands of a room move each other (science 3.2, 3.8)."""
 
 from __future__ import annotations
 
@@ -30,20 +30,21 @@ class Hand(Protocol):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RoomLoop:
-    """Loop of forces between the hands of a room.
+    """The loop in which each hand answers the displacement of its contact by the others' forces.
 
     Args:
         users: All n users of the room.
-        spans: Rows of each user's loads in `S`.
+        spans: Span of each user's loads in the rows of `S`.
         nearness: Weight of each user as a neighbour, 0 for a user outside the loop, shape (n,).
         stiffness: Stiffness K of each hand, not weighted by nearness, (1, 1) or (3, 3) [N/m].
         stiffest: Largest K of a hand in the loop, in any direction [N/m].
         S: Coupling matrix of science 3.8, weighted by nearness, shape (loads, loads).
-        longest_delay: Longest delay T_max, with the period of blending into a new patch [s].
+        longest_delay: T_max, the longest loop delay plus the period in which a client blends into a
+            new patch [s].
         damping_budget: Smallest damping budget of a device in the loop, infinite if the loop has
             none [N s/m].
-        predictive: Whether any user has the predictive law.
-        papers: Whether any user in the loop has a law of the paper.
+        predictive: Whether any user has the predictive control law.
+        papers: Whether any user in the loop has one of the paper's control laws.
     """
 
     users: Sequence[Hand]
@@ -66,7 +67,7 @@ def room_loop(
     Args:
         users: Users with their newest samples and measured delays.
         compliance: Compliance between all loads, bounded, shape (loads, loads) [m/N].
-        spans: Rows of each user's loads in `compliance`.
+        spans: Span of each user's loads in `compliance`.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
         dt: Simulation period N T [s].
     """
@@ -132,7 +133,7 @@ def _coupling(
 def _stiffest(
     compliance: Floats, spans: Sequence[slice], near: Floats, K: Sequence[Floats] | Floats
 ) -> float:
-    """Largest stiffness K of a hand in the loop, in any direction [N/m].
+    """Return the largest stiffness K of a hand in the loop, in any direction [N/m].
 
     A hand whose gains its user has chosen may be stiffer than the body. With friction, the largest
     row sum of |K| bounds the eigenvalues of K and nearly equals the largest one. A neighbour that
@@ -155,7 +156,7 @@ def _stiffest(
 
 
 def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
-    """Sum of |C| between the normal of each user and the loads of all other users [m/N]."""
+    """Return the sum of |C| from each user's normal to the loads of all others [m/N]."""
     first = [span.start for span in spans]
     sums = np.add.reduceat(np.abs(C[first]), first, axis=1)
     others: list[float] = (sums.sum(axis=1) - sums.diagonal()).tolist()
@@ -163,11 +164,15 @@ def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:
 
 
 def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
-    """Stiffness K of one hand, at least the gain sent to its client, (1, 1) or (3, 3) [N/m].
+    """Return the stiffness K with which one hand counts in the loop, (1, 1) or (3, 3) [N/m].
+
+    K is at least the gain that the server sends to the hand's client.
 
     Args:
+        user: User of the hand.
         C: Compliance of the hand's contact, shape (1, 1) or (3, 3) [m/N].
-        others: Sum of |C| from the other users, which limits the gains of the paper's laws [m/N].
+        others: Sum of |C_ij| over the loads j of all other users, which limits the gains of the
+            paper's laws [m/N].
     """
     c_ii = float(C[0, 0])
     inverse = np.linalg.inv(C) if len(C) > 1 else np.array([[1.0 / c_ii]])
@@ -175,11 +180,12 @@ def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
 
 
 def _share(user: Hand, c_ii: float, others: float) -> float:
-    """Stiffness K of one hand along the normal, as a share of the body's stiffness 1 / `c_ii`.
+    """Return the stiffness K of a hand along the normal over the body's stiffness, 1 / `c_ii`.
 
     Args:
+        user: User of the hand.
         c_ii: Compliance of the hand's contact along the normal [m/N].
-        others: Sum of |C| from the other users [m/N].
+        others: As for `hand_stiffness` [m/N].
     """
     touch, limit = user.touch, user.touch.max_stiffness
     if touch.fixed_gains is not None:

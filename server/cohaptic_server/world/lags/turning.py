@@ -1,18 +1,19 @@
 """Time constant T_g that slows the turning of contacts by other users (science 3.12).
 
-A hand at depth d under a surface of curvature k answers the others' forces with two springs: K
-along the normal, after the delay of its loop, and -K g along the surface, g = d k / (1 - d k),
-since the nearest point to its probe turns with the surface. Let S contain both directions of every
-contact, S_pp between the normals, S_pt from tangents to normals and S_tt between the tangents. With
-the answers p along the normals and t along the tangents, the loop is
+A probe at depth d [m] under a surface of curvature k [1/m] answers the forces of other users with
+two springs: one of stiffness K along the normal, after the delay of the hand's loop, and one of
+-K g along the surface, g = d k / (1 - d k), since the nearest point to the probe turns with the
+surface. Let the coupling matrix S contain both directions of every contact: S_pp between the
+normals, S_pt from tangents to normals, and S_tt between the tangents. With p and t, the answers
+along normals and tangents, the delay T_i of hand i and the lag tau of the room, the loop is
 
     p = -A (S_pp p + S_pt t),    A = diag(exp(-s T_i) / (1 + s tau)),
     t = B (S_tp p + S_tt t),     B = 1 / (1 + s T_g).
 
 **Theorem.** Let mu be the largest eigenvalue of -S_pp, w > 0 with cos(w T) - w tau sin(w T) >= mu
 for T = T_max, a = 1 / sqrt(1 + w^2 tau^2) and b = 1 / sqrt(1 + w^2 T_g^2). If the largest
-eigenvalue of S_tt is below 1, all delays T_i <= T are stable if E^(1/2) S E^(1/2) has a norm below
-1, with E = a for the normals and b for the tangents.
+eigenvalue of S_tt is below 1, the loop is stable for all delays T_i <= T if E^(1/2) S E^(1/2) has a
+norm below 1, where the diagonal matrix E has a for the normals and b for the tangents.
 
 *Proof* in `docs/science.md`: below w the real parts of both springs are positive, above w the gain
 of the loop is below one.
@@ -39,14 +40,14 @@ _BISECTIONS = 30  # gives frequency and share to 9 digits
 
 
 def turning_needed(S: Floats, tangents: int, longest_delay: float, lag: float = 0.0) -> float:
-    """Edge of the theorem [s]: every longer T_g is stable; infinite if no T_g is proved stable.
+    """Return the time constant T_g above which the theorem proves stability [s]; infinite if none.
 
     Args:
-        S: sqrt|N| C sqrt|N| of all contacts with their springs N (K or -K g), the tangents last,
-            with zeros between directions of the same contact; symmetric, shape (n, n).
+        S: Matrix sqrt|N| C sqrt|N| of all contacts, with their springs N (K or -K g) and compliance
+            C, the tangents last; zero between directions of one contact; symmetric, shape (n, n).
         tangents: Number of rows of S that are tangents.
-        longest_delay: T_max [s].
-        lag: tau of the room [s].
+        longest_delay: Longest delay T_max of the theorem [s].
+        lag: Lag tau of the room [s].
     """
     normals = len(S) - tangents
     if not tangents or not normals:
@@ -71,7 +72,13 @@ def turning_needed(S: Floats, tangents: int, longest_delay: float, lag: float = 
 
 
 def _highest_passive(mu: float, delay: float, lag: float) -> float:
-    """Highest frequency w with cos(w T) - w tau sin(w T) >= mu [rad/s]."""
+    """Return the highest frequency w [rad/s] with cos(w T) - w tau sin(w T) >= mu.
+
+    Args:
+        mu: As in the theorem, at least 0 and below 1.
+        delay: Delay T [s].
+        lag: Lag tau [s].
+    """
     low, high = 0.0, math.acos(mu) / delay
     if lag == 0.0:
         return high
@@ -82,19 +89,23 @@ def _highest_passive(mu: float, delay: float, lag: float) -> float:
     return low
 
 
-# A contact that others turn so far that it slips off has no time constant of its own. The constant
-# used instead is as long as a hand takes to let go and come back.
+# Upper bound of T_g, used where no T_g is proved stable because others turn a contact so far that
+# it slips off: the time in which a hand lets go and comes back.
 LONGEST_TURN = 2.0  # s
-# Largest gain of turning that is neglected: that of a probe a quarter as deep as the radius of
-# curvature, as in `displacement_field.LARGEST_PRODUCT`. For a larger gain, the body is asked for
-# two more directions of the contact.
+# Largest turning gain g that is neglected: that of a probe a quarter as deep as the radius of
+# curvature, as in `displacement_field.LARGEST_PRODUCT`. For a larger gain, the body also computes
+# its response along the two tangents of the contact.
 LARGEST_TURN = 1.0 / 3.0
 _TINY = 1e-9  # share of the spread of the vertices under a finger, which may lie on a line
-GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # smallest slope at which a contact turns without a lag
+GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # smallest `Contact.slope` of a contact that is not steep
 
 
 def steep_contacts(slopes: Floats) -> list[int]:
-    """Rows of the users whose contacts others may turn too fast; none for a user alone."""
+    """Return the rows of users whose contacts other users turn too fast; none for a single user.
+
+    Args:
+        slopes: `Contact.slope` of each contact, shape (n,).
+    """
     if len(slopes) < 2:
         return []
     steep: list[int] = np.flatnonzero(slopes < GENTLE).tolist()
@@ -115,17 +126,17 @@ class Turned(NamedTuple):
 
     @property
     def along(self) -> float:
-        """Largest modulus of an eigenvalue of S_tt.
+        """Largest modulus of an eigenvalue of S_tt, the part of S between tangents.
 
-        At an eigenvalue of 1 contacts slide off without any push. At -1 each contact turns all
-        others back one tick after they were turned, for ever; three hands round a limb reach -1
-        where two hands have 1/2.
+        At an eigenvalue of 1 contacts slide off without any push. At -1 contacts turn each other to
+        and fro from tick to tick, for ever; three hands round a limb reach -1 where two hands have
+        1/2.
         """
         n = len(self.S) - self.tangents
         return float(np.abs(np.linalg.eigvalsh(self.S[n:, n:])).max())
 
     def answer(self) -> Floats:
-        """Return V V^T, which the answer of turned contacts adds to S, shape (users, users).
+        """Return the matrix V V^T that the answer of turned contacts adds to S, (users, users).
 
         It equals S_pt (1 - S_tt)^-1 S_tp; `along` must be below 1.
         """
@@ -139,13 +150,13 @@ class Turned(NamedTuple):
         return np.asarray(self.S[:n, n:] @ (vectors / np.sqrt(1.0 - values)))
 
     def late(self, solve: Floats, dt: float) -> float:
-        """Return T_b q of science 3.13 (d), the delay with which turned contacts answer [s].
+        """Return the delay of the answers of turned contacts, T_b q of science 3.13 (d) [s].
 
         The surface of the previous tick turns a contact, and the effect of turned contacts on each
         other takes 1 / (1 - S_tt) ticks.
 
         Args:
-            solve: (1 + X)^-1 of the anticipated part X of S, shape (users, users).
+            solve: Matrix (1 + X)^-1 of the anticipated part X of S, shape (users, users).
             dt: Simulation period N T [s].
         """
         V = self.root_of_answer()
@@ -165,7 +176,7 @@ def turned_loop(
 
     Args:
         compliance: Compliance between all loads, shape (loads or more, loads or more) [m/N].
-        spans: Loads of each user: one, or three if the body was asked for the tangents, too.
+        spans: Span of each user's loads: one load, or three with those along the tangents.
         mesh: Resting surface.
         nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
     """
@@ -192,7 +203,7 @@ def turned_loop(
 
 
 def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, dt: float) -> float:
-    """Time constant with which users may turn others' contacts, if nothing is anticipated [s].
+    """Choose the time constant with which contacts turn if nothing is anticipated [s].
 
     Args:
         turned: Loop of the room; None if no contact is steep.
@@ -206,7 +217,7 @@ def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, d
 
 
 def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
-    """Square root of the turning gain g of one contact along its two tangents, shape (2, 2).
+    """Return the square root of a contact's turning gain g along its two tangents, shape (2, 2).
 
     The contact search measures the depth over the smallest radius of curvature only. The curvatures
     along both tangents are fitted to the resting normals under the finger, weighted by pressure.
@@ -229,5 +240,5 @@ def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
 
 
 def _longest_delay(users: Sequence[Hand], dt: float) -> float:
-    """Longest delay T_max with the period of blending, without users who are too slow [s]."""
+    """Return T_max: the longest delay of users who are not too slow, plus one period `dt` [s]."""
     return max((u.delay.counted for u in users if not u.delay.too_long), default=0.0) + dt

@@ -1,4 +1,4 @@
-"""Contact points and bulges on the surfaces free of each user's own force."""
+"""Contact points and bulges on each user's free surface: the surface without that user's force."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ def put_contacts(
     values: Floats,
     places: Floats,
 ) -> int:
-    """Find the contact point of each user on the surface free of that user's own force.
+    """Compute the contact point of each user on the user's free surface.
 
     Args:
         search: Contact search on the resting surface.
         field: Displacement field that the search reads.
         first: Row of the user to begin with.
         frames, starts, under, weights: Contacts, as in `Contacts`.
-        known_starts, known: Vertices at which each user's surface is known, shape (k,).
+        known_starts, known: Vertices at which each user's surface is stored, shape (k,).
         values: Displacement of the surface at these vertices, shape (k, 3) [m].
         places: Set to the contact points, shape (n, 3) [m].
 
     Returns:
         Row of the user at which the loop stopped: n at the end, or the row of a user whose surface
-        is not known at some vertex under the contact.
+        is not stored at some vertex under the contact.
     """
     for i in range(first, frames.shape[0]):
         a, b, c, d = known_starts[i], known_starts[i + 1], starts[i], starts[i + 1]
@@ -60,7 +60,7 @@ def flatten(
     values: Floats,
     shown: Floats,
 ) -> None:
-    """Flatten the bulges off which probes would slide (`displacement_field.flatten_bulges`).
+    """Flatten bulges off which probes would slide, for `displacement_field.flatten_bulges`.
 
     Args:
         rest: Resting positions, shape (v, 3) [m].
@@ -69,12 +69,12 @@ def flatten(
         x_free: Contact points on their surfaces, shape (n, 3) [m].
         depths: Depths of the probes below these points, shape (n,) [m].
         radius: Radius of the fit of a bulge [m].
-        largest: Product of depth and curvature up to which a bulge is shown as it is.
+        largest: Product of depth and curvature up to which a bulge stays as it is.
         matrix: Working memory of `fit_bulge`, shape (6, 8).
-        known_starts, known: Vertices at which each user's surface is known, shape (k,).
+        known_starts, known: Vertices at which each user's surface is stored, shape (k,).
         values: Displacement at these vertices, flattened in place, shape (k, 3) [m].
-        shown: Set to the displacement of each contact [m] and the share that is left of the
-            differences from it, 1 for a surface that is shown as it is, shape (n, 4).
+        shown: Set to the displacement of each contact [m], and the factor by which differences from
+            it were multiplied, 1 for a surface that stays as it is, shape (n, 4).
     """
     for i in range(frames.shape[0]):
         shown[i, 3] = 1.0

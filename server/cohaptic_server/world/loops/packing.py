@@ -18,7 +18,7 @@ def largest(
     c_ii: Floats,
     found: Floats,
 ) -> None:
-    """Find the largest displacement component [m] and compliance [m/N] of each neighbourhood.
+    """Compute the largest displacement component [m] and compliance [m/N] of each neighbourhood.
 
     Args:
         starts: Start of each of n neighbourhoods, then the end of the last one, shape (n + 1,).
@@ -49,13 +49,13 @@ def pack(
     per: Floats,
     numbers: np.ndarray[tuple[int, int], np.dtype[np.uint16]],
 ) -> int:
-    """Write every vertex as its number and its values in whole units.
+    """Encode every vertex as its number and its values in whole units.
 
     Args:
         starts, displacement, c_ii: As in `largest`.
         vertices: Number of each vertex, shape (k,).
-        per: Units of displacement per metre, for which packed values stay below 2^15, and units of
-            compliance per m/N, for which they stay below 2^16; 0 to pack zeros, shape (n, 2).
+        per: Units per metre of displacement, small enough for values below 2^15, and units per m/N
+            of compliance, small enough for values below 2^16; 0 to pack zeros, shape (n, 2).
         numbers: Set to the packed values, shape (k, 5); displacements are in 2's complement.
 
     Returns:

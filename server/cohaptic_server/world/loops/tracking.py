@@ -1,7 +1,8 @@
-"""Finds the contacts of all users on the last tick's surfaces, one after the other in one call.
+"""Finds the contacts of all users on their tracked surfaces, one after the other in one call.
 
-Data of varying length lie in one array, user after user: an array of starts holds where each user's
-part begins, and where the last one ends.
+A tracked surface follows a user's free surface with a delay (`contact_tracking.RELAXATION`). Data
+of varying length lie in one array, user after user: an array of starts holds where each user's part
+begins, and where the last one ends.
 """
 
 from __future__ import annotations
@@ -44,32 +45,33 @@ def track(
     new_weights: Floats,
     places: Floats,
 ) -> int:
-    """Relax the surface of each user towards its free surface, and find its contact there.
+    """Move each user's tracked surface towards the free surface, and find the contact on it.
 
     Args:
         search: Contact search on the resting surface.
         field: Displacement field that the search reads.
         first: Row of the user to begin with.
         before: Row of each user in the last tick, -1 for none, shape (n,).
-        tips: Points that the contacts follow, shape (n, 3) [m].
-        shares: Share of the way to the free surface that each surface moves, 0 to 1, shape (n,).
+        tips: Points to which the contacts shall be nearest, shape (n, 3) [m].
+        shares: Share of the way to the free surface that each tracked surface moves, 0 to 1, shape
+            (n,).
         radius: Radius of the pressure [m].
         keep: Offset of a tip beside the normal up to which the last contact is kept [m].
         tolerance: Offset beside the normal that may remain when a contact is found anew [m].
         frames, slopes, starts, under, weights: Contacts of the last tick, as in `Contacts`.
-        known_starts, known: Vertices at which each user's free surface of the last tick is known.
+        known_starts, known: Vertices at which each user's free surface of the last tick is stored.
         free: Displacement of the free surface at these vertices, shape (k, 3) [m].
         surface_of: Row of the tracked surface of each user of the last tick, -1 for none, shape
             (m,).
-        surface_starts, surface_known, surface: Surfaces on which the last tick tracked contacts.
-        followed: Set to the surfaces on which this tick tracks contacts, known where `free` is,
-            shape (k, 3) [m].
+        surface_starts, surface_known, surface: Tracked surfaces of the last tick.
+        followed: Set to the tracked surfaces of this tick, at the vertices of `free`, shape (k, 3)
+            [m].
         new_frames, new_slopes, new_starts, new_under, new_weights: Set to the new contacts.
         places: Set to the contact points on the free surfaces, shape (n, 3) [m].
 
     Returns:
         Row of the user at which the loop stopped: n at the end, or the row of a user whose contact
-        needs longer arrays, who was not there in the last tick, or whose surface is not known at a
+        needs longer arrays, who was not there in the last tick, or whose surface is not stored at a
         needed vertex.
     """
     for i in range(first, before.shape[0]):
@@ -113,7 +115,17 @@ def relax(
     share: float,
     followed: Floats,
 ) -> None:
-    """Move a tracked surface by `share` towards the free one; copy the free one for a new user."""
+    """Move a tracked surface by `share` towards the free one; copy the free one for a new user.
+
+    Args:
+        field: Displacement field, used as working memory.
+        known: Vertices of the free surface, shape (k,).
+        free: Displacement of the free surface at these vertices, shape (k, 3) [m].
+        of: Row of the tracked surface; negative for a new user.
+        starts, surface_known, surface: Tracked surfaces of the last tick.
+        share: Share of the way to the free surface, 0 to 1.
+        followed: Set to the moved surface at the vertices `known`, shape (k, 3) [m].
+    """
     if of < 0:
         for k in range(known.shape[0]):
             for axis in range(3):

@@ -101,18 +101,18 @@ def smoothed(
 
 
 def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) -> bool:
-    """Find contacts that are new, or further from their previous place than a hand can move them.
+    """Find contacts that are new, or further from their last position than a hand can move them.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
         before: Row of each user in the last tick; -1 for a user who was not there, shape (n,).
         old: Frames of the contacts in the rows of the last tick, shape (m, 3, 3).
         most: Distance that a hand can move a contact in a tick [m].
-        found: Set to the rows in the last tick, -1 for a user whose contact is new at its place,
-            shape (n,).
+        found: Set to each user's row in the last tick; -1 for a contact that is new or has moved
+            too far, shape (n,).
 
     Returns:
-        Whether the contact of any user is new at its place.
+        Whether any row in `found` is -1.
     """
     anybody = False
     for i in range(frames.shape[0]):

@@ -46,7 +46,7 @@ def choose_windows(
     touched: Ints,
     carried: Ints,
 ) -> int:
-    """Copy each window of the last tick that still covers its contact, and choose the others anew.
+    """Copy each window of the last tick that still suffices, and choose the others anew.
 
     Args:
         surface: Tree of the n vertices of the surface.
@@ -60,10 +60,10 @@ def choose_windows(
         slides: Slide of each probe along the surface while its patch is in use, shape (u, 3) [m].
         directions: Tangential velocities, shape (u, 3) [m/s].
         horizons: Time for which the patches are in use, shape (u,) [s].
-        lengths, half_widths: Lengths and half widths of the paths along which vertices are carried,
-            shape (u,) [m].
+        lengths, half_widths: Length of the path ahead of each contact, and distance from the path
+            within which a mesh patch needs vertices, shape (u,) each [m].
         radius, reach, step, most: As in `WindowVertices.choose`.
-        reuse: Largest move of a contact along each axis at which its window is kept [m].
+        reuse: Largest move of a contact along each axis at which its window is reused [m].
         speeding_up: Widening of a window per second of a longer horizon [m/s].
         before: Row of each user in the last tick, -1 for none, shape (u,).
         old_geometry, old_keys, old_starts, old_vertices, old_fitted, old_touched, old_carried:
@@ -122,7 +122,7 @@ def covers(
     keys: Floats, row: int, frames: Floats, slides: Floats, horizons: Floats, i: int,
     speeding_up: float, reuse: float,
 ) -> bool:  # fmt: skip
-    """Whether the window in row `row` of the last tick still covers contact `i`."""
+    """Return whether the window in row `row` of the last tick still suffices for contact `i`."""
     if not speeding_up * abs(horizons[i] - keys[row, 6]) <= reuse:
         return False
     for k in range(3):

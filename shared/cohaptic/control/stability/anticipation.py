@@ -1,20 +1,21 @@
-"""Anticipation: the body gets the forces that hands are about to feel (science 3.13).
+"""Anticipation: the server applies the forces that hands are about to feel (science 3.13).
 
 A sample's force answers a surface that was made from older forces of all other hands. The server
-knows those forces, since a sample names its patch, and it knows C and every K. The server therefore
-takes a step of Newton's method instead of waiting for several round trips between the hands. S of
-`lag_choice` is split by its eigenvalues, S = X + R. Let f be the forces of the newest samples. User
-i's sample answers a patch that was made at a time t_i, when the body carried the forces u(t_i).
-Then the body gets
+knows those forces, since a sample names its patch, and it knows the compliance matrix C and the
+stiffness K of every hand. The server therefore takes a step of Newton's method instead of waiting
+for several round trips between the hands. The coupling matrix S of `lag_choice` is split by its
+eigenvalues, S = X + R. Let f be the forces of the newest samples. User i's sample answers a patch
+that was made at a time t_i, when the body carried the forces u(t_i). Then the server applies
 
     f* = (1 + X)^-1 (f + x),    x_i = sum_j X_ij u_j(t_i),
 
-after the room's lag tau. X has all of the positive part of S and a share 1 / (1 + kappa) of the
-negative part. Then, for every body, number of hands and constant delays T_i,
+to the body, after the room's lag tau. X has the positive part of S and the fraction 1 / (1 + kappa)
+of its negative part. Then, for every body, number of hands and constant loop delays T_i,
 
 * hands held still are stable without a lag: the remaining loop has a gain of `Gains.held` < 1;
 * hands of any stiffness, and of a mass up to theta times their damping, are stable with a lag
-  tau >= `hand_factor` theta; if every K is small compared with damping / theta, that factor is 0.
+  tau >= `hand_factor` times theta; that factor is 0 if every K is small compared with the damping
+  over theta.
 
 `docs/science.md` has the proof.
 """
@@ -29,20 +30,20 @@ import numpy as np
 from cohaptic.control.stability.lag_choice import FULL_BUDGET
 from cohaptic.control.stability.single_contact import Floats
 
-# Largest gain of the loop for a hand that offers no resistance; at 1 the hand would drift, and
-# close to 1 the lag that moving hands need grows.
+# Largest gain of the loop for a hand that offers no resistance; at 1 the hand would drift, and the
+# nearer the gain comes to 1, the longer is the lag that moving hands need.
 SOFTEST: Final = 0.9
-# Least kappa: ratio of the part of the negative eigenvalues that is left to the loop to the part
-# that is anticipated. With 1 (half of them), rooms whose coupling is nearly 1 need 1.5 times the
-# lag for a sixth fewer round trips, and an error of C counts 2 times instead of 1.5 times.
+# Least kappa. Each negative eigenvalue of S has a part that the server anticipates, and a part
+# kappa times as large that stays in the loop. With kappa = 1, rooms whose coupling is nearly 1 need
+# 1.5 times the lag for a sixth fewer round trips, and an error of C counts 2 instead of 1.5 times.
 LEAST_KAPPA: Final = 2.0
-# Largest modulus of a negative eigenvalue of S that is used; at 1 the body would not give way at
-# all to that combination of forces.
+# Limit for the modulus of negative eigenvalues of S; at 1 the body would not give way at all to the
+# combination of forces in the eigenvector.
 LARGEST: Final = 0.999
-# A heavy hand, held loosely. theta is the hand's mass over its damping plus the damping that its
-# device adds where the loop generates energy (3.4). This theta does not cover hands of 0.3 to
-# 1.5 N s/m on devices that add no damping: of 2,000 such rooms 1 swings; 6 swing with 3 N s/m here,
-# and 15 with 4.
+# A heavy, relaxed hand. theta is the hand's mass, divided by the sum of its damping and the damping
+# that its device adds where the loop generates energy (3.4). This theta does not cover hands of 0.3
+# to 1.5 N s/m on devices that add no damping: of 2,000 such rooms 1 oscillates; 6 oscillate with
+# 3 N s/m here, and 15 with 4.
 HAND_MASS: Final = 0.5  # kg
 HAND_DAMPING: Final = 2.0  # N s/m
 FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)  # theta times angular frequency
@@ -50,12 +51,13 @@ FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)  # theta times angular frequen
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """Gains of the loop that anticipation leaves, along the eigenvectors of S.
+    """Gains of the delayed loop between hands that remains with anticipation (science 3.13).
 
     Args:
-        together: beta = m_+ / (1 + m_+), where m_+ is the largest eigenvalue of S.
+        together: beta = m_+ / (1 + m_+), where m_+ is the largest eigenvalue of the matrix S.
         apart: alpha = m_- / (1 + kappa - m_-), where -m_- is the smallest eigenvalue of S.
-        kappa: Ratio of the part left to the loop to the anticipated part, for negative eigenvalues.
+        kappa: For negative eigenvalues, the ratio of the part that stays in the loop to the part
+            that the server anticipates.
     """
 
     together: float
@@ -64,12 +66,12 @@ class Gains:
 
     @property
     def held(self) -> float:
-        """Share of a force error that is left after one round trip if hands are held still."""
+        """Factor by which one round trip multiplies a force error if hands are held still."""
         return self.kappa * self.apart
 
     @property
     def limp(self) -> float:
-        """Share of a force error that is left after one round trip if hands offer no resistance."""
+        """Factor by which one round trip multiplies a force error if hands do not resist."""
         return float(np.hypot(self.together, self.apart))
 
 
@@ -78,14 +80,14 @@ UNCOUPLED: Final = Gains(0.0, 0.0, LEAST_KAPPA)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Part:
-    """The anticipated part of a coupling matrix S, and properties of S and of the remaining loop.
+    """The part X of a coupling matrix S that the server anticipates, and the gains that remain.
 
     Args:
         X: Anticipated part of S, symmetric, shape (n, n).
-        solve: (1 + X)^-1, shape (n, n).
-        gains: Gains of the remaining loop.
-        radius: m, the spectral radius of S.
-        lowest: Smallest eigenvalue of S; below -1 no delay is stable.
+        solve: Inverse (1 + X)^-1, shape (n, n).
+        gains: Gains of the loop that remains.
+        radius: Spectral radius m of S.
+        lowest: Smallest eigenvalue of S; below -1 the room is unstable at every delay.
     """
 
     X: Floats
@@ -96,12 +98,12 @@ class Part:
 
 
 def gains_left(largest: float, smallest: float) -> Gains:
-    """Gains of the loop that anticipation leaves, from the ends of the spectrum of S.
+    """Compute the gains that remain with anticipation, from the extreme eigenvalues of S.
 
     Args:
-        largest: Largest eigenvalue of S.
-        smallest: Smallest eigenvalue of S; above -1 by the theorem's conditions, and limited to at
-            least -LARGEST.
+        largest: Largest eigenvalue of the coupling matrix S.
+        smallest: Smallest eigenvalue of S; above -1 by the theorem's conditions, and treated as
+            -LARGEST if it is less.
     """
     positive, negative = max(0.0, largest), min(LARGEST, max(0.0, -smallest))
     together = positive / (1.0 + positive)
@@ -112,11 +114,12 @@ def gains_left(largest: float, smallest: float) -> Gains:
 
 
 def anticipated(S: Floats, kappa: float | None = None) -> Part:
-    """Split the part that is anticipated off a coupling matrix.
+    """Compute the part X of a coupling matrix S that the server anticipates.
 
     Args:
-        S: `lag_choice.coupling_matrix`, symmetric, shape (n, n).
-        kappa: kappa of a larger room to which these contacts belong; None to compute kappa from S.
+        S: Coupling matrix, symmetric, shape (n, n) (`lag_choice.coupling_matrix`).
+        kappa: `Gains.kappa` of a larger room to which the contacts of S belong; None to compute
+            kappa from S. It changes X, but not the gains in the result.
     """
     values, vectors = np.linalg.eigh(S)
     gains = gains_left(float(values[-1]), float(values[0]))
@@ -132,14 +135,15 @@ def anticipated(S: Floats, kappa: float | None = None) -> Part:
 
 
 def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
-    """Least ratio tau / theta with which moving hands are stable (3.13).
+    """Return the least ratio of the room's lag to theta with which moving hands are stable (3.13).
 
-    tau is the room's lag and theta the largest mass over damping of the hands, which may have any
-    stiffness of their own.
+    theta is the largest ratio of mass to damping of the hands, which may have any stiffness of
+    their own.
 
     Args:
-        gains: Gains of the loop.
-        stiffness: Largest K, as K theta over the hands' least damping; dimensionless.
+        gains: Gains of the loop that remains with anticipation.
+        stiffness: Largest stiffness K that a client renders, as K theta over the hands' least
+            damping; dimensionless.
     """
     if gains.together == gains.apart == 0.0:
         return 0.0  # no hands couple; the computation took a fifth of an empty room's tick
@@ -148,10 +152,12 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
 
 
 def row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
-    """Square of the largest gain that a hand can give to its own row of the loop, F of 3.13.
+    """Return F(p) of 3.13, the square of the largest gain that a hand can give to its row.
+
+    Row i of the loop gives the force of hand i in answer to the forces of all hands.
 
     Args:
-        gains: Gains of the loop.
+        gains: Gains of the loop that remains with anticipation.
         p: theta times angular frequency, any shape.
         stiffness: As for `hand_factor`.
 
@@ -176,11 +182,11 @@ def row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
 
 
 def hand_class(damping_budget: float, stiffest: float) -> tuple[float, float]:
-    """theta of the hands of a room [s], and the argument `stiffness` of `hand_factor`.
+    """Return theta of the hands in a room [s], and the argument `stiffness` of `hand_factor`.
 
     Args:
-        damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
-        stiffest: Largest K of a hand, in any direction [N/m].
+        damping_budget: Least damping budget of the room's devices, Colgate's bound [N s/m].
+        stiffest: Largest stiffness K that a client renders, in any direction [N/m].
     """
     damping = HAND_DAMPING + min(FULL_BUDGET, max(0.0, damping_budget))
     theta = HAND_MASS / damping
@@ -188,12 +194,12 @@ def hand_class(damping_budget: float, stiffest: float) -> tuple[float, float]:
 
 
 def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) -> float:
-    """Lag tau that moving hands need if forces are anticipated [s].
+    """Return the lag tau that moving hands need if the server anticipates forces [s].
 
     Args:
-        gains: Gains of the loop that anticipation leaves.
-        damping_budget: Damping budget of the room's weakest device, Colgate's bound [N s/m].
-        stiffest: Largest K of a hand, in any direction [N/m].
+        gains: Gains of the loop that remains with anticipation.
+        damping_budget: Least damping budget of the room's devices, Colgate's bound [N s/m].
+        stiffest: Largest stiffness K that a client renders, in any direction [N/m].
     """
     theta, stiffness = hand_class(damping_budget, stiffest)
     return theta * hand_factor(gains, stiffness)

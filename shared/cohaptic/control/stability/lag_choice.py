@@ -1,18 +1,18 @@
-"""Choice of the room's lag: the time constant with which the object answers the others (3.8).
+"""Choose a room's lag: the time constant with which the object answers the forces (science 3.8).
 
-Every hand keeps the object's own stiffness, K_i = min(1 / C_ii, device limit). If the coupling is
-so strong that the delayed forces of several hands would amplify each other, the forces enter the
+Every hand feels the object's own stiffness, K_i = min(1 / C_ii, device limit). If the coupling is
+so strong that the delayed forces of several hands would amplify each other, the forces f enter the
 body through one first-order lag tau, the same for all: tau f~' = f - f~. The object then answers
-the others' forces with some viscosity, and is never softer.
+other users' forces with some viscosity, and is never softer.
 
-With S_ij = K_i^(1/2) C_ij K_j^(1/2) off the diagonal, m its spectral radius and T_max the longest
-loop delay of the room, hands held still are stable
+With the coupling matrix S_ij = K_i^(1/2) C_ij K_j^(1/2) off the diagonal, its spectral radius m and
+the longest loop delay T_max of the room, hands held still are stable
 
     without a lag for m < 1,    otherwise for    tau > T_max sqrt(m^2 - 1) / arccos(-1 / m).
 
 `docs/science.md` has the proof, for unequal delays; `room_roots.py` has the exact roots. Moving
-hands need more: tau >= theta m, with theta at least the mass of a hand over its damping. The
-damping that a device may add reduces theta.
+hands need more: tau >= theta m, with theta at least a hand's mass over its damping. The damping
+that a device may add reduces theta.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ Lag = TypeVar("Lag", float, Floats)
 
 
 def coupling_matrix(C: Floats, stiffness: Sequence[Floats] | Floats) -> Floats:
-    """S of science 3.8: K^(1/2) C K^(1/2) without the blocks on its diagonal.
+    """Return the coupling matrix S of science 3.8: K^(1/2) C K^(1/2) with zero diagonal blocks.
 
-    For a user with three axes any square root of K will do, since a different one only turns S by
-    an orthogonal matrix; the code uses the Cholesky factor.
+    The stiffness K of a user with friction is a (3, 3) matrix. Any square root of that K will do,
+    since a different one only turns S by an orthogonal matrix; the code uses the Cholesky factor.
 
     Args:
         C: Compliance of all contacts, user after user, shape (n, n) [m/N].
-        stiffness: Stiffness of each user, symmetric and positive, shape (1, 1) without or (3, 3)
+        stiffness: Stiffness K of each user, symmetric and positive, shape (1, 1) without or (3, 3)
             with friction [N/m]. The sizes add up to n.
 
     Returns:
-        Shape (n, n), symmetric, without a unit.
+        Coupling matrix, shape (n, n), symmetric, dimensionless.
 
     Raises:
         numpy.linalg.LinAlgError: A (3, 3) stiffness is not positive definite.
@@ -78,22 +78,23 @@ def coupling_matrix(C: Floats, stiffness: Sequence[Floats] | Floats) -> Floats:
 
 
 def coupling_radius(S: Floats) -> float:
-    """m, the largest modulus of an eigenvalue of S; 0 for an empty room.
+    """Return the coupling m of a room: the spectral radius of S; 0 for an empty room.
 
     Args:
-        S: Symmetric, shape (n, n).
+        S: Coupling matrix, symmetric, shape (n, n).
     """
     return float(np.abs(np.linalg.eigvalsh(S)).max()) if S.size else 0.0
 
 
 def lag_needed(coupling: float, longest_delay: float) -> float:
-    """Edge of the theorem of 3.8 [s]: with any longer lag every room of this coupling is stable.
+    """Return the lag above which every room with this coupling is stable (theorem of 3.8) [s].
 
-    The edge is 0 up to m = 1, continuous there, and exact for equal delays.
+    This lag is 0 for couplings up to 1, continuous there, and exact for equal delays.
 
     Args:
-        coupling: Coupling m of the room, the spectral radius of S.
-        longest_delay: T_max, including sampling and the client's ramp between patches [s].
+        coupling: Coupling m of the room (`coupling_radius`).
+        longest_delay: Longest loop delay T_max of the room, with sampling and the client's ramp
+            between patches [s].
     """
     if coupling <= 1.0:
         return 0.0
@@ -101,13 +102,13 @@ def lag_needed(coupling: float, longest_delay: float) -> float:
 
 
 def hand_time(damping_budget: float, coupling: float) -> float:
-    """theta, the lag per unit of coupling that moving hands need (science 3.8) [s].
+    """Return theta, the lag per unit of coupling that moving hands need (science 3.8) [s].
 
-    A damping budget shortens this time, and with the full budget it is 0 if the coupling is loose.
+    A damping budget reduces theta; with the full budget it is 0 below a coupling of `TIGHT[0]`.
 
     Args:
-        damping_budget: Largest damping that the room's weakest device may render, Colgate's bound
-            [N s/m].
+        damping_budget: Least damping budget of the room's devices: the damping that a device may
+            render by Colgate's bound [N s/m].
         coupling: Coupling m of the room.
     """
     damped = min(1.0, max(0.0, damping_budget) / FULL_BUDGET)
@@ -121,8 +122,8 @@ def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> 
 
     Args:
         coupling: Coupling m of the room.
-        longest_delay: T_max [s].
-        damping_budget: Damping budget of the room's weakest device [N s/m].
+        longest_delay: Longest loop delay T_max of the room [s].
+        damping_budget: Least damping budget of the room's devices [N s/m].
     """
     needed = lag_needed(coupling, longest_delay)
     lag = max(needed / SHARE, hand_time(damping_budget, coupling) * coupling)
@@ -130,12 +131,14 @@ def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> 
 
 
 def margin(coupling: float, longest_delay: float, lag: float) -> float:
-    """Lag over the theorem's edge, or 1 / m where no lag is needed; above 1 the room is stable.
+    """Return the stability margin of a room of hands held still, which is stable above 1.
+
+    The margin is the lag over `lag_needed`, or 1 / m if no lag is needed.
 
     Args:
-        coupling: Coupling m of the room; infinite margin if m is below `EXACT`.
-        longest_delay: T_max [s].
-        lag: tau [s].
+        coupling: Coupling m of the room; the margin is infinite if m is below `EXACT`.
+        longest_delay: Longest loop delay T_max of the room [s].
+        lag: Lag tau in use [s].
     """
     needed = lag_needed(coupling, longest_delay)
     if needed > 0.0:
@@ -144,14 +147,14 @@ def margin(coupling: float, longest_delay: float, lag: float) -> float:
 
 
 def kept(lag: Lag, dt: float) -> Lag:
-    """Share of the previous force that the lag keeps after a simulation period; 0 without a lag.
+    """Return the weight of the previous force in one step of the lag; 0 without a lag.
 
-    The share is that of the implicit step, tau / (tau + dt). With e^(-dt / tau) a lag much shorter
-    than the period would have hardly any effect, and a room of m just above 1 would be unstable at
-    the theorem's lag. With the implicit step the theorem holds for sampled rooms, too (3.8).
+    The weight is that of the implicit step, tau / (tau + dt). With e^(-dt / tau) a lag much shorter
+    than the period would have hardly any effect, and a room whose coupling is just above 1 would be
+    unstable at the theorem's lag. With the implicit step the theorem holds for sampled rooms (3.8).
 
     Args:
-        lag: tau of the room, or of each user [s].
+        lag: Lag tau of the room, or of each user [s].
         dt: Simulation period [s].
     """
     return lag / (lag + dt)

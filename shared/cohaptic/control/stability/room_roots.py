@@ -1,23 +1,24 @@
-"""Growth rate of a room of hands at rest: the rightmost root of its characteristic equation.
+"""Growth rate of a room of hands held still: the rightmost root of its characteristic equation.
 
-With S of science 3.8, T_i the loop delay of row i and tau the room's lag, the roots are those of
+With the coupling matrix S of science 3.8, the loop delay T_i of row i and the room's lag tau, the
+roots s are those of
 
     det(I (1 + s tau) + diag(e^(-s T_i)) S) = 0,    or    tau y_i' = -y_i - (S y)_i(t - T_i).
 
-With a lag this is a delay differential equation. Its generator is discretised by Chebyshev
-collocation (Breda, Maset and Vermiglio 2005, Pseudospectral differencing methods for characteristic
-roots of delay differential equations, SIAM J. Sci. Comput. 27), each delay on a grid of its own.
-The rightmost eigenvalues are then refined on the equation itself by successive linear problems
-(Ruhe 1973, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10).
+With a lag this is a delay differential equation. The module discretises the equation's generator by
+Chebyshev collocation (Breda, Maset and Vermiglio 2005, Pseudospectral differencing methods for
+characteristic roots of delay differential equations, SIAM J. Sci. Comput. 27), each delay on a grid
+of its own. It then refines the rightmost eigenvalues on the equation itself by successive linear
+problems (Ruhe 1973, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10).
 
 Without a lag this is a difference equation, whose rightmost root may jump at an arbitrarily small
 change of a delay (Hale and Verduyn Lunel 2002, Strong stabilization of neutral functional
 differential equations, IMA J. Math. Control Inform. 19). The growth rate is therefore the supremum
 over delays close to the given ones, which has a closed form for a symmetric S. A root s = a + i w
-requires an eigenvalue -1 of D E S E, where E = diag(e^(-a T_i / 2)) and D holds the phases
-e^(-i w T_i). The moduli of these eigenvalues are at most the spectral radius rho(E S E), and for
-delays close to the given ones some w makes all phases equal. So the supremum is the a with
-rho(E S E) = 1: ln(m) / T for equal delays, and negative iff m = rho(S) < 1.
+requires an eigenvalue -1 of D E S E, where E = diag(e^(-a T_i / 2)) and the diagonal matrix D has
+the phases e^(-i w T_i). The moduli of these eigenvalues are at most the spectral radius rho(E S E),
+and for delays close to the given ones some w makes all phases equal. So the supremum is the a with
+rho(E S E) = 1: ln(m) / T for equal delays T, and negative iff m = rho(S) < 1.
 """
 
 from __future__ import annotations
@@ -32,28 +33,29 @@ from cohaptic.control.stability.single_contact import Floats
 # Points of a delay's grid: a constant number for smooth solutions, and more for each radian of
 # phase over the delay. This gives 4.7 points per wavelength; Chebyshev collocation needs pi.
 BASE, PER_RADIAN = 8, 0.75
-LARGEST = 1200  # most unknowns of a discretised room, whose eigenvalues take about two seconds
+LARGEST = 1200  # limit of a discretised room's unknowns; its eigenvalues take about two seconds
 CANDIDATES = (
     8  # most eigenvalues that are refined, from the right; the rightmost root is among them
 )
-SMALL = 1e-6  # share of the longest time constant below which a delay needs no grid
+SMALL = 1e-6  # ratio to the longest time constant below which a delay needs no grid
 
 
 def growth(S: Floats, delays: Floats, lag: float) -> float:
-    """Real part of the rightmost root [1/s]; the room is stable iff this is negative.
+    """Return the growth rate of a room's fastest growing motion; the room is stable iff it is < 0.
 
-    Without a lag the function returns the supremum over delays close to the given ones. With a lag
-    much shorter than the delays (below about m T_max / 200 for 8 users, m T_max / 13 for 64) the
-    discretised room would be too large; the result is then the upper bound `largest_growth`.
+    The growth rate is the real part of the rightmost root; without a lag it is the supremum over
+    delays close to the given ones. With a lag much shorter than the delays (below about
+    m T_max / 200 for 8 users, m T_max / 13 for 64, for the spectral radius m of S and the longest
+    delay T_max) the discretised room would be too large; the result is then `largest_growth`.
 
     Args:
-        S: `lag_choice.coupling_matrix`, symmetric, shape (n, n).
-        delays: T_i of each row, at least 0, shape (n,) [s].
-        lag: tau, 0 for none [s].
+        S: Coupling matrix, symmetric, shape (n, n) (`lag_choice.coupling_matrix`).
+        delays: Loop delay T_i of each row, at least 0, shape (n,) [s].
+        lag: Lag tau, 0 for none [s].
 
     Returns:
-        Growth rate; -inf if there is no root, as for uncoupled users without a lag; inf if there
-        is neither a lag nor any delay and m >= 1.
+        Growth rate [1/s]; -inf if there is no root, as for uncoupled users without a lag; inf if
+        there is neither a lag nor any delay and m >= 1.
     """
     longest = float(delays.max(initial=0.0))
     # No unstable root has a higher frequency than this.
@@ -71,14 +73,14 @@ def growth(S: Floats, delays: Floats, lag: float) -> float:
 
 
 def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
-    """Upper bound of `growth`, exact without a lag: the a with rho(E S E) = 1 + a tau [1/s].
+    """Return an upper bound of `growth` [1/s], which is exact without a lag.
 
-    E = diag(e^(-a T_i / 2)) depends on a, as in `scaled_radius`.
+    The bound is the number a at which `scaled_radius` equals 1 + a tau.
 
     Args:
-        S: Coupling matrix, shape (n, n).
-        delays: Shape (n,) [s].
-        lag: tau [s].
+        S: Coupling matrix, symmetric, shape (n, n).
+        delays: Loop delay T_i of each row, shape (n,) [s].
+        lag: Lag tau [s].
     """
 
     def above(a: float) -> bool:
@@ -102,16 +104,21 @@ def largest_growth(S: Floats, delays: Floats, lag: float) -> float:
 
 
 def scaled_radius(S: Floats, delays: Floats, a: float) -> float:
-    """Spectral radius rho(E S E) with E = diag(e^(-a T_i / 2)), for S and the delays T_i [s].
+    """Return the spectral radius of E S E with E = diag(e^(-a T_i / 2)).
 
-    For a root s with the real part a [1/s] it is an upper bound of |1 + s tau|.
+    For a root s with the real part a and the lag tau it is an upper bound of |1 + s tau|.
+
+    Args:
+        S: Coupling matrix, symmetric, shape (n, n).
+        delays: Loop delay T_i of each row, shape (n,) [s].
+        a: Real part of a root [1/s].
     """
     E = np.exp(np.clip(-0.5 * a * delays, -300.0, 300.0))
     return float(np.abs(np.linalg.eigvalsh(E[:, None] * S * E)).max(initial=0.0))
 
 
 def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
-    """Upper bound of the frequency |Im s| of roots s with Re s >= a [1/s]; inf without a lag."""
+    """Return an upper bound of |Im s| for roots s with Re s >= a [1/s]; inf without a lag."""
     if lag <= 0.0 or a == -math.inf:
         return math.inf
     radius, real = scaled_radius(S, delays, a), max(0.0, 1.0 + a * lag)
@@ -119,7 +126,13 @@ def fastest(S: Floats, delays: Floats, lag: float, a: float) -> float:
 
 
 def points(delays: Floats, lag: float, frequency: float) -> list[int]:
-    """Number of grid points for each delay, besides the point at 0; 0 for a negligible delay."""
+    """Return the number of grid points for each delay without the first, 0 if it is negligible.
+
+    Args:
+        delays: Loop delays, shape (n,) [s].
+        lag: Lag of the room [s].
+        frequency: Largest frequency that the grids must resolve [rad/s].
+    """
     negligible = SMALL * max(lag, float(delays.max(initial=0.0)))
     return [
         math.ceil(BASE + PER_RADIAN * frequency * T) if T > negligible else 0
@@ -128,17 +141,17 @@ def points(delays: Floats, lag: float, frequency: float) -> list[int]:
 
 
 def unknowns(delays: Floats, lag: float, frequency: float) -> float:
-    """Number of unknowns of the discretised room; inf for an infinite frequency."""
+    """Return the number of unknowns of the discretised room; inf for an infinite frequency."""
     if frequency == math.inf:
         return math.inf
     return len(delays) + sum(points(delays, lag, frequency))
 
 
 def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[complex]:
-    """Rightmost eigenvalues with Im s >= 0 of the discretised room, the rightmost first [1/s].
+    """Return the rightmost eigenvalues s with Im s >= 0 of the discretised room [1/s].
 
-    The room's state consists of the lagged forces y and, for each delay, the values of (S y)_i on
-    the grid from the entrance to the exit of the delay.
+    The rightmost comes first. The room's state consists of the lagged forces y and, for each delay,
+    the values of (S y)_i on the grid from the entrance to the exit of the delay.
     """
     n = len(S)
     counts = points(delays, lag, frequency)
@@ -162,9 +175,10 @@ def rightmost(S: Floats, delays: Floats, lag: float, frequency: float) -> list[c
 
 @lru_cache(maxsize=256)
 def chebyshev(count: int) -> Floats:
-    """Differentiation matrix at the points cos(k pi / count), k = 0 to count.
+    """Return the Chebyshev differentiation matrix for `count` + 1 points.
 
-    The formula is that of Trefethen 2000, p. 54.
+    The points are cos(k pi / count), k = 0 to count, and the formula is that of Trefethen 2000,
+    p. 54.
     """
     k = np.arange(count + 1)
     x = np.cos(np.pi * k / count)
@@ -174,7 +188,7 @@ def chebyshev(count: int) -> Floats:
 
 
 def refined(S: Floats, delays: Floats, lag: float, guess: complex) -> float:
-    """Real part of the root next to the eigenvalue `guess` [1/s]; -inf if no root is near."""
+    """Return the real part of the root next to the eigenvalue `guess` [1/s]; -inf without one."""
     s, eye = guess, np.eye(len(S))
     for _ in range(20):
         passed = np.exp(-s * delays)[:, None]

@@ -1,18 +1,20 @@
 """Stability of several users on one object, whose contacts share the compliance matrix C.
 
-Each law is a fixed-point iteration in which the forces act on each other through the body,
-f <- K (x_h - M f), with M = C for the paper's laws and M = C without its diagonal for the
-predictive law (science 3.2, 3.3). Without delay the iteration converges iff rho(K M) < 1; under any
-bounded delays, different for each user and varying in time, iff rho(K |M|) < 1 (Chazan and Miranker
-1969). With an integral, stability depends on the delays, which the sampled room models one by one.
+Each law is a fixed-point iteration in which the forces f act on each other through the body,
+f <- K (x_h - M f), with the gains K, the probes' positions x_h, M = C for the paper's laws and
+M = C without its diagonal for the predictive law (science 3.2, 3.3). Without delay the iteration
+converges iff rho(K M) < 1; under any bounded delays, different for each user and varying in time,
+iff rho(K |M|) < 1 (Chazan and Miranker 1969). With an integral, stability depends on the delays,
+which the sampled room models one by one.
 
-The paper's laws get gains below that bound. The predictive law keeps K_i = 1 / C_ii with any number
-of others; if these gains are not stable at the delays, the room's lag makes them so (science 3.8).
+The server chooses gains below that bound for the paper's laws. For the predictive law it chooses
+K_i = 1 / C_ii with any number of other users; if these gains are not stable at the delays, the
+room's lag makes them stable (science 3.8).
 
-In a sampled room forces go out once in a simulation period, and each loop delay is a whole number
-of periods. The model is exact for any gains, with the paper's integral and with the room's lag
-(science 3.8), which is stepped as on the server. `room_roots.py` is the counterpart in continuous
-time.
+In the sampled room of `room_radius` clients send forces once in a simulation period, and each loop
+delay is a whole number of periods. The model is exact for any gains, with the paper's integral and
+with the room's lag (science 3.8), stepped as on the server. `room_roots.py` is the counterpart in
+continuous time.
 """
 
 from __future__ import annotations
@@ -32,21 +34,22 @@ from cohaptic.errors import SettingError
 
 @dataclass(frozen=True, slots=True)
 class Coupling:
-    """Stability of several users with given gains, and the gains that are safe.
+    """Stability of several users with the gains under test, and the gains that are safe.
 
     Args:
         rho_no_delay: Spectral radius over one simulation period without further delay; stable iff
             < 1.
-        rho_any_delay: Spectral radius rho(K |M|); stable under any bounded delays iff < 1. None
-            with an integral, for which no such bound holds.
-        safe_k_h: Gains that `gains.choose_gains` chooses: by the row rule, or 1 / C_ii for the
-            predictive law, which relies on the room's lag [N/m].
+        rho_any_delay: Spectral radius rho(K |M|) with the gains K and `loop_matrix` M; stable under
+            any bounded delays iff < 1. None with an integral, for which no such bound holds.
+        safe_k_h: Gains that `gains.choose_gains` chooses: by the row rule
+            (`gains.coupled_stiffness`), or 1 / C_ii for the predictive law, which relies on the
+            room's lag [N/m].
         safe_integral_gain: Integral gains that `gains.choose_gains` chooses [N/(m s)].
         felt_stiffness: Stiffness that each hand feels with its safe gain if no other hand touches,
             for the pi law in the steady state [N/m].
-        stiffness_loss: Relative loss of that stiffness against K_o,i = 1 / C_ii, 0 to 1.
-        coupling: m of science 3.8 with the safe gains; below 1 the room needs no lag at any
-            constant delays. None for the paper's laws, which have no lag.
+        stiffness_loss: Relative loss of that stiffness against the object's, 1 / C_ii; 0 to 1.
+        coupling: Coupling m of science 3.8 with the safe gains; below 1 the room needs no lag at
+            any constant delays. None for the paper's laws, which have no lag.
         lag_needed: Lag above which the room with the safe gains is stable [s]; None for the paper's
             laws.
     """
@@ -62,7 +65,7 @@ class Coupling:
 
 
 def check_compliance(C: Floats) -> None:
-    """Raise SettingError unless C is a square, symmetric, positive definite matrix of numbers."""
+    """Raise SettingError unless C is a finite, square, symmetric, positive definite matrix."""
     if C.ndim != 2 or C.shape[0] != C.shape[1] or C.size == 0:
         raise SettingError("compliance", f"of shape {C.shape}", "a square matrix [m/N]")
     if not np.isfinite(C).all():
@@ -85,14 +88,15 @@ def couple(
     delay: float = 0.0,
     max_stiffness: float = 1e6,
 ) -> Coupling:
-    """Judge the stability of given gains, and find safe ones.
+    """Judge the stability of several users with the gains `k_h`, and choose safe gains for them.
 
     Args:
-        C: Contact compliance, shape (n, n) [m/N].
+        C: Compliance matrix of the contacts, shape (n, n) [m/N].
         k_h: Gains to be judged, shape (n,) [N/m].
         law: Local model of all users.
-        integral_gain: I of all users, to be judged with k_h [N/(m s)]; 0 for the predictive law.
-        simulation_period: N T [s].
+        integral_gain: Integral gain I of all users, to be judged with k_h [N/(m s)]; 0 for the
+            predictive law.
+        simulation_period: Simulation period N T [s].
         delay: Network round trip, for the safe gains and the lag [s].
         max_stiffness: Largest stiffness of the devices [N/m].
 
@@ -135,7 +139,7 @@ def couple(
 def _safe_gains(
     C: Floats, law: Law, simulation_period: float, delay: float, max_stiffness: float
 ) -> list[Gains]:
-    """Gains that the server would choose for each user; arguments as for `couple`."""
+    """Return the gains that the server would choose for each user; arguments as for `couple`."""
     return [
         choose_gains(
             law,
@@ -150,16 +154,16 @@ def _safe_gains(
 
 
 def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Floats:
-    """Largest safe gains that keep the users' shares equal: K_i = s / C_ii with one s.
+    """Return the largest safe gains that are the same fraction s of each contact's stiffness.
 
-    These gains are safe without a lag, at any bounded delays. The common share s is at least the
-    smallest share K_i C_ii of the row rule (`gains.coupled_stiffness`), since rho is at most the
-    largest row sum; the row rule needs only a client's own row.
+    The gains K_i = s / C_ii are safe without a lag, at any bounded delays. s is at least the
+    smallest K_i C_ii of the row rule (`gains.coupled_stiffness`), since a spectral radius is at
+    most the largest row sum; the row rule, however, needs only a client's own row of C.
 
     Args:
-        C: Contact compliance, shape (n, n) [m/N].
+        C: Compliance matrix of the contacts, shape (n, n) [m/N].
         law: Local model of all users.
-        alpha: Gain as a share of the edge of stability, < 1.
+        alpha: Ratio of the gains to the edge of stability, < 1.
 
     Returns:
         Gains, shape (n,) [N/m].
@@ -174,7 +178,15 @@ Ints = npt.NDArray[np.int64]
 
 
 def loop_matrix(C: Floats, law: Law) -> Floats:
-    """M of the iteration f <- K (x_h - M f), shape (n, n) [m/N]."""
+    """Return M of the iteration f <- K (x_h - M f) for forces f and gains K, shape (n, n) [m/N].
+
+    M is C for the paper's laws. It is C without its diagonal for the predictive law, whose surface
+    does not include the dent of the hand's own force.
+
+    Args:
+        C: Compliance matrix of the contacts, shape (n, n) [m/N].
+        law: Local model of all users.
+    """
     return C if law.answers_own_dent else C - np.diag(np.diag(C))
 
 
@@ -186,18 +198,18 @@ def room_radius(
     simulation_period: float,
     lag: float = 0.0,
 ) -> float:
-    """Spectral radius of a whole room over one simulation period; stable iff < 1.
+    """Return the spectral radius of a sampled room over one simulation period; stable iff < 1.
 
-    At tick k user i receives the body's response to all users' forces of tick k - delays[i]. Only a
-    user's own round trip counts: the delay from user j to user i is up_j + down_i, and a change of
-    variables moves up_j into the loop of user j.
+    At tick k user i receives the body's response to all users' forces of tick k - delays[i]. Only
+    the round trip of each user matters: the delay from user j to user i is up_j + down_i, and a
+    change of variables moves up_j into the loop of user j.
 
     Args:
-        C: Contact compliance, shape (n, n) [m/N].
+        C: Compliance matrix of the contacts, shape (n, n) [m/N].
         gains: Gains of each user.
         law: Local model of all users.
-        delays: Simulation periods round each user's loop, at least 1, shape (n,).
-        simulation_period: N T [s].
+        delays: Loop delay of each user in simulation periods, at least 1, shape (n,).
+        simulation_period: Simulation period N T [s].
         lag: Lag of the room, through which every force enters the body; 0 for none [s].
     """
     n, longest = len(C), int(delays.max())

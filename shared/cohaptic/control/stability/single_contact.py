@@ -1,13 +1,14 @@
 """Stability of the loop between a local model and a slow, distant simulation.
 
-Three ways to judge stability must agree, and are tested against each other: the paper's closed
-conditions (8), (10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs.
-(1)-(6) for any local model and any object, with delay in haptic samples; and the conditions for
-several contacts under any delay (3.2, 3.3). All functions here are pure.
+Three ways to judge stability must agree, and tests compare them: the paper's closed conditions (8),
+(10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any
+local model and any object, with delay in haptic samples; and the conditions for several contacts
+under any delay (3.2, 3.3). All functions here are pure.
 
-The stable set of (K_h, I N T) of the integral model is given in closed form and by the lifted
-system. Eq. (15) allows K_h beyond K_o, up to 3 K_o, where a large enough I stabilises a K_h that
-would be unstable alone: for such a K_h there is also a least I N T.
+For the integral model, with the gain K_h, the integral gain I and the simulation period N T, the
+module computes the stable set of (K_h, I N T) in closed form and by the lifted system. Eq. (15)
+allows K_h beyond the object's stiffness K_o, up to 3 K_o, where a large enough I stabilises a K_h
+that would be unstable alone: for such a K_h there is also a least I N T.
 """
 
 from __future__ import annotations
@@ -42,33 +43,46 @@ class StateSpace:
 
 
 def proportional_model(k_h: float) -> StateSpace:
-    """The paper's proportional law L(z) = K_h, at the haptic rate."""
+    """Return the paper's proportional law L(z) = K_h as a system at the haptic rate."""
     return StateSpace(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.array([[k_h]]))
 
 
 def integral_model(k_h: float, integral_gain: float, haptic_period: float) -> StateSpace:
-    """The paper's integral law L(z) = K_h + T I / (z - 1), eq. (12), at the haptic rate."""
+    """Return the paper's integral law L(z) = K_h + T I / (z - 1), eq. (12), at the haptic rate.
+
+    Args:
+        k_h: Gain K_h [N/m].
+        integral_gain: Integral gain I [N/(m s)].
+        haptic_period: Haptic period T [s].
+    """
     one = np.ones((1, 1))
     return StateSpace(one, haptic_period * integral_gain * one, one, k_h * one)
 
 
 def elastic_object(k_o: float, b_o: float = 0.0) -> StateSpace:
-    """The object D(z) = (K_o + B_o (z - 1) / z)^-1, eqs. (6) and (9), one simulation period late.
+    """Return the object D(z) = (K_o + B_o (z - 1) / z)^-1 as a system at the simulation rate.
 
-    The force f at tick k gives the position x+ at tick k + 1: (K_o + B_o) x+ = f + B_o x.
+    The system is that of eqs. (6) and (9), one simulation period late: the force f at tick k gives
+    the position x+ at tick k + 1, (K_o + B_o) x+ = f + B_o x, from the position x at tick k.
 
     Args:
-        k_o: Local stiffness [N/m].
-        b_o: Local damping over the simulation period [N/m].
+        k_o: Local stiffness K_o [N/m].
+        b_o: Local damping divided by the simulation period, B_o [N/m].
     """
     one = np.ones((1, 1))
     return StateSpace(b_o / (k_o + b_o) * one, one / (k_o + b_o), one, 0.0 * one)
 
 
 def proportional_is_stable(k_h: float, k_o: float, b_o: float = 0.0) -> bool:
-    """Whether eq. (8) holds, or (10) with damping, without delay.
+    """Return whether the proportional law is stable by eq. (8), or with damping by eq. (10).
 
-    Without damping the condition holds for every delay (3.1).
+    The conditions assume no delay beyond one simulation period; eq. (8) is the same for every delay
+    (science 3.1).
+
+    Args:
+        k_h: Gain [N/m].
+        k_o: Local stiffness [N/m].
+        b_o: Local damping divided by the simulation period [N/m].
     """
     return k_h < k_o + 2.0 * b_o
 
@@ -76,9 +90,17 @@ def proportional_is_stable(k_h: float, k_o: float, b_o: float = 0.0) -> bool:
 def integral_is_stable(
     k_h: float, integral_gain: float, k_o: float, simulation_period: float, b_o: float = 0.0
 ) -> bool:
-    """Whether eq. (15) holds, or (16) with damping, both without delay.
+    """Return whether the integral law is stable by eq. (15), or with damping by eq. (16).
 
-    Both equations assume K_h, I > 0; (16) as printed lacks the T of I N T.
+    The conditions assume no delay beyond one simulation period, and K_h, I > 0. Eq. (16) as printed
+    lacks the T of I N T.
+
+    Args:
+        k_h: Gain K_h [N/m].
+        integral_gain: Integral gain I [N/(m s)].
+        k_o: Local stiffness [N/m].
+        simulation_period: Simulation period N T [s].
+        b_o: Local damping divided by the simulation period [N/m].
     """
     int_ = integral_gain * simulation_period
     return abs(int_ - k_h + b_o) < k_o + b_o and int_ - 2.0 * k_h > -2.0 * k_o - 4.0 * b_o
@@ -87,19 +109,19 @@ def integral_is_stable(
 def lifted_radius(
     local: StateSpace, body: StateSpace, rate_ratio: int, delay_samples: int = 0
 ) -> float:
-    """Spectral radius of the loop over one simulation period; stable iff < 1.
+    """Return the loop's spectral radius over one simulation period; the loop is stable iff < 1.
 
     The force at the first haptic sample of a period goes to the object. The local model sees the
     object's answer one simulation period and `delay_samples` haptic samples later and holds that
     answer until the next one (eqs. (1)-(6); with delay, the surface in use changes within a
-    period). Only the sum of the delays on the way up and down matters: a shift of the local model's
+    period). Only the sum of the delays to and from the server matters: a shift of the local model's
     clock moves one delay into the other.
 
     Args:
         local: Local model at the haptic rate, from penetration x_h - x_o to force.
         body: Object at the simulation rate, from force to its next position.
-        rate_ratio: N, haptic samples per simulation period.
-        delay_samples: Round trip beyond the one period of computation, in haptic samples.
+        rate_ratio: Haptic samples per simulation period, N.
+        delay_samples: Round trip beyond one simulation period, in haptic samples.
     """
     whole, part = divmod(delay_samples, rate_ratio)
     # The first `part` samples of a period use an older position, the others the newer one.
@@ -110,7 +132,7 @@ def lifted_radius(
         np.zeros_like(local.B),
     )
     n, m, slots = len(local.A), len(body.A), whole + 1 + (part > 0)
-    # State: local model, object, positions on their way (the newest first).
+    # State: local model, object, positions in the delay line (the newest first).
     M = np.zeros((n + m + slots, n + m + slots))
     oldest, newer = n + m + slots - 1, n + m + whole
     M[:n, :n] = np.linalg.matrix_power(local.A, rate_ratio)
@@ -130,7 +152,7 @@ def lifted_radius(
 
 
 def spectral_radius(M: Floats) -> float:
-    """Largest modulus of an eigenvalue; 0 for an empty matrix."""
+    """Return the largest modulus of a matrix's eigenvalues; 0 for an empty matrix."""
     return float(np.abs(np.linalg.eigvals(M)).max()) if M.size else 0.0
 
 
@@ -139,15 +161,17 @@ _BISECTIONS = 24  # final width 2^-24 of a scan step, the accuracy of a 32-bit n
 
 
 def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Floats]:
-    """Least and largest stable I N T by eqs. (15) and (16), without delay; nan if none is stable.
+    """Return the least and largest stable I N T for each gain by eqs. (15) and (16), without delay.
+
+    I N T is the integral gain times the simulation period.
 
     Args:
-        k_h: Shape (n,) [N/m].
+        k_h: Gains, shape (n,) [N/m].
         k_o: Local stiffness [N/m].
-        b_o: Local damping over the simulation period [N/m].
+        b_o: Local damping divided by the simulation period [N/m].
 
     Returns:
-        Two arrays of shape (n,) [N/m].
+        Two arrays of shape (n,) [N/m]; nan for a gain that is stable with no I N T.
     """
     low = np.maximum(0.0, np.maximum(k_h - k_o - 2.0 * b_o, 2.0 * k_h - 2.0 * k_o - 4.0 * b_o))
     high = k_h + k_o
@@ -158,10 +182,14 @@ def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Flo
 def lifted_edges(
     k_h: Floats, k_o: float, b_o: float = 0.0, *, rate_ratio: int = 1, delay_samples: int = 0
 ) -> tuple[Floats, Floats]:
-    """Least and largest stable I N T by bisection on the lifted system, for any delay.
+    """Return the least and largest stable I N T for each gain by the lifted system, at any delay.
 
-    With whole simulation periods of delay the result depends on I N T but not on the rate ratio; a
-    ratio of 1 is quickest.
+    With a delay of whole simulation periods the result does not depend on the rate ratio; a ratio
+    of 1 is quickest. Arguments without a description and results are as in `closed_edges`.
+
+    Args:
+        rate_ratio: Haptic samples per simulation period, N.
+        delay_samples: Round trip beyond one simulation period, in haptic samples.
     """
     body = elastic_object(k_o, b_o)
 
@@ -185,20 +213,21 @@ def stability_area(
     delay_samples: int = 0,
     points: int = 121,
 ) -> Floats:
-    """The stable set of (K_h, I N T) as a polygon to draw, as in Fig. 8.
+    """Return the stable set of (K_h, I N T) as a polygon to draw, as in Fig. 8.
 
     The polygon goes up along the largest I N T of each K_h and back along the least; the first
     point is repeated at the end.
 
     Args:
         k_o: Local stiffness [N/m].
-        b_o: Local damping over the simulation period [N/m].
-        rate_ratio: N; 1 is enough for delays of whole simulation periods.
-        delay_samples: Round trip beyond the one period of computation, in haptic samples.
+        b_o: Local damping divided by the simulation period [N/m].
+        rate_ratio: Haptic samples per simulation period, N; 1 is enough for delays of whole
+            simulation periods.
+        delay_samples: Round trip beyond one simulation period, in haptic samples.
         points: Number of values of K_h.
 
     Returns:
-        Rows (K_h, I N T), shape (m, 2) [N/m].
+        Corners (K_h, I N T), shape (m, 2) [N/m].
     """
     k_h = np.linspace(1e-3 * k_o, 3.0 * k_o + 4.0 * b_o, points)
     low, high = lifted_edges(k_h, k_o, b_o, rate_ratio=rate_ratio, delay_samples=delay_samples)
@@ -209,7 +238,7 @@ def stability_area(
 
 
 def _interval(radius: Callable[[float], float], first: float, last: float) -> tuple[float, float]:
-    """Interval of I N T in which `radius` < 1, from 0 if `first` is stable; nan if none is."""
+    """Return the interval of I N T with `radius` < 1, from 0 if `first` is stable; nan if empty."""
     tried = np.linspace(first, last, _SCAN).tolist()
     radii = [radius(x) for x in tried]
     step = tried[1] - tried[0]
@@ -226,7 +255,7 @@ def _interval(radius: Callable[[float], float], first: float, last: float) -> tu
 
 
 def _bisect(radius: Callable[[float], float], good: float, bad: float) -> float:
-    """Edge of stability between a stable and an unstable I N T."""
+    """Return the edge of stability between a stable and an unstable I N T."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if radius(middle) < 1.0 else (good, middle)

@@ -1,16 +1,19 @@
-"""Share of an object's swing that may be shown to the hands (science 3.14).
+"""Choose the fraction of an object's vibration that its hands may feel (science 3.14).
 
-An object with mass answers forces f with C f + W f. W = w (D - 1) w', summed over the natural
-modes, is the swing of each mode about its place at rest; D is a second-order low-pass and w w' the
-mode's part of C. W is 0 at rest, so that showing the swing changes no steady force. The swing adds
-a loop: a hand's force sets the object swinging and comes back with the swing, a delay later. By the
-small gain theorem the loop of 3.13 stays stable at any delays with a share g of W, if at every
-angular frequency omega, with p = theta omega,
+An object with mass answers forces f with C f + W f. Here C is the compliance, and the swing
+W = w (D - 1) w', summed over the natural modes, is the vibration of each mode about its rest
+position; D is a second-order low-pass and w w' the mode's part of C. W is 0 at rest, so that a hand
+that feels W has the same steady force. The swing adds a loop: a hand's force makes the object
+vibrate and comes back with that vibration, a delay later. If hands feel the fraction g of W, the
+loop of 3.13 stays stable at any delays by the small gain theorem if, at every angular frequency
+omega and with p = theta omega,
 
     F(p)^(1/2) + g h(p)^(1/2) v(omega) < (1 + (omega tau)^2)^(1/2),
 
-where v is the norm of K^(1/2) W K^(1/2) (1 + X)^-1, F the square of the largest gain of an allowed
-hand in its row of the loop, and h the square of a hand's largest gain from the swing it is shown.
+where v is the norm of K^(1/2) W K^(1/2) (1 + X)^-1 for the hands' stiffness K and the anticipated
+part X of the coupling matrix, F is the square of the largest gain of any allowed hand in its row of
+the loop (`anticipation.row_gain`), h is the square of a hand's largest gain from the swing that it
+feels to its force, tau is the room's lag and theta the largest mass over damping of the hands.
 """
 
 from __future__ import annotations
@@ -23,18 +26,18 @@ import numpy as np
 from cohaptic.control.stability.anticipation import Gains, row_gain
 from cohaptic.control.stability.single_contact import Floats
 
-# Share of the largest stable g that is used. With that g itself a swing that comes back with the
-# worst delay would hardly die out.
+# Ratio of the fraction g in use to the largest stable g. With the largest g itself a vibration that
+# comes back with the worst delay would hardly decay.
 SAFETY: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Swing:
-    """Largest swing of an object's modes at each frequency.
+    """Largest vibration of an object's natural modes at each frequency.
 
     Args:
         frequency: Angular frequencies, above 0, shape (p,) [rad/s].
-        size: Largest |D - 1| of any mode, shape (p,).
+        size: Largest |D - 1| of all modes, with the low-pass D of a mode (3.14), shape (p,).
     """
 
     frequency: Floats
@@ -42,7 +45,7 @@ class Swing:
 
 
 def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
-    """Square of a hand's largest gain |H| from the swing it is shown to its force, h of 3.14.
+    """Return h(p) of 3.14, the square of a hand's largest gain from swing to force.
 
     Args:
         p: theta times angular frequency, any shape.
@@ -61,14 +64,14 @@ def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
 
 
 def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
-    """Square of the largest gain of any hand in its row of the loop, F of 3.14.
+    """Return F(p) of 3.14, the square of the largest gain that any hand can give to its row.
 
     `row_gain` is the gain of the heaviest hand. A lighter hand, or one with a spring of its own,
-    may have a larger gain if K is limited. In 3.13 `row_gain` suffices: it covers such a hand at a
-    lower frequency, where the lag reduces the loop's gain less.
+    may have a larger gain if the stiffness K is limited. In 3.13 `row_gain` suffices: it covers
+    such a hand at a lower frequency, where the lag reduces the loop's gain less.
 
     Args:
-        gains: Gains of the loop.
+        gains: Gains of the loop that remains with anticipation.
         p: theta times angular frequency, any shape.
         stiffness: As for `hand_factor`.
 
@@ -96,16 +99,16 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
 def felt_share(
     gains: Gains, theta: float, stiffness: float, tau: float, weight: float, swing: Swing
 ) -> float:
-    """Share g of the swing that may be shown to the hands, 0 to 1.
+    """Return the fraction g of the object's swing that the hands may feel, 0 to 1.
 
     Args:
-        gains: Gains of the loop without the swing.
+        gains: Gains of the loop that remains with anticipation, without the swing.
         theta: Largest mass over damping of the hands [s].
         stiffness: As for `hand_factor`.
-        tau: The room's lag [s].
-        weight: Largest eigenvalue of the modes' parts of the coupling, with each hand's coupling to
-            itself included: sum over hands of w' K w.
-        swing: Swing of the object.
+        tau: Lag of the room [s].
+        weight: Largest eigenvalue of the sum over all hands of w' K w, where w has the amplitude of
+            each mode at the hand, shape (axes, modes), and K is the hand's stiffness.
+        swing: Vibration of the object's modes.
     """
     p, lagged = theta * swing.frequency, tau * swing.frequency
     room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(worst_row_gain(gains, p, stiffness))
