@@ -90,8 +90,13 @@ def _is_ability(module: str, name: str) -> bool:
 
 def modules(folders: Iterable[str] = CORE) -> dict[Path, int]:
     """Python modules that say more than a docstring, and their lines."""
-    found = {path: len(path.read_text("utf-8").splitlines()) for path in sources(folders, (".py",))}
-    return {path: lines for path, lines in found.items() if lines > 3}
+    texts = {path: path.read_text("utf-8") for path in sources(folders, (".py",))}
+    return {path: len(text.splitlines()) for path, text in texts.items() if _says_more(text)}
+
+
+def _says_more(text: str) -> bool:
+    body = ast.parse(text).body
+    return len(body) > 1 or (bool(body) and not isinstance(body[0], ast.Expr))
 
 
 def comment_share(folders: Iterable[str] = CORE) -> float:
