@@ -29,14 +29,22 @@ def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
         x: Vertices, shape (n, 3).
         faces: Triangles, shape (m, 3).
     """
-    size = float(np.ptp(x, axis=0).max()) or 1.0
-    key = np.round(x / (1e-8 * size)).astype(np.int64)
-    first, inverse = _unique_rows(key)
+    first, inverse = equal_points(x, 1e-8)
     faces = inverse[faces]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (c != a)]
     used, renumbered = np.unique(faces, return_inverse=True)
     return x[first][used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
+
+
+def equal_points(x: Floats, share: float) -> tuple[Ints, Ints]:
+    """Find points that are equal up to a share of the size of all.
+
+    Returns:
+        Index of the first point at each place, shape (k,), and the place of each point, shape (n,).
+    """
+    size = float(np.ptp(x, axis=0).max()) or 1.0
+    return _unique_rows(np.round((x - x.min(axis=0)) / (share * size)).astype(np.int64))
 
 
 def _unique_rows(key: Ints) -> tuple[Ints, Ints]:
