@@ -10,14 +10,16 @@ import io
 import re
 from collections import Counter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.gmsh_file import is_gmsh, read_gmsh
 from cohaptic_server.objects.memory_limit import damaged, reading_limited
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
+from cohaptic_server.objects.volume_checks import check_conforming, mended
 
 # Names under which programs store the part of a cell, in lower case; the first one found counts.
 _KNOWN = (
@@ -117,6 +119,51 @@ def read_volume(path: Path) -> VolumeMesh:
     Raises:
         BodyError: The file cannot be read, has no or invalid tetrahedra, or has other solid cells.
     """
+    with path.open("rb") as file:
+        start = file.read(_START)
+    gmsh = path.suffix.lower() == ".msh" and is_gmsh(start)
+    try:
+        x, tets, parts, counts = _of_gmsh(path) if gmsh else _by_meshio(path)
+    except BodyError:
+        raise
+    # Readers raise errors of many kinds, and meshio SystemExit if none accepts the file.
+    except (Exception, SystemExit) as error:
+        words = _instead(path) or f": {damaged(error)}"
+        raise BodyError(f"{path}: this is no mesh that can be read{words}") from error
+    others = [f"{n:,} of {kind}" for kind, n in sorted(counts.items()) if _is_solid(kind) and n]
+    if not len(tets):
+        kinds = ", ".join(sorted(counts)) or "-"
+        raise BodyError(f"{path}: there is no tetrahedron in it, only: {kinds}")
+    if others:
+        raise BodyError(
+            f"{path}: beside tetrahedra it has cells that would be lost: {', '.join(others)}."
+            " Split them into tetrahedra first"
+        )
+    _check(path, x, tets)
+    x, tets, taken = mended(path, x, tets)
+    check_conforming(path, x, tets)
+    return VolumeMesh(x, tets, None if parts is None else _of_those(parts, taken))
+
+
+def _of_those(parts: Parts, taken: Ints) -> Parts:
+    """Parts of some of the tetrahedra; a part that has none of them is gone."""
+    left, of = np.unique(parts.of[taken], return_inverse=True)
+    return Parts(tuple(parts.names[k] for k in left.tolist()), of.reshape(-1).astype(np.int64))
+
+
+_Read: TypeAlias = tuple[Floats, Ints, Parts | None, Counter[str]]
+
+
+def _of_gmsh(path: Path) -> _Read:
+    """Vertices, tetrahedra, parts, and the number of cells by kind."""
+    with reading_limited(path):
+        mesh = read_gmsh(path)
+    parts = _parts(path, "gmsh:physical", mesh.groups, mesh.names) if mesh.groups.any() else None
+    return mesh.x, mesh.tets, parts, mesh.others
+
+
+def _by_meshio(path: Path) -> _Read:
+    """Vertices, tetrahedra, parts, and the number of cells by kind."""
     try:
         import meshio
 
@@ -126,43 +173,25 @@ def read_volume(path: Path) -> VolumeMesh:
             f"{path}: reading {path.suffix} needs meshio; install it with:"
             " pip install 'cohaptic[objects]'"
         ) from error
-    try:
-        # meshio prints messages, which must not mix with the server's output that scripts read.
-        silent = io.StringIO()
-        with (
-            reading_limited(path),
-            contextlib.redirect_stdout(silent),
-            contextlib.redirect_stderr(silent),
-        ):
-            loaded: Any = _loaded(path, read)
-        x = np.array(loaded.points, dtype=np.float64)
-        blocks = [
-            np.array(cells.data, dtype=np.int64)[:, :4]
-            for cells in loaded.cells
-            if cells.type in _TETRAHEDRA
-        ]
-        parts = groups_of(path, loaded, _TETRAHEDRA) if blocks else None
-        counts = Counter[str]()
-        for cells in loaded.cells:
-            counts[str(cells.type)] += len(cells.data)
-    except BodyError:
-        raise
-    # meshio's readers raise errors of many kinds, and SystemExit if none accepts the file.
-    except (Exception, SystemExit) as error:
-        words = _instead(path) or f": {damaged(error)}"
-        raise BodyError(f"{path}: this is no mesh that can be read{words}") from error
-    if not blocks or not sum(len(block) for block in blocks):
-        kinds = ", ".join(sorted(counts)) or "-"
-        raise BodyError(f"{path}: there is no tetrahedron in it, only: {kinds}")
-    others = [f"{n:,} of {kind}" for kind, n in sorted(counts.items()) if _is_solid(kind) and n]
-    if others:
-        raise BodyError(
-            f"{path}: beside tetrahedra it has cells that would be lost: {', '.join(others)}."
-            " Split them into tetrahedra first"
-        )
-    tets = np.concatenate(blocks)
-    _check(path, x, tets)
-    return VolumeMesh(x, tets, parts)
+    # meshio prints messages, which must not mix with the server's output that scripts read.
+    silent = io.StringIO()
+    with (
+        reading_limited(path),
+        contextlib.redirect_stdout(silent),
+        contextlib.redirect_stderr(silent),
+    ):
+        loaded: Any = _loaded(path, read)
+    blocks = [
+        np.array(cells.data, dtype=np.int64)[:, :4]
+        for cells in loaded.cells
+        if cells.type in _TETRAHEDRA
+    ]
+    counts = Counter[str]()
+    for cells in loaded.cells:
+        counts[str(cells.type)] += len(cells.data)
+    x = np.array(loaded.points, dtype=np.float64)
+    tets = np.concatenate([np.zeros((0, 4), dtype=np.int64), *blocks])
+    return x, tets, groups_of(path, loaded, _TETRAHEDRA) if blocks else None, counts
 
 
 def _loaded(path: Path, read: Any) -> Any:
@@ -221,7 +250,7 @@ def _is_solid(kind: str) -> bool:
 
 
 def _check(path: Path, x: Floats, tets: Ints) -> None:
-    """Refuse tetrahedra with invalid or repeated vertices, and tetrahedra that occur twice."""
+    """Refuse tetrahedra with invalid or repeated vertices."""
     if tets.min() < 0 or tets.max() >= len(x):
         raise BodyError(f"{path}: a tetrahedron names vertex {tets.max()} of {len(x)}")
     if not np.isfinite(x).all():
@@ -230,6 +259,3 @@ def _check(path: Path, x: Floats, tets: Ints) -> None:
     flat = int((corners[:, 1:] == corners[:, :-1]).any(axis=1).sum())
     if flat:
         raise BodyError(f"{path}: {flat:,} tetrahedra name a vertex twice")
-    twice = len(corners) - len(np.unique(corners, axis=0))
-    if twice:
-        raise BodyError(f"{path}: {twice:,} tetrahedra are there more than once")

@@ -6,10 +6,8 @@ checked. The closed nodes of a GLB or glTF scene are read as parts with material
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +16,6 @@ from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.fix_rule import inside
-from cohaptic_server.objects.memory_limit import reading_limited
-from cohaptic_server.objects.object_file import MAX_READ
 from cohaptic_server.objects.parts.parts import (
     MAX_PARTS,
     MAX_VOLUME_LOSS,
@@ -29,7 +25,13 @@ from cohaptic_server.objects.parts.parts import (
     distinct,
 )
 from cohaptic_server.objects.surface.checks import edge_counts
-from cohaptic_server.objects.surface.surface_file import merge_vertices, read_surface
+from cohaptic_server.objects.surface.gltf import Node, read_nodes
+from cohaptic_server.objects.surface.surface_file import (
+    SCENES,
+    joined,
+    merge_vertices,
+    read_surface,
+)
 
 
 def members(surfaces: Sequence[PartSurface], tets: TetMesh) -> npt.NDArray[np.bool_]:
@@ -105,9 +107,6 @@ def sizes(surfaces: Sequence[PartSurface]) -> Floats:
     return np.array([abs(volume(one.x - one.x.mean(axis=0), one.faces)) for one in surfaces])
 
 
-SCENES = (".glb", ".gltf")
-
-
 def read_surfaces(path: Path) -> tuple[PartSurface, ...]:
     """Read the surfaces of a file: a single one without a name, or those of several parts.
 
@@ -117,59 +116,27 @@ def read_surfaces(path: Path) -> tuple[PartSurface, ...]:
     Raises:
         BodyError: `read_surface` refuses the file.
     """
-    parts = _read_nodes(path) if path.suffix.lower() in SCENES else ()
-    return parts or (PartSurface("", *read_surface(path)),)
+    if path.suffix.lower() not in SCENES:
+        return (PartSurface("", *read_surface(path)),)
+    nodes = read_nodes(path)
+    return closed_nodes(nodes) or (PartSurface("", *joined(path, nodes)),)
 
 
-def _read_nodes(path: Path) -> tuple[PartSurface, ...]:
-    import trimesh  # imported here, since a prepared object starts without trimesh
-
-    load: Any = trimesh.load_scene  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-    trimesh_log = logging.getLogger("trimesh")
-    was_disabled, trimesh_log.disabled = trimesh_log.disabled, True
-    try:
-        with reading_limited(path):
-            return closed_nodes(load(path, process=False))
-    except Exception:  # from trimesh's parsers; `read_surface` fails in the same way and reports it
-        return ()
-    finally:
-        trimesh_log.disabled = was_disabled
-
-
-def closed_nodes(scene: Any) -> tuple[PartSurface, ...]:
+def closed_nodes(nodes: Sequence[Node]) -> tuple[PartSurface, ...]:
     """Nodes of a scene as parts; empty unless there are several nodes, all of them closed.
 
     A scene with an open node, or with very many nodes, is taken for one surface that was stored in
     pieces.
-
-    Args:
-        scene: A `trimesh.Scene`.
     """
-    names: list[str] = []
-    found: list[PartSurface] = []
-    total = 0
-    nodes = list(scene.graph.nodes_geometry)
     if not 2 <= len(nodes) <= MAX_PARTS:
         return ()
-    for node in nodes:
-        transform, geometry = scene.graph[node]
-        mesh = scene.geometry[geometry]
-        points = np.array(getattr(mesh, "vertices", ()), dtype=np.float64).reshape(-1, 3)
-        faces = np.array(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
-        matrix = np.array(transform, dtype=np.float64)
-        if not len(faces) or faces.min() < 0 or faces.max() >= len(points):
-            return ()
-        x = points @ matrix[:3, :3].T + matrix[:3, 3]
+    found: list[PartSurface] = []
+    for name, x, faces in nodes:
         if not np.isfinite(x).all():
-            return ()
-        total += len(faces)
-        if total > MAX_READ:
             return ()
         x, faces = merge_vertices(x, faces)
         if not len(faces) or (edge_counts(faces) != 2).any():
             return ()
-        names.append(str(node))
-        found.append(PartSurface("", x, faces))
-    return tuple(
-        surface._replace(name=name) for name, surface in zip(distinct(names), found, strict=True)
-    )
+        found.append(PartSurface(name, x, faces))
+    names = distinct([surface.name or "node" for surface in found])
+    return tuple(one._replace(name=name) for name, one in zip(names, found, strict=True))

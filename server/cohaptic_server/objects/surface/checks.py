@@ -18,7 +18,7 @@ import scipy.sparse as sp
 import scipy.sparse.csgraph
 
 from cohaptic_server.mesh.enclosed_volume import volume
-from cohaptic_server.numeric import Floats, Ints, cross
+from cohaptic_server.numeric import Floats, Ints, Mask, cross
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,12 @@ _SLIVER = 1e-3  # height over longest edge below which the normal of a triangle 
 
 
 def count_intersecting(x: Floats, faces: Ints) -> int:
-    """Number of triangles that intersect another one.
+    """Number of triangles that intersect another one; arguments as for `intersecting`."""
+    return int(intersecting(x, faces).sum())
+
+
+def intersecting(x: Floats, faces: Ints) -> Mask:
+    """Whether each triangle intersects another one, shape (m,).
 
     Args:
         x: Vertices, shape (n, 3).
@@ -157,7 +162,7 @@ def count_intersecting(x: Floats, faces: Ints) -> int:
                 corners[j], corners[i], margin
             )
             intersects[i[hit]] = intersects[j[hit]] = True
-    return int(intersects.sum())
+    return intersects
 
 
 def _edge_passes(a: Floats, b: Floats, low: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,11 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import reading_limited, unreadable
-from cohaptic_server.objects.surface.three_mf import look_into
+from cohaptic_server.objects.surface.as_they_come import cleaned
+from cohaptic_server.objects.surface.gltf import Node, read_nodes
+from cohaptic_server.objects.surface.three_mf import read_three_mf
+
+SCENES = (".glb", ".gltf")
 
 
 def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
@@ -23,14 +29,22 @@ def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
         x: Vertices, shape (n, 3).
         faces: Triangles, shape (m, 3).
     """
-    size = float(np.ptp(x, axis=0).max()) or 1.0
-    key = np.round(x / (1e-8 * size)).astype(np.int64)
-    first, inverse = _unique_rows(key)
+    first, inverse = equal_points(x, 1e-8)
     faces = inverse[faces]
     a, b, c = faces.T
     faces = faces[(a != b) & (b != c) & (c != a)]
     used, renumbered = np.unique(faces, return_inverse=True)
     return x[first][used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
+
+
+def equal_points(x: Floats, share: float) -> tuple[Ints, Ints]:
+    """Find points that are equal up to a share of the size of all.
+
+    Returns:
+        Index of the first point at each place, shape (k,), and the place of each point, shape (n,).
+    """
+    size = float(np.ptp(x, axis=0).max()) or 1.0
+    return _unique_rows(np.round((x - x.min(axis=0)) / (share * size)).astype(np.int64))
 
 
 def _unique_rows(key: Ints) -> tuple[Ints, Ints]:
@@ -45,13 +59,10 @@ def _unique_rows(key: Ints) -> tuple[Ints, Ints]:
     return np.asarray(first), np.asarray(inverse).reshape(-1)
 
 
-_HEAD = 2**16  # bytes that are read for the header of a file
-
-
 def read_surface(path: Path) -> tuple[Floats, Ints]:
     """Read vertices, shape (n, 3) in units of the file, and faces, shape (m, 3).
 
-    A 3MF file declares its unit, and its vertices are returned in metres.
+    glTF has metres, and a 3MF file declares its unit: their vertices are returned in metres.
 
     Args:
         path: A file of one of `SURFACES`.
@@ -59,8 +70,25 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     Raises:
         BodyError: The file is not a mesh, has no triangle, or has coordinates that are not finite.
     """
-    said = look_into(path) if path.suffix.lower() == ".3mf" else None
-    unit = 1.0 if said is None else said.metres
+    kind = path.suffix.lower()
+    if kind in SCENES:
+        return joined(path, read_nodes(path))
+    if kind == ".3mf":
+        return checked(path, *read_three_mf(path))
+    x, faces, others = _by_trimesh(path, kind)
+    return checked(path, x, faces, others)
+
+
+def joined(path: Path, nodes: Sequence[Node]) -> tuple[Floats, Ints]:
+    """One surface of all nodes of a scene."""
+    starts = np.cumsum([0, *(len(node.x) for node in nodes)])
+    x = np.concatenate([np.zeros((0, 3)), *(node.x for node in nodes)])
+    faces = [node.faces + start for node, start in zip(nodes, starts, strict=False)]
+    return checked(path, x, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces]))
+
+
+def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
+    """Vertices and faces as trimesh reads them, and the number of points without a face."""
     import trimesh  # imported here, since a prepared object starts without trimesh
 
     trimesh_log = logging.getLogger("trimesh")
@@ -68,11 +96,13 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
     try:
         # trimesh's processing is off, since it silently drops coordinates that are not finite.
         with reading_limited(path):
-            loaded: Any = trimesh.load(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-                path, force="mesh", process=False
+            scene: Any = trimesh.load_scene(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+                io.BytesIO(cleaned(path)), file_type=kind[1:], process=False
             )
-        x = unit * np.array(loaded.vertices, dtype=np.float64).reshape(-1, 3)
-        faces = np.array(loaded.faces, dtype=np.int64).reshape(-1, 3)
+            points = sum(len(getattr(one, "vertices", ())) for one in scene.geometry.values())
+            mesh: Any = scene.to_mesh()
+        x = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+        return x, np.array(mesh.faces, dtype=np.int64).reshape(-1, 3), points
     except ImportError as error:
         raise BodyError(
             f"{path}: reading {path.suffix} needs {error.name or error}; install it with:"
@@ -84,23 +114,25 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         raise unreadable(path, "mesh", error) from error
     finally:
         trimesh_log.disabled = was_disabled
-    if said is not None and len(faces) != said.triangles:
-        raise BodyError(
-            f"{path}: of its {said.triangles:,} triangles {len(faces):,} would be read. Export it"
-            " as one mesh, for example as STL"
-        )
-    return _with_triangles(path, x, faces)
 
 
-def _with_triangles(path: Path, x: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Merge equal vertices; raises BodyError if the triangles make no surface."""
+def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats, Ints]:
+    """The surface of a file with equal vertices merged, and without points that no triangle uses.
+
+    Args:
+        x: Vertices, shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        points: Number of points that the file has beside triangles, for the error.
+
+    Raises:
+        BodyError: The triangles make no surface.
+    """
     if not len(faces):
-        why = f"{len(x)} vertices"
-        if _has_strips(path):
-            why = "they are in strips, which are not read: export single triangles"
-        raise BodyError(f"{path}: there is no triangle in it ({why})")
+        raise BodyError(f"{path}: there is no triangle in it{_why_none(path, points)}")
     if faces.min() < 0 or faces.max() >= len(x):
         raise BodyError(f"{path}: a triangle names vertex {faces.max()} of {len(x)}")
+    used, renumbered = np.unique(faces, return_inverse=True)
+    x, faces = x[used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
     bad = ~np.isfinite(x).all(axis=1)
     if bad.any():
         raise BodyError(
@@ -116,10 +148,19 @@ def _with_triangles(path: Path, x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return x, faces
 
 
-def _has_strips(path: Path) -> bool:
-    """Whether a file is a PLY file whose header declares triangle strips."""
+def _why_none(path: Path, points: int) -> str:
+    """What a file without triangles has instead, and the way out."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
+    if path.suffix.lower() == ".ply" and b"element tristrips" in head.partition(b"end_header")[0]:
+        return " (they are in strips, which are not read: export single triangles)"
+    if not points:
+        return ". Was it exported with its mesh?"
     return (
-        path.suffix.lower() == ".ply" and b"element tristrips" in head.partition(b"end_header")[0]
+        f": it has {points:,} points, of a point cloud or a wire frame. Make a surface of them"
+        " first, for example in MeshLab: Filters, Remeshing, Surface Reconstruction: Screened"
+        " Poisson"
     )
+
+
+_HEAD = 2**16  # bytes that are read for the header of a file

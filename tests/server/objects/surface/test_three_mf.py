@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 from cohaptic.errors import BodyError
+from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.surface.surface_file import read_surface
@@ -93,13 +94,6 @@ def test_objects_count_as_often_as_they_are_built(tmp_path: Path) -> None:
             "",
             "names object '7', which is not",
         ),
-        (
-            f'<object id="1">{MESH}</object>'
-            f'<object id="2">{MESH}<components><component objectid="1"/></components></object>',
-            '<item objectid="2"/>',
-            "",
-            "of its 8 triangles 4 would be read",
-        ),
         (nested(0), "", '<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>', "entities"),
         ("<object", "", "", "this is no 3MF"),
     ],
@@ -117,7 +111,7 @@ def test_one_object_does_not_hide_another_of_its_name(tmp_path: Path) -> None:
     path = write(tmp_path / "a.3mf", nested(12) + second, '<item objectid="12"/>')
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr("3D/other.model", f"<model {CORE}><resources>{second}</resources></model>")
-    with pytest.raises(BodyError, match="objects; the limits are"):
+    with pytest.raises(BodyError, match="it has two objects '12'"):
         look_into(path)
 
 
@@ -147,26 +141,57 @@ def test_a_mesh_in_a_part_of_its_own_is_read(tmp_path: Path) -> None:
     assert np.ptp(x, axis=0) == pytest.approx([0.03, 0.01, 0.01])
 
 
+ONE = f'<object id="1">{MESH}</object>'
+
+
 @pytest.mark.parametrize(
     ("parts", "names"),
     [
         ({"3D/one.model": nested(0)}, [("0", "one"), ("0", "one")]),
         ({"3D/one.model": nested(0), "3D/two.model": nested(0)}, [("0", "one"), ("0", "two")]),
-        (
-            {"3D/one.model": nested(0) + f'<object id="1">{MESH}</object>'},
-            [("0", "one"), ("1", "one")],
-        ),
+        ({"3D/one.model": nested(0) + ONE}, [("0", "one"), ("1", "one")]),
     ],
 )
-def test_what_the_reader_would_mix_up_is_refused(
+def test_objects_are_told_apart_by_part_and_number(
     tmp_path: Path, parts: dict[str, str], names: list[tuple[str, str]]
 ) -> None:
-    """Of n names in one part, trimesh would make n^2 meshes, which is a bomb as well."""
+    """Numbers repeat from part to part, as slicers write them; a mesh may be there twice."""
     components = "".join(
-        f'<component objectid="{number}" path="/3D/{part}.model" {FAR}/>' for number, part in names
+        f'<component objectid="{number}" path="/3D/{part}.model" {moved}/>'
+        for (number, part), moved in zip(names, ("", FAR), strict=True)
     )
     path = in_parts(tmp_path / "a.3mf", parts, components)
-    with pytest.raises(BodyError, match="cannot be told from others"):
+    x, faces = read_surface(path)
+    assert len(faces) == count_triangles(path) == 8
+    assert np.ptp(x, axis=0) == pytest.approx([0.03, 0.01, 0.01])
+
+
+def test_transforms_of_items_and_components_follow_each_other(tmp_path: Path) -> None:
+    turn = 'transform="0 1 0 -1 0 0 0 0 1 0 0 0"'  # a quarter about z: x to y, y to -x
+    mirror = 'transform="-1 0 0 0 1 0 0 0 1 0 0 0"'
+    whole = f'<object id="2"><components><component objectid="1" {FAR}/></components></object>'
+    path = write(tmp_path / "a.3mf", ONE + whole, f'<item objectid="2" {turn}/>')
+    x, faces = read_surface(path)
+    assert x.min(axis=0) == pytest.approx([-0.01, 0.02, 0.0], abs=1e-9)
+    assert x.max(axis=0) == pytest.approx([0.0, 0.03, 0.01], abs=1e-9)
+    before = volume(x, faces)
+    mirrored = read_surface(write(tmp_path / "b.3mf", ONE, f'<item objectid="1" {mirror}/>'))
+    assert mirrored[0].min() == pytest.approx(-0.01)
+    assert volume(*mirrored) == pytest.approx(before)  # the outside stays outside
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        MESH.replace('v2="2"', 'v2="9"'),
+        MESH.replace('v2="2"', 'v2="-1"'),
+        MESH.replace('v2="2"', ""),
+        MESH.replace('x="10"', 'x="ten"'),
+    ],
+)
+def test_a_damaged_mesh_is_refused(tmp_path: Path, mesh: str) -> None:
+    path = write(tmp_path / "a.3mf", f'<object id="1">{mesh}</object>', '<item objectid="1"/>')
+    with pytest.raises(BodyError, match=r"names vertex|no 3MF that can be read"):
         read_surface(path)
 
 

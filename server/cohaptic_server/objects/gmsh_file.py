@@ -1,0 +1,231 @@
+"""Reads the tetrahedra and physical groups of a Gmsh file, version 2.2 or 4.1, text or binary.
+
+People save meshes in which some volumes have no physical group, or several. meshio refuses the
+first, and gives the elements of the second twice. Gmsh's own library is under the GPL. The two
+versions differ in little but their headers, so a reader of one's own is shorter than a patch.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections import Counter
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.numeric import Floats, Ints
+
+log = logging.getLogger("cohaptic.server")
+
+REST = "rest"  # name of the part that has the elements of no group
+# Number of nodes of each type of element; the first four nodes of a tetrahedron are its corners.
+_NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18,
+          14: 14, 15: 1, 16: 8, 17: 20, 18: 15, 19: 13, 20: 9, 21: 10, 22: 12, 23: 15, 24: 15,
+          25: 21, 26: 4, 27: 5, 28: 6, 29: 20, 30: 35, 31: 56, 92: 64, 93: 125}  # fmt: skip
+_TETRAHEDRA = (4, 11, 29, 30, 31)
+_SOLIDS = {5: "hexahedron", 6: "wedge", 7: "pyramid", 12: "hexahedron27", 13: "wedge18",
+           14: "pyramid14", 17: "hexahedron20", 18: "wedge15", 19: "pyramid13",
+           92: "hexahedron64", 93: "hexahedron125"}  # fmt: skip
+_VOLUME = 3  # dimension of a volume
+_SECTION = re.compile(rb"\$(\w+)[ \t]*\r?\n")
+
+
+class GmshMesh(NamedTuple):
+    """The elements of a file.
+
+    Args:
+        x: Nodes, shape (n, 3).
+        tets: Corners of each tetrahedron, shape (m, 4).
+        groups: Number of each tetrahedron's group, 0 for none, shape (m,).
+        names: Names of groups of volumes, by number; `REST` for 0.
+        others: How many solid elements of other kinds there are, by kind.
+    """
+
+    x: Floats
+    tets: Ints
+    groups: Ints
+    names: dict[int, str]
+    others: Counter[str]
+
+
+def is_gmsh(start: bytes) -> bool:
+    """Whether the first bytes of a file are those of a version that is read here."""
+    return re.match(rb"\s*\$MeshFormat\s+(2(\.\d+)?|4\.1)\s", start) is not None
+
+
+def read_gmsh(path: Path) -> GmshMesh:
+    """Read a file for whose first bytes `is_gmsh` holds.
+
+    Raises:
+        BodyError: The mesh is partitioned.
+        Exception: The file is damaged; errors of many kinds.
+    """
+    sections = _sections(path.read_bytes())
+    version, binary, size = sections["MeshFormat"].split()[:3]
+    if "PartitionedEntities" in sections:
+        raise BodyError(f"{path}: it is partitioned. Save it from Gmsh without partitions")
+    old = version.startswith(b"2")
+    swapped = binary == b"1" and sections["MeshFormat"].split(b"\n", 1)[1][:4] == b"\0\0\0\1"
+
+    def cursor(name: str) -> _Cursor:
+        return _Cursor(sections[name], binary == b"1", int(size), ">" if swapped else "<")
+
+    read_nodes, read_elements = (_nodes_2, _elements_2) if old else (_nodes_4, _elements_4)
+    tags, x = read_nodes(cursor("Nodes"))
+    group_of = {} if old or "Entities" not in sections else _entities(path, cursor("Entities"))
+    tets, groups = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    others = Counter[str]()
+    for kind, entity, group, nodes in read_elements(cursor("Elements")):
+        if kind in _SOLIDS:
+            others[_SOLIDS[kind]] += len(nodes)
+        if kind in _TETRAHEDRA:
+            tets.append(nodes[:, :4])
+            groups.append(group if old else np.full(len(nodes), group_of.get(entity, 0)))
+    order = np.argsort(tags)
+    corners = np.concatenate(tets)
+    at = np.searchsorted(tags[order], corners)
+    if (tags[order][np.minimum(at, len(tags) - 1)] != corners).any():
+        raise ValueError("an element names a node that is not there")
+    return GmshMesh(x, order[at], np.concatenate(groups), _names(sections), others)
+
+
+def _sections(data: bytes) -> dict[str, bytes]:
+    """The text or bytes of each section by its name; the last one of a name counts."""
+    found: dict[str, bytes] = {}
+    start = 0
+    while match := _SECTION.search(data, start):
+        end = data.find(b"$End" + match[1], match.end())
+        if end < 0:
+            raise ValueError(f"its section {match[1].decode()} does not end")
+        found[match[1].decode()] = data[match.end() : end]
+        start = end + 4 + len(match[1])
+    return found
+
+
+class _Cursor:
+    """Numbers of one section, one after another."""
+
+    def __init__(self, data: bytes, binary: bool, size: int, order: str) -> None:
+        self._data, self._binary, self._start = data, binary, 0
+        self._kinds = {"i": np.dtype(f"{order}i4"), "t": np.dtype(f"{order}u{size}"),
+                       "d": np.dtype(f"{order}f8")}  # fmt: skip
+        self.text: Floats = np.zeros(0)
+        if not binary:
+            self.text = np.array(data.split(), dtype=np.float64)
+
+    def head(self) -> int:
+        """The count in the first line, which is text in version 2 also where the rest is binary."""
+        if not self._binary:
+            return int(self.take("i", 1)[0])
+        self._start = self._data.index(b"\n") + 1
+        return int(self._data[: self._start])
+
+    def take(self, kind: str, count: int) -> Any:
+        """The next numbers: `i` for int, `t` for size_t, `d` for double; shape (count,)."""
+        if not self._binary:
+            found = self.text[self._start : self._start + count]
+            self._start += count
+        else:
+            dtype = self._kinds[kind]
+            found = np.frombuffer(self._data, dtype, count, self._start)
+            self._start += count * dtype.itemsize
+        if count < 0 or len(found) < count:
+            raise ValueError(f"a section has {len(found)} numbers of {count}")
+        return found if kind == "d" else found.astype(np.int64)
+
+    def records(self, kinds: tuple[tuple[str, int], ...], count: int) -> list[Any]:
+        """The next `count` records of several numbers: an array (count, n) for each of `kinds`."""
+        width = sum(n for _, n in kinds)
+        if not self._binary:
+            rows = self.take("d", count * width).reshape(count, width)
+            ends = np.cumsum([n for _, n in kinds])[:-1]
+            parts = np.split(rows, ends, axis=1)
+        else:
+            fields = [(f"f{k}", self._kinds[kind], (n,)) for k, (kind, n) in enumerate(kinds)]
+            rows = np.frombuffer(self._data, np.dtype(fields), count, self._start)
+            self._start += rows.nbytes
+            parts = [rows[f"f{k}"] for k in range(len(kinds))]
+        return [p if kind == "d" else p.astype(np.int64)
+                for (kind, _), p in zip(kinds, parts, strict=True)]  # fmt: skip
+
+
+def _nodes_2(at: _Cursor) -> tuple[Ints, Floats]:
+    tags, x = at.records((("i", 1), ("d", 3)), at.head())
+    return tags[:, 0], x
+
+
+def _nodes_4(at: _Cursor) -> tuple[Ints, Floats]:
+    tags, points = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))]
+    blocks = int(at.take("t", 4)[0])
+    for _ in range(blocks):
+        dimension, _, parametric = at.take("i", 3).tolist()
+        count = int(at.take("t", 1)[0])
+        tags.append(at.take("t", count))
+        width = 3 + (dimension if parametric else 0)
+        points.append(at.take("d", count * width).reshape(count, width)[:, :3])
+    return np.concatenate(tags), np.concatenate(points)
+
+
+def _elements_2(at: _Cursor) -> Any:
+    """Kind, entity, group of each and nodes (m, n), for runs of elements of one kind."""
+    left = at.head()
+    if not at._binary:  # pyright: ignore[reportPrivateUsage]  # of this module
+        yield from _lines_2(at, left)
+        return
+    while left > 0:
+        kind, count, marks = at.take("i", 3).tolist()
+        numbers = at.take("i", count * (1 + marks + _NODES[kind])).reshape(count, -1)
+        groups = numbers[:, 1] if marks else np.zeros(count, dtype=np.int64)
+        yield kind, 0, groups, numbers[:, 1 + marks :]
+        left -= max(count, 1)
+
+
+def _lines_2(at: _Cursor, count: int) -> Any:
+    numbers = at.text.astype(np.int64)
+    start, rows = 1, dict[int, list[Any]]()
+    for _ in range(count):
+        kind, marks = numbers[start + 1 : start + 3].tolist()
+        end = start + 3 + marks + _NODES[kind]
+        rows.setdefault(kind, []).append((numbers[start + 3] if marks else 0,
+                                          numbers[end - _NODES[kind] : end]))  # fmt: skip
+        start = end
+    for kind, some in rows.items():
+        yield kind, 0, np.array([group for group, _ in some]), np.array([n for _, n in some])
+
+
+def _elements_4(at: _Cursor) -> Any:
+    blocks = int(at.take("t", 4)[0])
+    for _ in range(blocks):
+        dimension, entity, kind = at.take("i", 3).tolist()
+        count = int(at.take("t", 1)[0])
+        numbers = at.take("t", count * (1 + _NODES[kind])).reshape(count, -1)
+        yield kind, entity if dimension == _VOLUME else -1, None, numbers[:, 1:]
+
+
+def _entities(path: Path, at: _Cursor) -> dict[int, int]:
+    """Group of each volume by the volume's number: the first, if it has several."""
+    found: dict[int, int] = {}
+    several: list[int] = []
+    for dimension, count in enumerate(at.take("t", 4).tolist()):
+        for _ in range(count):
+            tag = int(at.take("i", 1)[0])
+            at.take("d", 3 if dimension == 0 else 6)
+            groups = at.take("i", int(at.take("t", 1)[0])).tolist()
+            if dimension > 0:
+                at.take("i", int(at.take("t", 1)[0]))
+            if dimension == _VOLUME and groups:
+                found[tag] = abs(groups[0])
+                several += [tag] if len(groups) > 1 else []
+    if several:
+        log.warning("%s: %d of its volumes are in several groups; each counts in the first", path,
+                    len(several))  # fmt: skip
+    return found
+
+
+def _names(sections: dict[str, bytes]) -> dict[int, str]:
+    lines = re.findall(rb'^\s*(\d+)\s+(\d+)\s+"(.*)"', sections.get("PhysicalNames", b""), re.M)
+    names = {int(n): text.decode(errors="replace") for dim, n, text in lines if int(dim) == _VOLUME}
+    return {0: REST, **names}

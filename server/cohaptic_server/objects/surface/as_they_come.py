@@ -1,0 +1,112 @@
+"""Brings the bytes of STL, OBJ, PLY and OFF files into the form that their readers expect.
+
+Programs write these files with bytes behind the end, counts that are wrong, old line ends, a byte
+order mark, UTF-16, capital keywords and decimal commas. Readers then fail, or return an empty
+mesh. Files that are something else altogether, such as a pointer of Git LFS, are named here.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import re
+import struct
+from pathlib import Path
+
+from cohaptic.errors import BodyError
+
+log = logging.getLogger("cohaptic.server")
+
+_HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
+_LINES = 100  # lines of numbers that show whether decimal commas are used
+_START = 4096  # bytes that show whether a file is text
+# Two marks, then the codec; without a mark UTF-16 shows by the zeros between its letters.
+_MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+_NUMBER = rb"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+# A line with three numbers or more, and the word before them in STL and OBJ files.
+_POINTS = re.compile(rb"^[ \t]*(?:vertex|v)?[ \t]*(" + _NUMBER + rb"(?:[ \t]+" + _NUMBER
+                     + rb"){2,})[ \t]*$", re.M)  # fmt: skip
+_COMMA = re.compile(rb"(?<=\d),(?=\d)")
+
+
+def cleaned(path: Path) -> bytes:
+    """Read a file, in the form in which its reader expects it.
+
+    Args:
+        path: A file of one of the kinds .stl, .obj, .ply and .off.
+
+    Raises:
+        BodyError: The file is empty, a web page, or a pointer of Git LFS.
+    """
+    data = path.read_bytes()
+    _check_start(path, data)
+    kind = path.suffix.lower()
+    if kind == ".stl" and not _is_text_stl(data):
+        return _binary_stl(path, data)
+    if kind == ".ply" and re.search(rb"^\s*format\s+binary", data[:_START], re.M):
+        return data
+    if kind == ".off" and re.match(rb"\s*\S*OFF\s+BINARY", data[:_START]):
+        return data
+    return _text(data, lower=kind == ".stl")
+
+
+def _check_start(path: Path, data: bytes) -> None:
+    start = data[:_START].lstrip()
+    if not start:
+        raise BodyError(f"{path}: it is empty")
+    if start.startswith(b"version https://git-lfs"):
+        raise BodyError(
+            f"{path}: it is a pointer of Git LFS, and not the file itself. Get that: git lfs pull"
+        )
+    if re.match(rb"<(!doctype html|html)", start, re.I):
+        raise BodyError(f"{path}: it is a web page. Save the file itself, not the page about it")
+
+
+def _is_text_stl(data: bytes) -> bool:
+    """Whether an STL file is text; a binary one may begin with `solid`, too."""
+    if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE * _declared(data):
+        return False
+    start = _decoded(data[:_START]).lstrip().lower()
+    return start.startswith(b"solid") and b"\0" not in start
+
+
+def _declared(data: bytes) -> int:
+    return int(struct.unpack_from("<I", data, 80)[0])
+
+
+def _binary_stl(path: Path, data: bytes) -> bytes:
+    """A binary STL file whose count and length agree."""
+    there = (len(data) - _HEADER) // _TRIANGLE
+    if there < 1:
+        return data
+    said = _declared(data)
+    if not 0 < said <= there:
+        log.warning(
+            "%s: its header counts %s triangles; the %s that it has are read", path,
+            f"{said:,}", f"{there:,}",
+        )  # fmt: skip
+        said = there
+    end = _HEADER + _TRIANGLE * said
+    return data[:80] + struct.pack("<I", said) + data[_HEADER:end]
+
+
+def _text(data: bytes, *, lower: bool) -> bytes:
+    """Text in UTF-8 with line ends and decimal points as readers expect them."""
+    data = _decoded(data).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if lower:
+        data = data.lower()
+    start = [line[1] for line in itertools.islice(_POINTS.finditer(data), _LINES)]
+    if any(b"," in line for line in start) and not any(b"." in line for line in start):
+        data = _POINTS.sub(lambda line: _COMMA.sub(b".", line[0]), data)
+    return data
+
+
+def _decoded(data: bytes) -> bytes:
+    """Bytes of text in UTF-8, or in an older code that has the same digits and keywords."""
+    for mark, codec in _MARKS:
+        if data.startswith(mark):
+            return data.decode(codec, errors="replace").encode()
+    for codec, zeros in (("utf-16-le", data[1:64:2]), ("utf-16-be", data[0:64:2])):
+        if len(zeros) > 1 and not any(zeros):
+            return data.decode(codec, errors="replace").encode()
+    return data

@@ -1,0 +1,103 @@
+"""Mends and checks the tetrahedra of a file, as the triangles of a surface are checked.
+
+Programs write a volume mesh with points of its own for every cell, with an element once for each
+group that has it, or inside out: these are mended, and said. A mesh whose faces do not fit together
+has cracks, or hangs together by an edge or a corner about which its pieces turn without a force;
+each is refused with its place in the unit of the file.
+"""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.tetrahedra import boundary, face_pieces, pieces, volumes
+from cohaptic_server.numeric import Floats, Ints, Mask
+from cohaptic_server.objects.surface.checks import intersecting
+from cohaptic_server.objects.surface.surface_file import equal_points
+
+log = logging.getLogger("cohaptic.server")
+
+# Distance at which two points are one, as a share of the size: files in single precision have 24
+# bits, and the shortest edge of a useful mesh is ten thousand times as long.
+SAME = 1e-7
+_FACES = np.array([(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)])
+
+
+def mended(path: Path, x: Floats, tets: Ints) -> tuple[Floats, Ints, Ints]:
+    """Merge points at one place, drop repeated tetrahedra, and turn those that are inside out.
+
+    Args:
+        path: The file, for what is said.
+        x: Vertices, shape (n, 3).
+        tets: Vertices of each tetrahedron, shape (m, 4).
+
+    Returns:
+        Vertices; tetrahedra, shape (k, 4); and the index of each among those given, shape (k,).
+    """
+    used, renumbered = np.unique(tets, return_inverse=True)
+    x, tets = x[used], renumbered.reshape(tets.shape).astype(np.int64)
+    first, inverse = equal_points(x, SAME)
+    if len(first) < len(x):
+        log.warning("%s: %s points lie at the place of another one (within %g of its size) and are"
+                    " merged with it", path, f"{len(x) - len(first):,}", SAME)  # fmt: skip
+        x, tets = x[first], inverse[tets]
+    _, once = np.unique(np.sort(tets, axis=1), axis=0, return_index=True)
+    once.sort()
+    if len(once) < len(tets):
+        log.warning("%s: %s tetrahedra are there more than once, as in several groups: each counts"
+                    " once, in the first of its groups", path,
+                    f"{len(tets) - len(once):,}")  # fmt: skip
+    tets = tets[once]
+    inside_out = volumes(x, tets) < 0.0
+    if inside_out.any() and not inside_out.all():  # a whole mesh in the other order is usual
+        log.warning("%s: %s of %s tetrahedra are inside out and are turned", path,
+                    f"{inside_out.sum():,}", f"{len(tets):,}")  # fmt: skip
+    tets[inside_out] = tets[inside_out][:, [0, 2, 1, 3]]
+    return x, tets, once
+
+
+def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
+    """Refuse tetrahedra that do not fit together face to face.
+
+    Raises:
+        BodyError: A face has more than two tetrahedra, pieces hang together by an edge or a corner,
+            or faces lie on one another without being one. The error names the place.
+    """
+    faces = np.sort(tets[:, _FACES].reshape(-1, 3), axis=1)
+    each, counts = np.unique(faces, axis=0, return_counts=True)
+    if (counts > 2).any():
+        raise BodyError(
+            f"{path}: {(counts > 2).sum():,} faces have three tetrahedra or more, so they overlap;"
+            f" one is {_at(x[each[counts > 2][0]])}. Mesh the object anew"
+        )
+    if pieces(tets, len(x)).max() == 0:  # else the pieces are named by `TetMesh`
+        of = face_pieces(tets)
+        if of.max() > 0:
+            hinge = _shared(tets, of == of[0])
+            raise BodyError(
+                f"{path}: its {of.max() + 1} pieces hang together by edges or corners only, about"
+                f" which they would turn without a force; one is {_at(x[hinge])}. Join them by"
+                " faces, or take one of them out"
+            )
+    outside = boundary(tets)
+    crossing = intersecting(x - x.mean(axis=0), outside)
+    if crossing.any():
+        raise BodyError(
+            f"{path}: {crossing.sum():,} faces cross others or lie on them without being shared, as"
+            " where two meshes of different fineness meet: the solid would have cracks there; one"
+            f" is {_at(x[outside[np.flatnonzero(crossing)[0]]])}. Mesh the parts together"
+        )
+
+
+def _shared(tets: Ints, one: Mask) -> Ints:
+    """Vertices that the tetrahedra of one piece share with those of others."""
+    return np.intersect1d(tets[one], tets[~one])
+
+
+def _at(points: Floats) -> str:
+    x, y, z = points.mean(axis=0).tolist()
+    return f"at ({x:.4g}, {y:.4g}, {z:.4g})"

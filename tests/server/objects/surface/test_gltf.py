@@ -1,0 +1,258 @@
+"""glTF as specified: every way to write one cube gives that cube, and what is unknown is named."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.objects.parts.nodes import read_surfaces
+from cohaptic_server.objects.surface.gltf import Node, read_nodes
+from cohaptic_server.objects.surface.surface_file import read_surface
+from tests.server.objects.surface.test_as_they_come import SIDE, cube, is_the_cube
+
+FLOAT, SHORT, USHORT, UINT = 5126, 5122, 5123, 5125
+
+
+class Scene:
+    """A glTF document that grows by accessors; a test changes what it is about."""
+
+    def __init__(self) -> None:
+        self.blob = b""
+        self.document: dict[str, Any] = {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "accessors": [],
+            "bufferViews": [],
+        }
+
+    def view(self, values: Any) -> int:
+        self.blob += b"\0" * (-len(self.blob) % 4)
+        raw = np.ascontiguousarray(values).tobytes()
+        views = self.document["bufferViews"]
+        views.append({"buffer": 0, "byteOffset": len(self.blob), "byteLength": len(raw)})
+        self.blob += raw
+        return len(views) - 1
+
+    def accessor(self, values: Any, component: int, kind: str, **more: Any) -> int:
+        accessors = self.document["accessors"]
+        entry = {"bufferView": self.view(values), "componentType": component, "type": kind}
+        accessors.append(entry | {"count": len(values)} | more)
+        return len(accessors) - 1
+
+    def glb(self, path: Path, version: int = 2) -> Path:
+        self.document["buffers"] = [{"byteLength": len(self.blob)}]
+        text = json.dumps(self.document).encode()
+        text += b" " * (-len(text) % 4)
+        body = struct.pack("<I4s", len(text), b"JSON") + text
+        body += struct.pack("<I4s", len(self.blob), b"BIN\0") + self.blob
+        path.write_bytes(struct.pack("<4sII", b"glTF", version, 12 + len(body)) + body)
+        return path
+
+
+def scene() -> Scene:
+    """A cube of 100 mm, with nothing special."""
+    x, faces = cube()
+    made = Scene()
+    made.accessor(x.astype("<f4"), FLOAT, "VEC3")
+    made.accessor(faces.ravel().astype("<u4"), UINT, "SCALAR")
+    return made
+
+
+def one(made: Scene, tmp_path: Path) -> Node:
+    (node,) = read_nodes(made.glb(tmp_path / "a.glb"))
+    return node
+
+
+def test_a_cube_is_a_cube(tmp_path: Path) -> None:
+    assert is_the_cube(read_surface(scene().glb(tmp_path / "a.glb")))
+
+
+def test_normalised_integers_are_shares_of_one(tmp_path: Path) -> None:
+    made = scene()
+    whole = np.round(cube()[0] / SIDE * 32767).astype("<i2")
+    padded = np.pad(whole, ((0, 0), (0, 1)))  # to four bytes, as the format asks for
+    made.document["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = made.accessor(
+        padded, SHORT, "VEC3", normalized=True
+    )
+    made.document["bufferViews"][-1]["byteStride"] = 8
+    made.document["nodes"][0]["scale"] = [SIDE, SIDE, SIDE]
+    made.document["extensionsRequired"] = ["KHR_mesh_quantization"]
+    assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
+
+
+def test_sparse_values_replace_those_below(tmp_path: Path) -> None:
+    x, _ = cube()
+    for given in (range(8), (1, 5, 6)):
+        made = scene()
+        rows = np.array(list(given), dtype="<u2")
+        position = made.document["accessors"][0]
+        wrong = x.copy()
+        wrong[rows] += 1.0
+        if len(rows) == 8:
+            del position["bufferView"]  # zeros
+        else:
+            position["bufferView"] = made.view(wrong.astype("<f4"))
+        position["sparse"] = {
+            "count": len(rows),
+            "indices": {"bufferView": made.view(rows), "componentType": USHORT},
+            "values": {"bufferView": made.view(x[rows].astype("<f4"))},
+        }
+        assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
+
+
+def test_each_instance_is_there(tmp_path: Path) -> None:
+    made = scene()
+    moved = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.6, 0.0, 0.0]], dtype="<f4")
+    attributes = {"TRANSLATION": made.accessor(moved, FLOAT, "VEC3")}
+    made.document["nodes"][0]["extensions"] = {
+        "EXT_mesh_gpu_instancing": {"attributes": attributes}
+    }
+    made.document["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+    parts = read_surfaces(made.glb(tmp_path / "a.glb"))
+    assert [part.x.min(axis=0)[0] for part in parts] == pytest.approx([0.0, 0.3, 0.6])
+    assert all(is_the_cube((part.x, part.faces)) for part in parts)
+
+
+@pytest.mark.parametrize("mode", [5, 6])
+def test_strips_and_fans_are_triangles_that_face_one_way(mode: int, tmp_path: Path) -> None:
+    made = Scene()
+    ring = [(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 3.0, 6)]
+    points = [(0.0, 0.0, 0.0), *ring] if mode == 6 else [(i // 2, i % 2, 0.0) for i in range(7)]
+    made.accessor(np.array(points, dtype="<f4"), FLOAT, "VEC3")
+    made.document["meshes"][0]["primitives"] = [{"attributes": {"POSITION": 0}, "mode": mode}]
+    node = one(made, tmp_path)
+    a, b, c = np.moveaxis(node.x[node.faces], 1, 0)
+    up = np.cross(b - a, c - a)[:, 2]
+    assert len(up) == 5
+    assert (np.sign(up) == np.sign(up[0])).all()
+
+
+def test_transforms_are_passed_down_and_a_mirror_keeps_the_outside_outside(tmp_path: Path) -> None:
+    made = scene()
+    half = math.sqrt(0.5)
+    made.document["nodes"] = [
+        {"children": [1], "translation": [1.0, 0.0, 0.0], "rotation": [0.0, 0.0, half, half]},
+        {"mesh": 0, "scale": [-2.0, 1.0, 1.0], "name": "mirrored"},
+    ]
+    node = one(made, tmp_path)
+    assert node.name == "mirrored"
+    # The cube lies along -x, is turned by a quarter about z onto -y, and moved by 1 m.
+    assert node.x.min(axis=0) == pytest.approx([0.9, -0.2, 0.0], abs=1e-6)
+    assert node.x.max(axis=0) == pytest.approx([1.0, 0.0, 0.1], abs=1e-6)
+    plain = one(scene(), tmp_path)
+    assert np.sign(volume(node)) == np.sign(volume(plain))
+    matrix = np.array([[0, -1, 0, 1], [-2, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=float)
+    made.document["nodes"] = [{"mesh": 0, "matrix": matrix.T.ravel().tolist()}]
+    assert one(made, tmp_path).x == pytest.approx(node.x, abs=1e-6)
+
+
+def volume(node: Node) -> float:
+    a, b, c = np.moveaxis(node.x[node.faces], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+
+
+def test_without_a_default_scene_the_first_or_all_nodes_are_shown(tmp_path: Path) -> None:
+    made = scene()
+    made.document["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1.0, 0.0, 0.0]}]
+    made.document["scenes"] = [{"nodes": [1]}, {"nodes": [0]}]
+    made.document["scene"] = 1
+    assert one(made, tmp_path).x.max() == pytest.approx(SIDE)
+    del made.document["scene"]
+    assert one(made, tmp_path).x.max() == pytest.approx(1.0 + SIDE)
+    del made.document["scenes"]
+    assert len(read_nodes(made.glb(tmp_path / "a.glb"))) == 2
+
+
+def test_data_beside_a_file_or_in_it_is_found(tmp_path: Path) -> None:
+    made = scene()
+    encoded = base64.b64encode(made.blob).decode()
+    path = tmp_path / "a.gltf"
+    (tmp_path / "its data.bin").write_bytes(made.blob)
+    for uri in (f"data:application/octet-stream;base64,{encoded}", "its%20data.bin"):
+        made.document["buffers"] = [{"byteLength": len(made.blob), "uri": uri}]
+        path.write_text(json.dumps(made.document))
+        assert is_the_cube(read_surface(path))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"asset": {"version": "1.0"}}, "glTF 1.0, which is not read"),
+        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "compressed by Draco"),
+        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "compressed by meshopt"),
+        ({"extensionsRequired": ["ACME_bent_space"]}, "requires the extension 'ACME_bent_space'"),
+        ({"nodes": [{"mesh": 0, "children": [0]}]}, "two parents, or is its own"),
+        ({"nodes": [{"children": [1, 1]}, {"mesh": 0}]}, "two parents"),
+        ({"nodes": [{"mesh": 7}]}, "number 7 of 1 meshes"),
+        ({"nodes": [{"mesh": -1}]}, "no mesh that can be read"),
+        ({"scenes": [{"nodes": [True]}]}, "no mesh that can be read"),
+        ({"scenes": [{}]}, "there is no triangle in it"),
+    ],
+)
+def test_what_cannot_be_read_is_named(change: dict[str, Any], words: str, tmp_path: Path) -> None:
+    made = scene()
+    made.document |= change
+    with pytest.raises(BodyError, match=words):
+        read_surface(made.glb(tmp_path / "a.glb"))
+
+
+def test_an_extension_of_looks_changes_no_shape(tmp_path: Path) -> None:
+    made = scene()
+    made.document["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform"]
+    assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
+
+
+@pytest.mark.parametrize(
+    ("accessor", "change", "words"),
+    [
+        (0, {"count": 9}, "96 bytes .*; 108 are named"),
+        (0, {"count": 2**40}, "values; from 1 to"),
+        (0, {"byteOffset": 2**40}, "are named"),
+        (0, {"type": "VEC2"}, "has VEC2, not VEC3"),
+        (0, {"componentType": 5124}, "no mesh that can be read"),
+        (1, {"count": 0}, "values; from 1 to"),
+        (1, {"bufferView": 0, "count": 24}, "a triangle names vertex"),
+    ],
+)
+def test_a_lying_accessor_is_refused(
+    accessor: int, change: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    made = scene()
+    made.document["accessors"][accessor] |= change
+    with pytest.raises(BodyError, match=words):
+        read_surface(made.glb(tmp_path / "a.glb"))
+
+
+def test_a_file_that_was_cut_off_says_so(tmp_path: Path) -> None:
+    path = scene().glb(tmp_path / "a.glb")
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(BodyError, match="it was cut off"):
+        read_surface(path)
+
+
+def test_the_first_version_of_the_format_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BodyError, match=r"it is glTF 1, .* Export it as glTF 2\.0"):
+        read_surface(scene().glb(tmp_path / "a.glb", version=1))
+
+
+@pytest.mark.parametrize("uri", ["../secret.bin", "/etc/hostname", "gone.bin"])
+def test_no_file_is_read_but_those_beside_it(uri: str, tmp_path: Path) -> None:
+    made = scene()
+    (tmp_path / "secret.bin").write_bytes(made.blob)
+    (tmp_path / "own").mkdir()
+    path = tmp_path / "own/a.gltf"
+    made.document["buffers"] = [{"byteLength": len(made.blob), "uri": uri}]
+    path.write_text(json.dumps(made.document))
+    with pytest.raises(BodyError, match=r"not beside it\. Keep both in one folder"):
+        read_surface(path)

@@ -1,0 +1,132 @@
+"""Volume meshes as programs write them: mended where that is safe, else refused with the place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+
+from cohaptic.errors import BodyError
+from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
+from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.volume_file import VolumeMesh, read_volume
+
+KUHN = [(0, 1, 3, 7), (0, 1, 5, 7), (0, 2, 3, 7), (0, 2, 6, 7), (0, 4, 5, 7), (0, 4, 6, 7)]
+
+
+def block(cells: tuple[int, int, int], low: Any = (0, 0, 0), high: Any = (1, 1, 1)) -> Any:
+    """A box of cells, each cut into six tetrahedra, as vertices and tetrahedra."""
+    ticks = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, cells, strict=True)]
+    x = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
+    _, ny, nz = (n + 1 for n in cells)
+    corners = np.array([i * ny * nz + j * nz + k for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    start = np.array([(i * ny + j) * nz + k for i, j, k in np.ndindex(*cells)])
+    tets = (start[:, None, None] + corners[np.array(KUHN)]).reshape(-1, 4)
+    turned = volumes(x, tets) < 0.0
+    tets[turned] = tets[turned][:, [0, 2, 1, 3]]
+    return x, tets
+
+
+def joined(*some: tuple[Floats, Ints]) -> tuple[Floats, Ints]:
+    starts = np.cumsum([0, *(len(x) for x, _ in some)])
+    tets = [t + start for (_, t), start in zip(some, starts, strict=False)]
+    return np.concatenate([x for x, _ in some]), np.concatenate(tets)
+
+
+def read(path: Path, mesh: tuple[Floats, Ints], **more: Any) -> VolumeMesh:
+    meshio.Mesh(mesh[0], [("tetra", mesh[1])], **more).write(path)
+    return read_volume(path)
+
+
+def volume(mesh: VolumeMesh) -> float:
+    return TetMesh.checked(mesh.x, mesh.tets).volume
+
+
+def test_points_of_each_cell_are_one_point_where_they_meet(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    x, tets = block((2, 2, 2))
+    apart = x[tets].reshape(-1, 3)
+    apart += 1e-9 * np.random.default_rng(0).uniform(-1.0, 1.0, apart.shape)
+    found = read(tmp_path / "a.vtu", (apart, np.arange(len(apart)).reshape(-1, 4)))
+    assert len(found.x) == 27
+    assert volume(found) == pytest.approx(1.0)
+    assert "165 points lie at the place of another" in caplog.text
+
+
+def test_blocks_that_share_a_face_but_no_point_are_one_solid(tmp_path: Path) -> None:
+    two = joined(block((2, 2, 2)), block((2, 2, 2), (1, 0, 0), (2, 1, 1)))
+    assert volume(read(tmp_path / "a.vtu", two)) == pytest.approx(2.0)
+
+
+def test_what_is_inside_out_is_turned_and_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    x, tets = block((2, 1, 1))
+    tets[3] = tets[3][[1, 0, 2, 3]]
+    found = read(tmp_path / "a.vtu", (x, tets))
+    assert (volumes(found.x, found.tets) > 0.0).all()
+    assert "1 of 12 tetrahedra are inside out" in caplog.text
+    caplog.clear()
+    read(tmp_path / "b.vtu", (x, block((2, 1, 1))[1][:, [1, 0, 2, 3]]))
+    assert "inside out" not in caplog.text  # the whole mesh counts its corners the other way
+
+
+def test_an_element_of_two_groups_counts_once_in_the_first(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    x, tets = block((2, 1, 1))
+    both = np.concatenate([tets, tets[:6]])
+    groups = np.array([1] * 6 + [2] * 6 + [3] * 6)
+    found = read(tmp_path / "a.vtu", (x, both), cell_data={"material": [groups]})
+    assert volume(found) == pytest.approx(1.0)
+    assert found.parts is not None
+    assert found.parts.names[:2] == ("1", "2")
+    assert np.bincount(found.parts.of).tolist()[:2] == [6, 6]
+    assert "6 tetrahedra are there more than once" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("mesh", "words"),
+    [
+        (
+            joined(block((2, 2, 2)), block((1, 1, 1), (1, 0, 0), (2, 1, 1))),
+            r"hang together by edges or corners only.* at \(1, 0\.5, 0\.5\)",
+        ),
+        (
+            joined(block((1, 1, 1)), block((1, 1, 1), (1, 1, 0), (2, 2, 1))),
+            r"its 2 pieces hang together .* at \(1, 1, 0\.5\)",
+        ),
+        (
+            joined(block((1, 1, 1)), block((1, 1, 1), (1, 1, 1), (2, 2, 2))),
+            r"its 2 pieces hang together .* at \(1, 1, 1\)",
+        ),
+        (joined(block((2, 2, 2)), block((1, 1, 1), (0, 0, 0), (0.5, 0.5, 2))), "overlap|cross"),
+    ],
+    ids=["mismatch", "edge", "corner", "overlap"],
+)
+def test_what_does_not_fit_together_is_refused_with_its_place(
+    tmp_path: Path, mesh: tuple[Floats, Ints], words: str
+) -> None:
+    with pytest.raises(BodyError, match=words):
+        read(tmp_path / "a.vtu", mesh)
+
+
+def test_a_crack_within_one_piece_is_found(tmp_path: Path) -> None:
+    """Two blocks of other fineness lie on a third, and their common side is cracked."""
+    base = block((3, 2, 2), (0, 0, 0), (1.5, 1, 1))
+    left = block((1, 2, 2), (0, 0, 1), (0.5, 1, 2))
+    right = block((2, 2, 3), (0.5, 0, 1), (1.5, 1, 2))
+    with pytest.raises(BodyError, match="faces cross others or lie on them without being shared"):
+        read(tmp_path / "a.vtu", joined(base, left, right))
+
+
+def test_a_sound_mesh_is_left_as_it_is(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    x, tets = block((3, 2, 2))
+    found = read(tmp_path / "a.vtu", (x, tets))
+    assert (found.x == x).all()
+    assert (found.tets == tets).all()
+    assert not caplog.text
