@@ -6,14 +6,14 @@ frames rather than older ones, and the server notices a page that has stopped.
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 
-from cohaptic.protocol.frame import HEADER, FrameKind, check_range, open_frame
+from cohaptic.protocol.frame import HEADER, check_range, open_frame
+from cohaptic.protocol.layout import ACK, FrameKind
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
-_BODY = struct.Struct("<IB3x")
-SIZE = HEADER.size + _BODY.size
+_BODY = ACK.packer()
+SIZE = ACK.size
 _U32 = 2**32 - 1
 
 

@@ -6,27 +6,26 @@ A sample is state, not an event: the newest sample replaces every older one.
 from __future__ import annotations
 
 import math
-import struct
 from typing import NamedTuple
 
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
     MAX_POSITION,
-    FrameKind,
     check_finite,
     check_range,
     check_vector,
     open_frame,
     open_header,
 )
+from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, FrameKind
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-_BODY = struct.Struct("<IIdffffff")
-_ANCHOR = struct.Struct("<fff")
-SIZE = HEADER.size + _BODY.size
-ANCHORED_SIZE = SIZE + _ANCHOR.size
+_BODY = CONTACT_SAMPLE.packer()
+_ANCHOR = ANCHOR.packer()
+SIZE = CONTACT_SAMPLE.size
+ANCHORED_SIZE = SIZE + ANCHOR.size
 ANCHORED = 1  # flag: an anchor follows
 _PLAIN_HEAD = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, 0)
 _U32 = 2**32 - 1

@@ -6,8 +6,6 @@ A frame is little-endian and packed: `u8 version, u8 kind, u16 flags`, then the 
 from __future__ import annotations
 
 import math
-import struct
-from enum import IntEnum
 from typing import Final
 
 from cohaptic.errors import (
@@ -16,6 +14,7 @@ from cohaptic.errors import (
     ProtocolError,
     RemoteProtocolError,
 )
+from cohaptic.protocol.layout import HEAD, FrameKind
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
@@ -26,17 +25,7 @@ MAX_MESH_FRAME_BYTES: Final = (
 )
 MAX_POSITION: Final = 10.0  # m; no user's workspace reaches further from the body
 MAX_FORCE: Final = 100.0  # N; several times the largest force of any haptic device
-HEADER: Final = struct.Struct("<BBH")
-
-
-class FrameKind(IntEnum):
-    """Second byte of every binary frame."""
-
-    CONTACT_SAMPLE = 1
-    PATCH = 2
-    REST_MESH = 3
-    SCENE = 4
-    ACK = 5
+HEADER: Final = HEAD.packer()
 
 
 def open_header(data: bytes, kind: FrameKind) -> int:

@@ -15,12 +15,13 @@ from typing import Final
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
+from cohaptic.protocol.layout import NEIGHBOUR, NEIGHBOURHOOD
 from cohaptic.vec import Vec3
 
-_HEAD: Final = struct.Struct("<Hff")
-_ITEM_FORMAT: Final = "H3hH"
-_ITEM: Final = struct.Struct(f"<{_ITEM_FORMAT}")
-ITEM_SIZE: Final = _ITEM.size
+_HEAD: Final = NEIGHBOURHOOD.packer()
+_ITEM: Final = NEIGHBOUR.packer()
+_ITEM_CODES: Final = NEIGHBOUR.codes
+ITEM_SIZE: Final = NEIGHBOUR.size
 MAX_VERTICES: Final = 97  # 1,108 bytes with a patch that carries the 3x3 compliance, below 1,120
 _SMALLEST: Final = 2.0**-126
 _I16: Final = 2**15 - 1
@@ -124,7 +125,7 @@ class Neighbourhood:
 
     def _numbers(self) -> tuple[int, ...]:
         """All numbers of the items, unpacked at once to save time in the haptic loop."""
-        return struct.unpack(f"<{len(self.items) // ITEM_SIZE * _ITEM_FORMAT}", self.items)
+        return struct.unpack(f"<{len(self.items) // ITEM_SIZE * _ITEM_CODES}", self.items)
 
     def encode(self) -> bytes:
         """The tail of a patch frame; raises LocalProtocolError if a value is out of its limits."""

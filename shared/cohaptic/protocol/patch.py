@@ -11,7 +11,6 @@ makes a client's loop dangerous.
 from __future__ import annotations
 
 import math
-import struct
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
@@ -24,19 +23,19 @@ from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
     MAX_POSITION,
-    FrameKind,
     check_finite,
     check_range,
     check_vector,
     open_header,
     wrong,
 )
+from cohaptic.protocol.layout import COMPLIANCE, PATCH, FrameKind
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-_BODY: Final = struct.Struct("<IIddf3f3f4f3f3ffee")
-SIZE: Final = HEADER.size + _BODY.size
+_BODY: Final = PATCH.packer()
+SIZE: Final = PATCH.size
 _U32: Final = 2**32 - 1
 MAX_STIFFNESS: Final = 1e6  # N/m
 # Compliance of a contact on fixed or rigid parts. With this value such parts need no special case,
@@ -60,7 +59,7 @@ _GEOMETRY_MASK: Final = 0x000F
 _LAW_SHIFT: Final = 4
 _LAW_MASK: Final = 0x000F
 _COMPLIANCE_FLAG: Final = 0x0100
-_COMPLIANCE: Final = struct.Struct("<6f")
+_COMPLIANCE: Final = COMPLIANCE.packer()
 LAWS: Final = tuple(Law)  # in the order of their numbers on the wire, from 1
 
 

@@ -11,7 +11,6 @@ Contacts are never computed with this mesh: a client that touches gets the exact
 
 from __future__ import annotations
 
-import struct
 import zlib
 from dataclasses import dataclass
 
@@ -19,15 +18,16 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import RemoteProtocolError
-from cohaptic.protocol.frame import HEADER, MAX_POSITION, FrameKind, check_range, open_header
+from cohaptic.protocol.frame import HEADER, MAX_POSITION, check_range, open_header
+from cohaptic.protocol.layout import BOX, REST_MESH, FrameKind
 from cohaptic.protocol.rest_mesh import COUNTS, MAX_BYTES, QUANTISED, check_counts, inflate
 from cohaptic.protocol.scene_surface import fold, unfold
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
 STEPS = 2**16 - 1
-_BOX = struct.Struct("<6f")
-_HEAD = HEADER.size + COUNTS.size + _BOX.size
+_BOX = BOX.packer()
+_HEAD = REST_MESH.size + BOX.size
 # Tolerance for the far corner of a box that ends at MAX_POSITION, since its unit is rounded up to
 # 32 bits.
 _ROUNDING = 1e-6
@@ -107,7 +107,7 @@ class QuantisedMesh:
             raise RemoteProtocolError("length of a quantised mesh", len(data), limit)
         n, m = COUNTS.unpack_from(data, HEADER.size)
         check_counts(n, m, remote=True)
-        box = np.array(_BOX.unpack_from(data, HEADER.size + COUNTS.size))
+        box = np.array(_BOX.unpack_from(data, REST_MESH.size))
         low, unit = box[:3], box[3:]
         raw = inflate(data[_HEAD:], 6 * (n + m))
         planes = np.frombuffer(raw[: 6 * m], np.uint8).reshape(2, 3, m)

@@ -6,7 +6,6 @@ faces are deflated together; their counts are checked before anything is inflate
 
 from __future__ import annotations
 
-import struct
 import zlib
 from dataclasses import dataclass
 
@@ -14,17 +13,17 @@ from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_POSITION,
-    FrameKind,
     check_range,
     check_vector,
     open_header,
 )
+from cohaptic.protocol.layout import FACE, REST_MESH, VERTEX, FrameKind
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3
 
-COUNTS = struct.Struct("<II")
-_VERTEX = struct.Struct("<3f")
-_FACE = struct.Struct("<3H")
+COUNTS = REST_MESH.packer()
+_VERTEX = VERTEX.packer()
+_FACE = FACE.packer()
 MAX_VERTICES = 65_535  # a patch numbers them with 16 bits
 MAX_FACES = 131_070  # a closed surface has 2 n - 4
 # Deflate adds five bytes to every 16 kB that it cannot shorten.
@@ -65,7 +64,7 @@ class RestMesh:
                 "rest mesh", "quantised", "an exact one: no other was asked for"
             )
         check_range("flags of a rest mesh", flags, 0, 0, remote=True)
-        start = HEADER.size + COUNTS.size
+        start = REST_MESH.size
         if not start < len(data) <= MAX_BYTES:
             limit = f"from {start + 1} to {MAX_BYTES} bytes"
             raise RemoteProtocolError("length of a rest mesh", len(data), limit)

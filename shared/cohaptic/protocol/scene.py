@@ -6,7 +6,6 @@ only the users' records; a page with the Green's functions of the body computes 
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
@@ -16,22 +15,22 @@ from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
     MAX_POSITION,
-    FrameKind,
     check_finite,
     check_range,
     check_vector,
     open_header,
 )
+from cohaptic.protocol.layout import SCENE, USER, FrameKind
 from cohaptic.protocol.patch import LAWS, MAX_MARGIN, MAX_STIFFNESS, Geometry, check_room
 from cohaptic.protocol.scene_surface import Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
-_BODY = struct.Struct("<IdHHfee")
-_USER = struct.Struct("<I3f3f3f5f3hBBeBB3f")
-HEAD_SIZE = HEADER.size + _BODY.size
-USER_SIZE = _USER.size
+_BODY = SCENE.packer()
+_USER = USER.packer()
+HEAD_SIZE = SCENE.size
+USER_SIZE = USER.size
 MAX_USERS = 256  # more than the largest room holds, since forces of users who left fade slowly
 MAX_CURVATURE = 6e4  # 1/m, about the largest half float
 MAX_LOOP_DELAY = 1e3  # s
@@ -94,7 +93,7 @@ class UserRecord:
             self.c_ii, self.k_o_coupled, self.k_h, self.integral_gain, self.loop_delay,
             round(_UNIT * x), round(_UNIT * y), round(_UNIT * z),
             (LAWS.index(self.law) + 1) << 4 | self.geometry, round(255 * self.presence),
-            self.curvature, _FRESH * self.fresh | _FRICTION * self.friction, 0, *self.x_free,
+            self.curvature, _FRESH * self.fresh | _FRICTION * self.friction, *self.x_free,
         )  # fmt: skip
 
     @classmethod
@@ -110,7 +109,7 @@ class UserRecord:
             user, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]),
             v[9], v[10], v[11], v[12], v[13], (v[14] / _UNIT, v[15] / _UNIT, v[16] / _UNIT),
             LAWS[law - 1], Geometry(geometry), v[18] / 255, v[19],
-            bool(state & _FRESH), bool(state & _FRICTION), (v[22], v[23], v[24]),
+            bool(state & _FRESH), bool(state & _FRICTION), (v[21], v[22], v[23]),
         )  # fmt: skip
         record._check(remote=True)
         return record
@@ -171,7 +170,7 @@ class Scene:
         check_range("flags of a scene", flags, 0, _SURFACE_FLAG, remote=True)
         if len(data) < HEAD_SIZE:
             raise RemoteProtocolError("scene length", len(data), f"at least {HEAD_SIZE} bytes")
-        tick, t_server, users, _, *times = _BODY.unpack_from(data, HEADER.size)
+        tick, t_server, users, *times = _BODY.unpack_from(data, HEADER.size)
         room = RoomLag(*times)
         _check(tick, t_server, users, room, remote=True)
         end = HEAD_SIZE + users * USER_SIZE
@@ -202,7 +201,7 @@ def encode_scene(
     flags = _SURFACE_FLAG if surface else 0
     head = HEADER.pack(PROTOCOL_VERSION, FrameKind.SCENE, flags)
     times = (room.lag, room.coupling, min(room.margin, MAX_MARGIN))
-    return head + _BODY.pack(tick, t_server, users, 0, *times) + records + surface
+    return head + _BODY.pack(tick, t_server, users, *times) + records + surface
 
 
 def _check(tick: int, t_server: float, users: int, room: RoomLag, *, remote: bool) -> None:

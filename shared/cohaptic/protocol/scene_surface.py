@@ -8,7 +8,6 @@ result is mostly zeros, which zlib compresses well at level 1. No frame depends 
 
 from __future__ import annotations
 
-import struct
 import zlib
 from dataclasses import dataclass
 
@@ -17,9 +16,10 @@ import numpy.typing as npt
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import MAX_POSITION, check_range, wrong
+from cohaptic.protocol.layout import SURFACE
 from cohaptic.protocol.traversal import Traversal
 
-_HEAD = struct.Struct("<fI")
+_HEAD = SURFACE.packer()
 FINEST = 1e-5  # m; smaller than a pixel of any view of the body
 MAX_SCALE = 0.1  # m; far above MAX_POSITION / MAX_UNITS
 MAX_UNITS = 2**15 - 1

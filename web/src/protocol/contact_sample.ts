@@ -6,59 +6,44 @@ import {
   checkInteger,
   checkSize,
   checkVector,
-  MAX_FORCE,
-  MAX_POSITION,
   newFrame,
   openFrame,
   U32,
 } from "./frame";
+import {
+  ANCHOR_SIZE,
+  CONTACT_SAMPLE_SIZE,
+  type ContactSampleFields,
+  MAX_FORCE,
+  MAX_POSITION,
+  readAnchor,
+  readContactSampleFields,
+  writeAnchor,
+  writeContactSampleFields,
+} from "./layout";
 
-export const CONTACT_SAMPLE_SIZE = 44;
 const ANCHORED = 1; // flag: an anchor follows
-const ANCHOR_SIZE = 12;
 
-export interface ContactSample {
-  /** Number of this client's sample, from 1. */
-  readonly seq: number;
-  /** Tick of the newest patch that the client has used; 0 for none. */
-  readonly tick: number;
-  /** Time of the sample, on the client's clock [s]. */
-  readonly t_client: number;
-  /** Position of the tip, world frame [m]. */
-  readonly probe: Vec3;
-  /** Force on the hand, world frame [N]. */
-  readonly force: Vec3;
+export interface ContactSample extends ContactSampleFields {
   /** Point of the resting surface that the finger holds by friction [m]; null without friction or contact. */
   readonly anchor: Vec3 | null;
 }
 
 export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuffer> {
   check(sample);
-  const anchor = sample.anchor ?? [];
-  const view = newFrame("contact_sample", CONTACT_SAMPLE_SIZE + 4 * anchor.length);
-  if (sample.anchor !== null) view.setUint16(2, ANCHORED, true);
-  view.setUint32(4, sample.seq, true);
-  view.setUint32(8, sample.tick, true);
-  view.setFloat64(12, sample.t_client, true);
-  [...sample.probe, ...sample.force, ...anchor].forEach((value, i) => {
-    view.setFloat32(20 + 4 * i, value, true);
-  });
+  const { anchor } = sample;
+  const view = newFrame("contact_sample", CONTACT_SAMPLE_SIZE + (anchor ? ANCHOR_SIZE : 0), anchor ? ANCHORED : 0);
+  writeContactSampleFields(view, sample);
+  if (anchor) writeAnchor(view, CONTACT_SAMPLE_SIZE, anchor);
   return new Uint8Array(view.buffer);
 }
 
 /** Decode the sample in a frame; throws ProtocolError for any invalid bytes. */
 export function decodeContactSample(bytes: Uint8Array): ContactSample {
-  const { flags, reader } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
+  const { flags, view } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
   checkInteger("flags of a contact sample", flags, 0, ANCHORED);
   checkSize("contact_sample", bytes, CONTACT_SAMPLE_SIZE + (flags ? ANCHOR_SIZE : 0));
-  const sample = {
-    seq: reader.u32(),
-    tick: reader.u32(),
-    t_client: reader.f64(),
-    probe: reader.vec(),
-    force: reader.vec(),
-    anchor: flags ? reader.vec() : null,
-  };
+  const sample = { ...readContactSampleFields(view), anchor: flags ? readAnchor(view, CONTACT_SAMPLE_SIZE) : null };
   check(sample);
   return sample;
 }

@@ -5,15 +5,11 @@
  */
 
 import { norm, type Vec3 } from "../model/vec";
-import { PROTOCOL_VERSION } from "./version";
+import { HEAD_SIZE, Kind, PROTOCOL_VERSION } from "./layout";
+import { viewOf } from "./numbers";
 
-export const MAX_POSITION = 10; // m
-export const MAX_FORCE = 100; // N
-export const HEADER_SIZE = 4;
 export const U32 = 2 ** 32 - 1;
 
-/** Second byte of every binary frame. */
-export const Kind = { contact_sample: 1, patch: 2, rest_mesh: 3, scene: 4, ack: 5 } as const;
 export type KindName = keyof typeof Kind;
 
 /** A message broke the rules of `docs/protocol.md`. */
@@ -41,68 +37,6 @@ function short(value: unknown): string {
   return line.length > 60 ? `${line.slice(0, 60)}...` : line;
 }
 
-/** Reads a frame from front to back. */
-export class Reader {
-  private readonly view: DataView;
-  private at = 0;
-
-  constructor(private readonly bytes: Uint8Array) {
-    this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  }
-
-  get left(): number {
-    return this.bytes.byteLength - this.at;
-  }
-
-  /** Position of the next value; moves on by `size` bytes. */
-  private pass(size: number): number {
-    const at = this.at;
-    this.at += size;
-    return at;
-  }
-
-  u8(): number {
-    return this.view.getUint8(this.pass(1));
-  }
-  u16(): number {
-    return this.view.getUint16(this.pass(2), true);
-  }
-  i16(): number {
-    return this.view.getInt16(this.pass(2), true);
-  }
-  u32(): number {
-    return this.view.getUint32(this.pass(4), true);
-  }
-  f16(): number {
-    return half(this.u16());
-  }
-  f32(): number {
-    return this.view.getFloat32(this.pass(4), true);
-  }
-  f64(): number {
-    return this.view.getFloat64(this.pass(8), true);
-  }
-  vec(): Vec3 {
-    return [this.f32(), this.f32(), this.f32()];
-  }
-  skip(size: number): void {
-    this.pass(size);
-  }
-  rest(): Uint8Array {
-    return this.bytes.subarray(this.pass(this.left));
-  }
-}
-
-/** Convert the bits of a half float, for which today's browsers have no function. */
-function half(bits: number): number {
-  const sign = bits & 0x8000 ? -1 : 1;
-  const exponent = (bits >> 10) & 0x1f;
-  const fraction = bits & 0x3ff;
-  if (exponent === 0x1f) return fraction > 0 ? NaN : sign * Infinity;
-  if (exponent === 0) return sign * fraction * 2 ** -24;
-  return sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
-}
-
 /** A frame of `size` bytes with its header, and the view that its body is written through. */
 export function newFrame(kind: KindName, size: number, flags = 0): DataView<ArrayBuffer> {
   const view = new DataView(new ArrayBuffer(size));
@@ -117,26 +51,26 @@ export function kindOf(bytes: Uint8Array): number {
   return bytes[1] ?? 0;
 }
 
-/** Check version, kind and least length of a frame; returns its flags, and a reader behind the header. */
+/** Check version, kind and least length of a frame; returns its flags, and the view that it is read through. */
 export function openFrame(
   bytes: Uint8Array,
   kind: KindName,
   least: number,
-): { flags: number; reader: Reader } {
-  if (bytes.length < HEADER_SIZE) {
-    throw new ProtocolError("frame length", bytes.length, `at least ${HEADER_SIZE} bytes`);
+): { flags: number; view: DataView } {
+  if (bytes.length < HEAD_SIZE) {
+    throw new ProtocolError("frame length", bytes.length, `at least ${HEAD_SIZE} bytes`);
   }
-  const reader = new Reader(bytes);
-  const version = reader.u8();
+  const view = viewOf(bytes);
+  const version = view.getUint8(0);
   if (version !== PROTOCOL_VERSION) {
     throw new ProtocolError("frame's protocol version", version, String(PROTOCOL_VERSION));
   }
-  const got = reader.u8();
+  const got = view.getUint8(1);
   if (got !== Kind[kind]) throw new ProtocolError("frame kind", got, `${Kind[kind]} (${kind})`);
   if (bytes.length < least) {
     throw new ProtocolError(`${kind} length`, bytes.length, `at least ${least} bytes`);
   }
-  return { flags: reader.u16(), reader };
+  return { flags: view.getUint16(2, true), view };
 }
 
 /** Check that the frame has exactly `size` bytes. */

@@ -2,6 +2,7 @@
 
 import { unzlibSync } from "fflate";
 import { ProtocolError } from "./frame";
+import { viewOf } from "./numbers";
 
 /** Inflate to exactly `size` bytes; throws ProtocolError for another size, a broken stream, or bytes after the stream. */
 export function inflate(field: string, deflated: Uint8Array, size: number): Uint8Array {
@@ -16,8 +17,7 @@ export function inflate(field: string, deflated: Uint8Array, size: number): Uint
     const came = raw.length > size ? "more" : raw.length;
     throw new ProtocolError(`inflated size of ${field}`, came, `${size} bytes`);
   }
-  const end = deflated.length - 4;
-  const sum = new DataView(deflated.buffer, deflated.byteOffset + end, 4).getUint32(0);
+  const sum = viewOf(deflated).getUint32(deflated.length - 4);
   if (adler32(raw) !== sum) {
     throw new ProtocolError(`checksum of ${field}`, adler32(raw), `${sum}, with nothing behind it`);
   }

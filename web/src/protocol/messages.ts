@@ -12,9 +12,9 @@ import type { GeometryName, LawName } from "../model/laws";
 import type { Encoding } from "../model/scene";
 import type { Order } from "../model/orders";
 import type { Vec3 } from "../model/vec";
-import { MAX_POSITION, ProtocolError } from "./frame";
+import { ProtocolError } from "./frame";
 import { checkKeys, type Fields, flag, integer, isFields, list, number, object, parseFields, positive, text, vector } from "./json";
-import { PROTOCOL_VERSION } from "./version";
+import { MAX_POSITION, PROTOCOL_VERSION } from "./layout";
 
 export const MAX_TEXT = 4096; // characters of one control message
 // The messages `watching` and `welcome` list the names of everybody in a full room.

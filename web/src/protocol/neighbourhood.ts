@@ -1,11 +1,9 @@
 /** The last part of a mesh patch: the free surface around the contact, vertex by vertex. */
 
 import type { Vec3 } from "../model/vec";
-import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
-
-const HEAD = 10;
-const ITEM = 10;
-export const MAX_NEAR = 97;
+import { checkRange, ProtocolError } from "./frame";
+import { MAX_NEIGHBOURS, MAX_POSITION, NEIGHBOUR_SIZE, NEIGHBOURHOOD_SIZE, readNeighbourFields, readNeighbourhoodFields } from "./layout";
+import { viewOf } from "./numbers";
 
 /** k vertices of the resting mesh and their present displacements, in rising order. */
 export interface Neighbourhood {
@@ -21,34 +19,31 @@ export interface Neighbourhood {
   readonly compliances: readonly number[];
 }
 
-/** Read the neighbourhood from the rest of a frame; any invalid bytes throw ProtocolError. */
-export function readNeighbourhood(reader: Reader): Neighbourhood {
-  const length = reader.left;
-  if (length < HEAD) {
-    throw new ProtocolError("length of a neighbourhood", length, `at least ${HEAD} bytes`);
+/** Decode the neighbourhood from the rest of a frame; any invalid bytes throw ProtocolError. */
+export function decodeNeighbourhood(rest: Uint8Array): Neighbourhood {
+  const { length } = rest;
+  if (length < NEIGHBOURHOOD_SIZE) {
+    throw new ProtocolError("length of a neighbourhood", length, `at least ${NEIGHBOURHOOD_SIZE} bytes`);
   }
-  const count = reader.u16();
-  const scale = reader.f32();
-  const c_scale = reader.f32();
-  checkRange("vertices of a neighbourhood", count, 0, MAX_NEAR);
-  const size = HEAD + count * ITEM;
+  const view = viewOf(rest);
+  const { count, scale, c_scale } = readNeighbourhoodFields(view, 0);
+  checkRange("vertices of a neighbourhood", count, 0, MAX_NEIGHBOURS);
+  const size = NEIGHBOURHOOD_SIZE + count * NEIGHBOUR_SIZE;
   if (length !== size) throw new ProtocolError("length of a neighbourhood", length, `${size} bytes`);
   checkRange("scale of a neighbourhood", scale, 0, MAX_POSITION / 32767);
   checkRange("c_scale of a neighbourhood", c_scale, 0, MAX_POSITION / 65535);
-  const indices: number[] = [];
-  const displacements: Vec3[] = [];
-  const compliances: number[] = [];
-  let before = -1;
-  for (let k = 0; k < count; k += 1) {
-    const index = reader.u16();
+  const near = Array.from({ length: count }, (_, k) => readNeighbourFields(view, NEIGHBOURHOOD_SIZE + k * NEIGHBOUR_SIZE));
+  const indices = near.map((one) => one.indices);
+  indices.forEach((index, k) => {
+    const before = indices[k - 1] ?? -1;
     // A strictly rising order excludes a vertex that comes twice.
-    if (index <= before) {
-      throw new ProtocolError("index of a vertex", index, `more than the one before, ${before}`);
-    }
-    before = index;
-    indices.push(index);
-    displacements.push([reader.i16(), reader.i16(), reader.i16()]);
-    compliances.push(reader.u16());
-  }
-  return { scale, c_scale, indices, displacements, compliances };
+    if (index <= before) throw new ProtocolError("index of a vertex", index, `more than the one before, ${before}`);
+  });
+  return {
+    scale,
+    c_scale,
+    indices,
+    displacements: near.map((one) => one.displacements),
+    compliances: near.map((one) => one.compliances),
+  };
 }

@@ -9,50 +9,41 @@
 import { isDefinite } from "../control/friction";
 import type { Compliance3, RoomLag } from "../model/body";
 import { type GeometryName, type LawName, LAWS } from "../model/laws";
-import { norm, type Vec3 } from "../model/vec";
+import { norm } from "../model/vec";
 import {
   checkFinite,
   checkRange,
   checkSize,
   checkVector,
-  MAX_FORCE,
-  MAX_POSITION,
   openFrame,
   ProtocolError,
   U32,
 } from "./frame";
-import { type Neighbourhood, readNeighbourhood } from "./neighbourhood";
-import { readRoom } from "./room_lag";
+import {
+  COMPLIANCE_SIZE,
+  MAX_COUPLING,
+  MAX_CURVATURE,
+  MAX_FORCE,
+  MAX_LAG,
+  MAX_POSITION,
+  MAX_STIFFNESS,
+  MIN_COMPLIANCE,
+  PATCH_SIZE,
+  type PatchFields,
+  readCompliance,
+  readPatchFields,
+} from "./layout";
+import { decodeNeighbourhood, type Neighbourhood } from "./neighbourhood";
 
-export const PATCH_SIZE = 104;
-const COMPLIANCE_SIZE = 24;
 const COMPLIANCE_FLAG = 0x0100;
 const KNOWN_FLAGS = 2 * COMPLIANCE_FLAG - 1;
-const MAX_STIFFNESS = 1e6; // N/m
-/** Compliance of fixed or rigid parts [m/N]: the device's stiffness limits such a contact. */
-export const MIN_COMPLIANCE = 1 / MAX_STIFFNESS;
 const ROUNDING = 1e-6; // share of c_ii, for its rounding to 32 bits
-const MAX_CURVATURE = 1e4; // 1/m; a radius of a tenth of a millimetre
 const GEOMETRIES: readonly (GeometryName | undefined)[] = [undefined, "plane", "sphere", "mesh"];
 
-/** One user's local surface and the gains with which the local model presses on it; fields as in `docs/protocol.md`. */
-export interface Patch {
-  readonly tick: number;
-  readonly seq: number;
-  readonly t_server: number;
-  readonly t_client: number;
-  readonly sample_wait: number;
+/** One user's local surface and the gains with which the local model presses on it. */
+export interface Patch extends PatchFields {
   readonly geometry: GeometryName;
   readonly law: LawName;
-  readonly x_free: Vec3;
-  readonly normal: Vec3;
-  readonly curvature: number;
-  readonly c_ii: number;
-  readonly k_h: number;
-  readonly integral_gain: number;
-  readonly own_force: Vec3;
-  readonly u_others: Vec3;
-  readonly room: RoomLag;
   readonly neighbourhood: Neighbourhood | null;
   readonly compliance: Compliance3 | null;
 }
@@ -73,36 +64,20 @@ export function geometryOf(number: number): GeometryName {
 
 /** Decode the patch in a frame; throws ProtocolError for any invalid bytes. */
 export function decodePatch(bytes: Uint8Array): Patch {
-  const { flags, reader } = openFrame(bytes, "patch", PATCH_SIZE);
+  const { flags, view } = openFrame(bytes, "patch", PATCH_SIZE);
   const geometry = geometryOf(flags & 0x000f);
   const law = lawOf((flags >> 4) & 0x000f);
   checkRange("flags of a patch", flags, 0, KNOWN_FLAGS);
   const size = PATCH_SIZE + (flags & COMPLIANCE_FLAG ? COMPLIANCE_SIZE : 0);
   if (bytes.length < size) throw new ProtocolError("patch length", bytes.length, `at least ${size} bytes`);
   if (geometry !== "mesh") checkSize("patch", bytes, size);
-  const body = {
-    tick: reader.u32(),
-    seq: reader.u32(),
-    t_server: reader.f64(),
-    t_client: reader.f64(),
-    sample_wait: reader.f32(),
+  const patch = {
+    ...readPatchFields(view),
     geometry,
     law,
-    x_free: reader.vec(),
-    normal: reader.vec(),
-    curvature: reader.f32(),
-    c_ii: reader.f32(),
-    k_h: reader.f32(),
-    integral_gain: reader.f32(),
-    own_force: reader.vec(),
-    u_others: reader.vec(),
-    room: readRoom(reader),
+    neighbourhood: geometry === "mesh" ? decodeNeighbourhood(bytes.subarray(size)) : null,
+    compliance: flags & COMPLIANCE_FLAG ? readCompliance(view, PATCH_SIZE) : null,
   };
-  const f = (): number => reader.f32();
-  const compliance: Compliance3 | null =
-    flags & COMPLIANCE_FLAG ? [f(), f(), f(), f(), f(), f()] : null;
-  const neighbourhood = geometry === "mesh" ? readNeighbourhood(reader) : null;
-  const patch = { ...body, neighbourhood, compliance };
   check(patch);
   return patch;
 }
@@ -120,8 +95,16 @@ function check(patch: Patch): void {
   checkRange("integral_gain", patch.integral_gain, 0, 1e9);
   checkVector("own_force", patch.own_force, MAX_FORCE, "N");
   checkVector("u_others", patch.u_others, MAX_POSITION, "m");
+  checkRoom(patch.room);
   for (const c of patch.compliance ?? []) checkRange("compliance", c, -MAX_POSITION, MAX_POSITION);
   if (patch.compliance !== null && !isDefinite(patch.compliance)) {
     throw new ProtocolError("compliance", `(${patch.compliance.join(", ")})`, "positive definite");
   }
+}
+
+/** Check the lag of the room in a patch or scene; throws ProtocolError for impossible values. */
+export function checkRoom(room: RoomLag): void {
+  checkRange("lag of the room", room.lag, 0, MAX_LAG);
+  checkRange("coupling of the room", room.coupling, 0, MAX_COUPLING);
+  checkRange("margin of the room", room.margin, 0, Infinity);
 }

@@ -4,11 +4,12 @@
  * The frame holds whole numbers with a common scale, each minus its prediction from neighbours (`traversal.ts`).
  */
 
-import { checkRange, MAX_POSITION, ProtocolError, type Reader } from "./frame";
+import { checkRange, ProtocolError } from "./frame";
 import { inflate } from "./inflate";
+import { MAX_POSITION, readSurfaceFields, SURFACE_SIZE } from "./layout";
+import { viewOf } from "./numbers";
 import type { Traversal } from "./traversal";
 
-const HEAD = 8;
 const MAX_SCALE = MAX_POSITION / 32767;
 const SMALLEST = 2 ** -126;
 
@@ -20,15 +21,15 @@ export interface SceneSurface {
   readonly units: Int16Array;
 }
 
-/** Read the surface from the rest of a frame; any invalid bytes throw ProtocolError. */
-export function readSurface(reader: Reader, traversal: Traversal): SceneSurface {
-  if (reader.left < HEAD) throw new ProtocolError("surface length", reader.left, `at least ${HEAD} bytes`);
-  const scale = reader.f32();
-  const length = reader.u32();
+/** Decode the surface from the rest of a frame; any invalid bytes throw ProtocolError. */
+export function decodeSurface(rest: Uint8Array, traversal: Traversal): SceneSurface {
+  if (rest.length < SURFACE_SIZE) throw new ProtocolError("surface length", rest.length, `at least ${SURFACE_SIZE} bytes`);
+  const { scale, length } = readSurfaceFields(viewOf(rest), 0);
+  const stream = rest.subarray(SURFACE_SIZE);
   checkRange("scale of a surface", scale, SMALLEST, MAX_SCALE);
-  if (reader.left !== length) throw new ProtocolError("surface length", reader.left, `${length} bytes`);
+  if (stream.length !== length) throw new ProtocolError("surface length", stream.length, `${length} bytes`);
   // A stream that is longer than the rest mesh needs is refused.
-  return { scale, units: unfold(inflate("a surface", reader.rest(), 6 * traversal.vertices), traversal) };
+  return { scale, units: unfold(inflate("a surface", stream, 6 * traversal.vertices), traversal) };
 }
 
 /** Convert byte planes to units, modulo 2^16: low bytes of all x, then y, then z, then the high bytes. */

@@ -7,7 +7,7 @@
 import type { TouchSettings, TouchState } from "../model/hand";
 import { ABNORMAL, NAME_TAKEN, NORMAL, OBJECT_CHANGED, SERVER_STOPS } from "../protocol/close_codes";
 import { ProtocolError } from "../protocol/frame";
-import { SUBPROTOCOL } from "../protocol/version";
+import { SUBPROTOCOL } from "../protocol/layout";
 import { AnotherObject, Refused, TouchEngine } from "./engine";
 import { FarSocket } from "./far_socket";
 import type { Message } from "./network/delay_line";

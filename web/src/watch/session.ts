@@ -2,12 +2,12 @@
 
 import type { RestMesh } from "../model/body";
 import type { Encoding } from "../model/scene";
-import { Kind, kindOf, ProtocolError } from "../protocol/frame";
+import { kindOf, ProtocolError } from "../protocol/frame";
+import { Kind, PROTOCOL_VERSION } from "../protocol/layout";
 import { decodeServerControl, encodeControl, type ServerControl, type Watching } from "../protocol/messages";
 import { decodeRestMesh } from "../protocol/rest_mesh";
 import { decodeScene, type Scene } from "../protocol/scene";
 import { type Traversal, traversalOf } from "../protocol/traversal";
-import { PROTOCOL_VERSION } from "../protocol/version";
 
 export type WatchEvent =
   | Watching

@@ -4,7 +4,7 @@ import { type LawName, LAWS } from "../../src/model/laws";
 import { dot, scale, type Vec3 } from "../../src/model/vec";
 import { type ContactSample, decodeContactSample } from "../../src/protocol/contact_sample";
 import { newFrame } from "../../src/protocol/frame";
-import { PATCH_SIZE } from "../../src/protocol/patch";
+import { PATCH_AT, PATCH_SIZE } from "../../src/protocol/layout";
 
 export const PERIOD = 1 / 60;
 export const C_II = 0.004; // m/N
@@ -34,10 +34,10 @@ function planePatch(
   along: readonly number[],
 ): Uint8Array {
   const view = newFrame("patch", PATCH_SIZE + 4 * along.length, 1 | ((LAWS.indexOf(law) + 1) << 4) | (along.length > 0 ? 0x100 : 0));
-  view.setUint32(4, tick, true);
-  view.setUint32(8, sample?.seq ?? 0, true);
-  view.setFloat64(12, t, true);
-  view.setFloat64(20, sample?.t_client ?? 0, true);
+  view.setUint32(PATCH_AT.tick, tick, true);
+  view.setUint32(PATCH_AT.seq, sample?.seq ?? 0, true);
+  view.setFloat64(PATCH_AT.t_server, t, true);
+  view.setFloat64(PATCH_AT.t_client, sample?.t_client ?? 0, true);
   // Without friction the body carries the part along the normal, with it all of the force.
   const pressed = sample === null ? 0 : Math.max(0, dot(sample.force, NORMAL));
   const own: Vec3 = along.length > 0 && sample !== null ? sample.force : scale(NORMAL, pressed);
@@ -45,10 +45,10 @@ function planePatch(
   const gain = law === "predictive" ? 1 / C_II : 0.5 / C_II;
   const values = [wait, ...x_free, ...NORMAL, 0, C_II, gain, 0, ...own, ...others, LAG];
   values.forEach((value, i) => {
-    view.setFloat32(28 + 4 * i, value, true);
+    view.setFloat32(PATCH_AT.sample_wait + 4 * i, value, true);
   });
-  view.setUint16(100, 0x3d00, true); // m = 1.25
-  view.setUint16(102, 0x3e00, true); // margin 1.5
+  view.setUint16(PATCH_AT.coupling, 0x3d00, true); // m = 1.25
+  view.setUint16(PATCH_AT.margin, 0x3e00, true); // margin 1.5
   along.forEach((value, i) => {
     view.setFloat32(PATCH_SIZE + 4 * i, value, true);
   });

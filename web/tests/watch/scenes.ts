@@ -3,6 +3,7 @@
 import { zlibSync } from "fflate";
 import type { RestMesh } from "../../src/model/body";
 import { newFrame } from "../../src/protocol/frame";
+import { REST_MESH_AT, REST_MESH_SIZE, SCENE_AT, SCENE_SIZE, SURFACE_AT, SURFACE_SIZE, USER_AT, USER_SIZE } from "../../src/protocol/layout";
 import type { UserRecord } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";
 
@@ -12,7 +13,6 @@ export const MESH: RestMesh = {
   faces: Uint32Array.from([0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]),
 };
 export const N = 4;
-const HEAD = 28; // bytes of a scene before its users
 
 export function record(user: number, x = 0): UserRecord {
   return {
@@ -42,34 +42,34 @@ export function meshFrame({ vertices, faces }: RestMesh): Uint8Array {
   raw.set(new Uint8Array(vertices.buffer));
   raw.set(new Uint8Array(Uint16Array.from(faces).buffer), 4 * vertices.length);
   const stream = zlibSync(raw);
-  const head = newFrame("rest_mesh", 12 + stream.length);
-  head.setUint32(4, vertices.length / 3, true);
-  head.setUint32(8, faces.length / 3, true);
+  const head = newFrame("rest_mesh", REST_MESH_SIZE + stream.length);
+  head.setUint32(REST_MESH_AT.vertices, vertices.length / 3, true);
+  head.setUint32(REST_MESH_AT.faces, faces.length / 3, true);
   const frame = new Uint8Array(head.buffer);
-  frame.set(stream, 12);
+  frame.set(stream, REST_MESH_SIZE);
   return frame;
 }
 
 /** The frame of a scene; with a surface where all vertices have moved by `units` along x, in 10 um. */
 export function sceneFrame(tick: number, t_server: number, users: readonly UserRecord[], units: number | null, lag = 0): Uint8Array {
   const surface = units === null ? new Uint8Array() : surfaceTail(units);
-  const view = newFrame("scene", HEAD + 84 * users.length + surface.length, units === null ? 0 : 1);
-  view.setUint32(4, tick, true);
-  view.setFloat64(8, t_server, true);
-  view.setUint16(16, users.length, true);
-  view.setFloat32(20, lag, true);
-  view.setUint16(24, 0x3800, true); // m = 0.5
-  view.setUint16(26, 0x4000, true); // margin 2
+  const view = newFrame("scene", SCENE_SIZE + USER_SIZE * users.length + surface.length, units === null ? 0 : 1);
+  view.setUint32(SCENE_AT.tick, tick, true);
+  view.setFloat64(SCENE_AT.t_server, t_server, true);
+  view.setUint16(SCENE_AT.users, users.length, true);
+  view.setFloat32(SCENE_AT.lag, lag, true);
+  view.setUint16(SCENE_AT.coupling, 0x3800, true); // m = 0.5
+  view.setUint16(SCENE_AT.margin, 0x4000, true); // margin 2
   users.forEach((user, i) => {
-    writeUser(new DataView(view.buffer, HEAD + 84 * i, 84), user);
+    writeUser(new DataView(view.buffer, SCENE_SIZE + USER_SIZE * i, USER_SIZE), user);
   });
   const frame = new Uint8Array(view.buffer);
-  frame.set(surface, HEAD + 84 * users.length);
+  frame.set(surface, SCENE_SIZE + USER_SIZE * users.length);
   return frame;
 }
 
 function writeUser(view: DataView, user: UserRecord): void {
-  view.setUint32(0, user.user, true);
+  view.setUint32(USER_AT.user, user.user, true);
   const floats = [
     ...user.probe,
     ...user.foot,
@@ -81,16 +81,16 @@ function writeUser(view: DataView, user: UserRecord): void {
     user.loop_delay,
   ];
   floats.forEach((value, i) => {
-    view.setFloat32(4 + 4 * i, value, true);
+    view.setFloat32(USER_AT.probe + 4 * i, value, true);
   });
   user.normal.forEach((value, i) => {
-    view.setInt16(60 + 2 * i, Math.round(32767 * value), true);
+    view.setInt16(USER_AT.normal + 2 * i, Math.round(32767 * value), true);
   });
-  view.setUint8(66, (3 << 4) | 1);
-  view.setUint8(67, Math.round(255 * user.presence));
-  view.setUint8(70, 1);
+  view.setUint8(USER_AT.shape, (3 << 4) | 1);
+  view.setUint8(USER_AT.presence, Math.round(255 * user.presence));
+  view.setUint8(USER_AT.state, 1);
   user.x_free.forEach((value, i) => {
-    view.setFloat32(72 + 4 * i, value, true);
+    view.setFloat32(USER_AT.x_free + 4 * i, value, true);
   });
 }
 
@@ -106,11 +106,11 @@ function surfaceTail(units: number): Uint8Array {
     raw[3 * N + k] = z >> 8;
   }
   const stream = zlibSync(raw);
-  const tail = new Uint8Array(8 + stream.length);
+  const tail = new Uint8Array(SURFACE_SIZE + stream.length);
   const view = new DataView(tail.buffer);
-  view.setFloat32(0, 1e-5, true);
-  view.setUint32(4, stream.length, true);
-  tail.set(stream, 8);
+  view.setFloat32(SURFACE_AT.scale, 1e-5, true);
+  view.setUint32(SURFACE_AT.length, stream.length, true);
+  tail.set(stream, SURFACE_SIZE);
   return tail;
 }
 

@@ -3,7 +3,8 @@
 import type { Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
 import { answersOwnDent } from "../../model/laws";
-import { MIN_COMPLIANCE, type Patch } from "../../protocol/patch";
+import { MIN_COMPLIANCE } from "../../protocol/layout";
+import type { Patch } from "../../protocol/patch";
 import { progress } from "./arrival";
 import { type LawFade, withGains } from "./law_fade";
 import { slewGain } from "./slew";

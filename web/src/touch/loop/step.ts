@@ -7,7 +7,7 @@
 
 import { anchorOf } from "../../control/friction";
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
-import { MAX_POSITION } from "../../protocol/frame";
+import { MAX_POSITION } from "../../protocol/layout";
 import { isSilent, shown } from "./arrival";
 import { NO_CONTACT, contactForce } from "./contact_force";
 import { givenShare, NOTHING_OWED, observe } from "./passivity";

@@ -2,9 +2,9 @@
 
 import type { TouchSettings } from "../../model/hand";
 import { ProtocolError } from "../../protocol/frame";
+import { PROTOCOL_VERSION } from "../../protocol/layout";
 import { decodeServerControl, encodeControl, type ServerControl } from "../../protocol/messages";
 import { decodePatch, type Patch } from "../../protocol/patch";
-import { PROTOCOL_VERSION } from "../../protocol/version";
 import { dampingLimit, type DeviceInfo } from "../loop/device";
 import { HAPTIC_PERIOD } from "../loop/schedule";
 

@@ -1,0 +1,416 @@
+"""The layout of every binary frame: one table for the codecs, for the page and for the docs.
+
+A frame is little-endian and packed: the header, the fields of its kind, and parts behind them. The
+codecs beside take their formats and sizes from this table; `make protocol` writes
+`web/src/protocol/layout.ts` and the tables of `docs/protocol.md` from it. The haptic loop's process
+imports this module, so it needs neither numpy nor pydantic.
+"""
+
+from __future__ import annotations
+
+import struct
+from enum import IntEnum
+from typing import Final, NamedTuple
+
+from cohaptic.control.law import Law
+
+# Types of a field with the letter that `struct` has for each; padding is sent as zeros.
+CODES: Final = {
+    "u8": "B", "u16": "H", "u32": "I", "i16": "h", "f16": "e", "f32": "f", "f64": "d", "pad": "x",
+}  # fmt: skip
+
+
+class FrameKind(IntEnum):
+    """Second byte of every binary frame."""
+
+    CONTACT_SAMPLE = 1
+    PATCH = 2
+    REST_MESH = 3
+    SCENE = 4
+    ACK = 5
+
+
+class Field(NamedTuple):
+    """Numbers of one type behind each other, which have one name.
+
+    Fields:
+        name: Name in the docs and in both languages.
+        type: A key of `CODES`.
+        numbers: How many of them; 3 f32 make a vector.
+        unit: Unit for the docs; empty for a count or a number of something.
+        meaning: Meaning for the docs, in Markdown.
+        limit: Values that a decoder accepts, for the docs; empty for all values of the type.
+        group: Name of the value that this field and its neighbours make together; empty for none.
+    """
+
+    name: str
+    type: str
+    numbers: int = 1
+    unit: str = ""
+    meaning: str = ""
+    limit: str = ""
+    group: str = ""
+
+    @property
+    def code(self) -> str:
+        """The letters of `struct` for this field, such as `3f`."""
+        return f"{self.numbers if self.numbers > 1 else ''}{CODES[self.type]}"
+
+    @property
+    def size(self) -> int:
+        """Length [B]."""
+        return self.numbers * self.step
+
+    @property
+    def step(self) -> int:
+        """Length of one number [B]."""
+        return struct.calcsize(f"<{CODES[self.type]}")
+
+
+class Frame(NamedTuple):
+    """What the header of a frame says, and in which direction the frame goes.
+
+    Fields:
+        kind: Second byte of the header.
+        direction: Sender and receiver, for the docs.
+        flags: Meaning of the header's flags, for the docs.
+        limit: Values of the flags that a decoder accepts, for the docs.
+    """
+
+    kind: FrameKind
+    direction: str
+    flags: str
+    limit: str = ""
+
+
+class Layout(NamedTuple):
+    """Fields without gaps between them: those of a frame behind its header, or of a part.
+
+    Fields:
+        name: Name in the docs and in both languages.
+        meaning: One sentence for the docs, in Markdown.
+        fields: All fields, in their order on the wire.
+        frame: What the header says; None for a part, which stands inside a frame.
+    """
+
+    name: str
+    meaning: str
+    fields: tuple[Field, ...]
+    frame: Frame | None = None
+
+    @property
+    def codes(self) -> str:
+        """The letters of `struct` for all fields, without the byte order."""
+        return "".join(field.code for field in self.fields)
+
+    def packer(self) -> struct.Struct:
+        """What packs and unpacks the fields; a frame's header is not among them."""
+        return struct.Struct(f"<{self.codes}")
+
+    @property
+    def size(self) -> int:
+        """Length with a frame's header, and without the parts that may follow [B]."""
+        return sum(field.size for field in self.all_fields)
+
+    @property
+    def all_fields(self) -> tuple[Field, ...]:
+        """All fields, those of a frame's header included."""
+        return self.fields if self.frame is None else HEAD.fields + self.fields
+
+    @property
+    def offsets(self) -> tuple[int, ...]:
+        """Where each of `all_fields` begins [B]."""
+        sizes = [field.size for field in self.all_fields]
+        return tuple(sum(sizes[:k]) for k in range(len(sizes)))
+
+
+def _reserved(count: int) -> Field:
+    return Field("reserved", "pad", count, "", "0; whatever comes is ignored")
+
+
+_LENGTH = "length <= 10"  # of a place or a displacement [m], `MAX_POSITION`
+_GEOMETRIES = "1 plane, 2 sphere, 3 mesh"
+_LAWS = ", ".join(f"{number} {law.value}" for number, law in enumerate(Law, 1))
+_SHAPE = f"bits 0-3 `geometry`: {_GEOMETRIES}; bits 4-7 `law`: {_LAWS}"
+_SHAPES = f"1..3, 1..{len(Law)}"
+HEAD: Final = Layout(
+    "head",
+    "The beginning of every frame.",
+    (Field("version", "u8"), Field("kind", "u8"), Field("flags", "u16")),
+)
+
+CONTACT_SAMPLE: Final = Layout(
+    "contact_sample",
+    "Position of the tip, and force on the hand.",
+    (
+        Field("seq", "u32", 1, "", "counts this client's samples, rising", ">= 1"),
+        Field("tick", "u32", 1, "", "newest patch that the client used; 0 for none"),
+        Field("t_client", "f64", 1, "s", "when it was taken, client's clock", "finite"),
+        Field("probe", "f32", 3, "m", "tip, world frame", _LENGTH),
+        Field("force", "f32", 3, "N", "on the hand, world frame", "length <= 100"),
+    ),
+    Frame(FrameKind.CONTACT_SAMPLE, "client to server", "bit 0: the `anchor` follows", "others 0"),
+)
+
+ANCHOR: Final = Layout(
+    "anchor",
+    "Behind a contact sample with friction and in contact.",
+    (
+        Field(
+            "anchor", "f32", 3, "m",
+            "point of the resting surface that the finger holds, world frame", _LENGTH,
+        ),
+    ),
+)  # fmt: skip
+
+PATCH: Final = Layout(
+    "patch",
+    "Surface in front of one user, free of the user's own force, and gains of the law.",
+    (
+        Field("tick", "u32", 1, "", "simulation tick, rising", ">= 1"),
+        Field("seq", "u32", 1, "", "contact sample contained in this surface; 0 for none"),
+        Field("t_server", "f64", 1, "s", "time of the tick, server's clock", "finite"),
+        Field("t_client", "f64", 1, "s", "`t_client` of that sample, sent back", "finite"),
+        Field("sample_wait", "f32", 1, "s", "how long that sample waited for the tick", "0..1e6"),
+        Field("x_free", "f32", 3, "m", "contact point without this client's own force", _LENGTH),
+        Field("normal", "f32", 3, "1", "outward unit normal there", "length 1 to 0.1 %"),
+        Field(
+            "curvature", "f32", 1, "1/m",
+            "of the free surface round the contact; 0 for a plane", "+-1e4",
+        ),
+        Field(
+            "c_ii", "f32", 1, "m/N",
+            "compliance of the contact; K_o alone is 1 / c_ii", "1e-6..10",
+        ),
+        Field(
+            "k_h", "f32", 1, "N/m",
+            "gain that the server chose for this client's law", "0..1e6",
+        ),
+        Field(
+            "integral_gain", "f32", 1, "N/(m s)", "I of the law `pi`; 0 for the others", "0..1e9"
+        ),
+        Field(
+            "own_force", "f32", 3, "N",
+            "on this hand, world frame, that the body carries at this tick, behind the room's lag; "
+            "the body gets its opposite",
+            "length <= 100",
+        ),
+        Field(
+            "u_others", "f32", 3, "m",
+            "displacement of the material under the contact by the others, world frame", _LENGTH,
+        ),
+        Field(
+            "lag", "f32", 1, "s",
+            "tau of the room (`science.md` 3.8, 3.13); 0 for none", "0..60", "room",
+        ),
+        Field(
+            "coupling", "f16", 1, "1",
+            "m of the room, the spectral radius of S", "0..1e3", "room",
+        ),
+        Field(
+            "margin", "f16", 1, "1",
+            "where forces are anticipated, 1 over the share of an error that is left after one way "
+            "round; else tau over the least that is stable, 1 / m for m < 1; 6e4 for hands that do "
+            "not couple",
+            ">= 0", "room",
+        ),
+    ),
+    Frame(
+        FrameKind.PATCH,
+        "server to client",
+        f"{_SHAPE}; bit 8: the `compliance` follows",
+        f"{_SHAPES}, others 0",
+    ),
+)  # fmt: skip
+
+COMPLIANCE: Final = Layout(
+    "compliance",
+    "Behind a patch for a client with friction.",
+    (
+        Field(
+            "compliance", "f32", 6, "m/N",
+            "of the contact in all directions, world frame: xx yy zz xy xz yz",
+            "each +-10; positive definite",
+        ),
+    ),
+)  # fmt: skip
+
+NEIGHBOURHOOD: Final = Layout(
+    "neighbourhood",
+    "Behind a mesh patch and its compliance: the free surface round the contact.",
+    (
+        Field(
+            "count", "u16", 1, "", "neighbours that follow; the frame ends with the last", "<= 97"
+        ),
+        Field("scale", "f32", 1, "m", "one unit of the displacements", "0..10/32767"),
+        Field("c_scale", "f32", 1, "m/N", "one unit of the compliances", "0..10/65535"),
+    ),
+)
+
+NEIGHBOUR: Final = Layout(
+    "neighbour",
+    "One vertex of a neighbourhood.",
+    (
+        Field(
+            "indices", "u16", 1, "", "vertex of the rest mesh",
+            "more than the one before; below its vertices",
+        ),
+        Field("displacements", "i16", 3, "`scale`", "from the rest mesh, world frame"),
+        Field("compliances", "u16", 1, "`c_scale`", "of a contact centred at the vertex"),
+    ),
+)  # fmt: skip
+
+REST_MESH: Final = Layout(
+    "rest_mesh",
+    "Resting surface of the body, exact or quantised.",
+    (
+        Field("vertices", "u32", 1, "", "how many", "3..65535"),
+        Field("faces", "u32", 1, "", "how many", "1..131070"),
+    ),
+    Frame(FrameKind.REST_MESH, "server to client", "bit 0: quantised; the `box` follows", "0, 1"),
+)
+
+VERTEX: Final = Layout(
+    "vertex",
+    "One vertex in the stream of an exact mesh.",
+    (Field("place", "f32", 3, "m", "at rest, world frame", _LENGTH),),
+)
+
+FACE: Final = Layout(
+    "face",
+    "One face in the stream of an exact mesh.",
+    (
+        Field(
+            "corners", "u16", 3, "", "numbers of vertices, counter-clockwise from outside",
+            "below `vertices`",
+        ),
+    ),
+)  # fmt: skip
+
+BOX: Final = Layout(
+    "box",
+    "Behind the numbers of a quantised mesh.",
+    (
+        Field(
+            "low", "f32", 3, "m",
+            "corner of the bounding box with the smallest coordinates", "each +-10",
+        ),
+        Field(
+            "unit", "f32", 3, "m",
+            "of each axis: the length of the box over 65,535; 0 where it is flat",
+            "the box ends at 10",
+        ),
+    ),
+)  # fmt: skip
+
+SCENE: Final = Layout(
+    "scene",
+    "All users at one tick, and the surface where it is asked for.",
+    (
+        Field("tick", "u32", 1, "", "simulation tick, rising", ">= 1"),
+        Field("t_server", "f64", 1, "s", "time of the tick, server's clock", "finite"),
+        Field("users", "u16", 1, "", "records that follow", "<= 256"),
+        _reserved(2),
+        Field("lag", "f32", 1, "s", "of the room, as in a patch", "0..60", "room"),
+        Field("coupling", "f16", 1, "1", "of the room, as in a patch", "0..1e3", "room"),
+        Field("margin", "f16", 1, "1", "of the room, as in a patch", ">= 0", "room"),
+    ),
+    Frame(
+        FrameKind.SCENE,
+        "server to client that watches",
+        "bit 0: a surface follows the users",
+        "0, 1",
+    ),
+)
+
+USER: Final = Layout(
+    "user",
+    "One user in a scene.",
+    (
+        Field("user", "u32", 1, "", "its number", ">= 1"),
+        Field("probe", "f32", 3, "m", "tip, world frame", _LENGTH),
+        Field(
+            "foot", "f32", 3, "m",
+            "centre of its pressure, on the facets of the *resting* mesh", _LENGTH,
+        ),
+        Field(
+            "force", "f32", 3, "N",
+            "that the body carries, behind the room's lag, as it acts on the hand; the body gets "
+            "its opposite",
+            "length <= 300",
+        ),
+        Field(
+            "c_ii", "f32", 1, "m/N",
+            "compliance of the contact; 0 for one who has left, as the next three", "0..10",
+        ),
+        Field(
+            "k_o_coupled", "f32", 1, "N/m",
+            "coupling-aware, 1 / sum_j \\|C_ij\\|: the bound of the paper's laws", "0..1e6",
+        ),
+        Field("k_h", "f32", 1, "N/m", "as in a patch", "0..1e6"),
+        Field("integral_gain", "f32", 1, "N/(m s)", "as in a patch", "0..1e9"),
+        Field(
+            "loop_delay", "f32", 1, "s",
+            "of its loop, as measured; 0 before the first measurement", "0..1e3",
+        ),
+        Field(
+            "normal", "i16", 3, "1/32767",
+            "outward unit normal of the free surface at the contact", "length 1 to 0.1 %",
+        ),
+        Field("shape", "u8", 1, "", _SHAPE, _SHAPES),
+        Field("presence", "u8", 1, "1/255", "share of its force that the body carries"),
+        Field(
+            "curvature", "f16", 1, "1/m", "of its patch, positive where the body bulges", "+-6e4"
+        ),
+        Field(
+            "state", "u8", 1, "",
+            "bit 0 `fresh`: its samples still come; bit 1 `friction`: its force may have a part "
+            "along the surface",
+            "0..3",
+        ),
+        _reserved(1),
+        Field(
+            "x_free", "f32", 3, "m",
+            "contact point of the surface without this user's own force", _LENGTH,
+        ),
+    ),
+)  # fmt: skip
+
+SURFACE: Final = Layout(
+    "surface",
+    "Behind the users of a scene with flag bit 0: displacements of all vertices.",
+    (
+        Field(
+            "scale", "f32", 1, "m",
+            "one unit of a displacement: 1e-5, or more where that does not fit",
+            "above 0, at most 0.1",
+        ),
+        Field(
+            "length", "u32", 1, "", "of the zlib stream that follows; the frame ends with it"
+        ),
+    ),
+)  # fmt: skip
+
+ACK: Final = Layout(
+    "ack",
+    "The client has received and drawn a scene.",
+    (
+        Field("tick", "u32", 1, "", "of the newest scene that came", ">= 1"),
+        Field(
+            "wants", "u8", 1, "",
+            "1: scenes with the surface until the next ack, whatever the encoding, since Green's "
+            "functions are missing; 0: as the encoding says",
+            "0, 1",
+        ),
+        _reserved(3),
+    ),
+    Frame(FrameKind.ACK, "client that watches to server", "0"),
+)  # fmt: skip
+
+LAYOUTS: Final = (
+    CONTACT_SAMPLE, ANCHOR,
+    PATCH, COMPLIANCE, NEIGHBOURHOOD, NEIGHBOUR,
+    REST_MESH, VERTEX, FACE, BOX,
+    SCENE, USER, SURFACE,
+    ACK,
+)  # fmt: skip
