@@ -70,7 +70,7 @@ def show_object(
         CohapticError: An option is out of its range, or the file holds no touchable object.
     """
     check_output("--out", out, ".png")
-    if is_scan(file) and not options.label and not options.auto:
+    if is_scan(file) and "label" not in options.given and not options.auto:
         check_file(file)
         labels = read_scan(file)
         if len(labels.labels) > 1:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -10,8 +11,11 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Law
 from cohaptic_ops.rooms.config import PREFIX, ObjectTable, RoomsConfig, RoomTable, load_config
 from cohaptic_ops.rooms.config_errors import ConfigError
+from cohaptic_ops.rooms_cli import object_options
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.settings import ServerSettings
+from tests.server.objects.given_options import GIVEN
 
 TWO = """
 port = 0
@@ -222,6 +226,21 @@ def test_the_page_names_every_key_with_its_default() -> None:
                 assert f"`{name}`" in page or f"{name}]`" in page or f"[{name}." in page, name
     for name in (*ObjectTable.model_fields, *dict(Limits().items())):
         assert re.search(rf"[` ]{name}[` ]", page), name
+
+
+@given(GIVEN)
+def test_a_table_makes_the_object_that_the_options_of_a_command_make(
+    options: dict[str, Any],
+) -> None:
+    table, path = ObjectTable.model_validate(options), Path("a.stl")
+    assert object_options(table).of(path) == ObjectFile.of(path, options)
+
+
+def test_a_modulus_is_a_number_or_a_list_with_those_of_parts() -> None:
+    table = ObjectTable.model_validate({"young": 3e3, "poisson": ["0.3", "tumour=0.4"]})
+    found = object_options(table).of(Path("a.stl"))
+    assert (found.material.young, found.material.nu) == (3e3, 0.3)
+    assert found.parts.nu == (("tumour", 0.4),)
 
 
 def test_the_address_or_network_of_a_proxy_is_one_however_it_is_written(tmp_path: Path) -> None:
