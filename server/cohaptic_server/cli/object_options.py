@@ -23,7 +23,7 @@ class ObjectOptions:
         auto: Whether options that are not given are chosen.
     """
 
-    given: Mapping[str, Any] = field(default_factory=dict)
+    given: Mapping[str, Any] = field(default_factory=dict[str, Any])
     auto: bool = False
 
     @classmethod

@@ -138,6 +138,77 @@ def _rank(option: Option) -> tuple[bool, bool, bool]:
     return option.kind is bool, option.kind in (str, Path), is_mesh
 
 
+# In the order of the help, which is that of the values in the keys of stored tetrahedra, too.
+_ROWS = (
+    PartOption(
+        "young", "Young's modulus [Pa], or that of a part: --young tumour=60e3.",
+        at="material.young", parts="parts.young", every="parts.every_young", shown=f"{YOUNG:g}",
+        page=True,
+    ),
+    PartOption(
+        "poisson", "Poisson's ratio, 0 to 0.499, or that of a part: --poisson tumour=0.4.",
+        at="material.nu", parts="parts.nu", every="parts.every_nu", shown=f"{NU:g}", page=True,
+    ),
+    Option("fix", 'Region that is held: "z < 10%", "x > 2cm".', page=True, chosen=True),
+    Option(
+        "fix_mesh", "File with a closed surface: hold the region inside it, in place of --fix.",
+        kind=Path, optional=True,
+    ),
+    Option(
+        "scale", "Length of one unit of the file [m]: 0.001 for millimetres; else 1.",
+        limits=Limits(1e-9, 1e9, "from 1e-9 to 1e9 metres in a unit"),
+        optional=True, tets=True, page=True, chosen=True,
+    ),
+    Option(
+        "edge", "Edge of a tetrahedron, as a share of the object's diagonal.",
+        limits=Limits(0.005, 0.5, "from 0.005 to 0.5 of the object's diagonal"),
+        tets=True, chosen=True,
+    ),
+    Option(
+        "order", "Order of the elements: 2 is accurate, 1 for large volume meshes.",
+        at="material.order", default=ORDER, chosen=True,
+    ),
+    Option(
+        "contact_radius", "Radius of a fingertip's pressure [m]; 0 chooses 8 mm or more.",
+        at="material.contact_radius", default=0.0,
+    ),
+    Option(
+        "repair", "Close and untangle a surface that is open or crosses itself.",
+        tets=True, chosen=True,
+    ),
+    Option(
+        "simplify", "Reduce the surface to so many triangles first; 0 keeps all.",
+        limits=Limits(100, MAX_TRIANGLES, f"0, or from 100 to {MAX_TRIANGLES:,}", zero=True),
+        tets=True, chosen=True,
+    ),
+    Option(
+        "shell", "Thickness for a file that is an open sheet [m]; 0 for a volume.",
+        limits=Limits(1e-4, 1.0, "0, or from 0.0001 to 1 m", zero=True), tets=True, chosen=True,
+    ),
+    Option(
+        "max_memory", "Limit of the memory that the preparation takes [GB].", unit=_GB,
+        limits=Limits(0.5e9, 1e13, "from 0.5 to 10000", told="{:g} GB"), optional=True,
+        shown=f"{MAX_MEMORY / _GB:g}; {_AUTO_MEMORY:g} with --auto", auto=_AUTO_MEMORY,
+    ),
+    Option(
+        "max_time", "Limit of the time to fill it with tetrahedra [s].",
+        limits=Limits(1.0, 1e6, "from 1 to 1e6 s", told="{:g} s"), optional=True,
+        shown=f"{MAX_TIME:g}; {_AUTO_TIME:g} with --auto", auto=_AUTO_TIME,
+    ),
+    Option(
+        "label", "Label of a segmented scan that belongs to the object: 3, 3=tumour.",
+        at="labels", optional=True, tets=True, chosen=True,
+    ),
+    PartOption(
+        "density", "Density [kg/m3], or that of a part, NAME=1100: the object then swings as a"
+        " jelly does. Water and tissue have 1000.",
+        at="inertia.density", parts="inertia.densities", shown="no mass",
+    ),
+    Option(
+        "damping_ratio", "Damping ratio of the swings, 0.02 to 0.95; jelly and tissue: 0.1.",
+        at="inertia.damping", default=DAMPING_RATIO, only_with="density",
+    ),
+)  # fmt: skip
 _DEFAULTS = {one.name: one.default for one in fields(ObjectFile)}
 
 
@@ -147,123 +218,4 @@ def _complete(option: Option) -> Option:
     return replace(option, default=default, kind=option.kind or type(default))
 
 
-# In the order of the help, which is that of the values in the keys of stored tetrahedra, too.
-OPTIONS: tuple[Option, ...] = tuple(
-    _complete(option)
-    for option in (
-        PartOption(
-            "young",
-            "Young's modulus [Pa], or that of a part: --young tumour=60e3.",
-            at="material.young",
-            parts="parts.young",
-            every="parts.every_young",
-            shown=f"{YOUNG:g}",
-            page=True,
-        ),
-        PartOption(
-            "poisson",
-            "Poisson's ratio, 0 to 0.499, or that of a part: --poisson tumour=0.4.",
-            at="material.nu",
-            parts="parts.nu",
-            every="parts.every_nu",
-            shown=f"{NU:g}",
-            page=True,
-        ),
-        Option("fix", 'Region that is held: "z < 10%", "x > 2cm".', page=True, chosen=True),
-        Option(
-            "fix_mesh",
-            "File with a closed surface: hold the region inside it, in place of --fix.",
-            kind=Path,
-            optional=True,
-        ),
-        Option(
-            "scale",
-            "Length of one unit of the file [m]: 0.001 for millimetres; else 1.",
-            optional=True,
-            limits=Limits(1e-9, 1e9, "from 1e-9 to 1e9 metres in a unit"),
-            tets=True,
-            page=True,
-            chosen=True,
-        ),
-        Option(
-            "edge",
-            "Edge of a tetrahedron, as a share of the object's diagonal.",
-            limits=Limits(0.005, 0.5, "from 0.005 to 0.5 of the object's diagonal"),
-            tets=True,
-            chosen=True,
-        ),
-        Option(
-            "order",
-            "Order of the elements: 2 is accurate, 1 for large volume meshes.",
-            at="material.order",
-            default=ORDER,
-            chosen=True,
-        ),
-        Option(
-            "contact_radius",
-            "Radius of a fingertip's pressure [m]; 0 chooses 8 mm or more.",
-            at="material.contact_radius",
-            default=0.0,
-        ),
-        Option(
-            "repair",
-            "Close and untangle a surface that is open or crosses itself.",
-            tets=True,
-            chosen=True,
-        ),
-        Option(
-            "simplify",
-            "Reduce the surface to so many triangles first; 0 keeps all.",
-            limits=Limits(100, MAX_TRIANGLES, f"0, or from 100 to {MAX_TRIANGLES:,}", zero=True),
-            tets=True,
-            chosen=True,
-        ),
-        Option(
-            "shell",
-            "Thickness for a file that is an open sheet [m]; 0 for a volume.",
-            limits=Limits(1e-4, 1.0, "0, or from 0.0001 to 1 m", zero=True),
-            tets=True,
-            chosen=True,
-        ),
-        Option(
-            "max_memory",
-            "Limit of the memory that the preparation takes [GB].",
-            optional=True,
-            unit=_GB,
-            limits=Limits(0.5e9, 1e13, "from 0.5 to 10000", told="{:g} GB"),
-            shown=f"{MAX_MEMORY / _GB:g}; {_AUTO_MEMORY:g} with --auto",
-            auto=_AUTO_MEMORY,
-        ),
-        Option(
-            "max_time",
-            "Limit of the time to fill it with tetrahedra [s].",
-            optional=True,
-            limits=Limits(1.0, 1e6, "from 1 to 1e6 s", told="{:g} s"),
-            shown=f"{MAX_TIME:g}; {_AUTO_TIME:g} with --auto",
-            auto=_AUTO_TIME,
-        ),
-        Option(
-            "label",
-            "Label of a segmented scan that belongs to the object: 3, 3=tumour.",
-            at="labels",
-            optional=True,
-            tets=True,
-            chosen=True,
-        ),
-        PartOption(
-            "density",
-            "Density [kg/m3], or that of a part, NAME=1100: the object then swings as a jelly"
-            " does. Water and tissue have 1000.",
-            at="inertia.density",
-            parts="inertia.densities",
-            shown="no mass",
-        ),
-        Option(
-            "damping_ratio",
-            "Damping ratio of the swings, 0.02 to 0.95; jelly and tissue: 0.1.",
-            at="inertia.damping",
-            default=DAMPING_RATIO,
-            only_with="density",
-        ),
-    )
-)
+OPTIONS: tuple[Option, ...] = tuple(_complete(row) for row in _ROWS)

@@ -112,9 +112,17 @@ class Option:
             SettingError: The value is not valid.
             TypeError, ValueError, OverflowError: The value is of another type.
         """
-        assert self.kind is not None
-        value = tuple(str(text) for text in given) if self.kind is tuple else self.kind(given)
+        value = self.typed(given)
         return {self.attribute: value if self.unit == 1.0 else self.unit * value}
+
+    def typed(self, value: Any) -> Any:
+        """Return a value, such as one of a JSON text, in the type of the option.
+
+        Raises:
+            TypeError, ValueError, OverflowError: The value is of another type.
+        """
+        assert self.kind is not None
+        return tuple(str(text) for text in value) if self.kind is tuple else self.kind(value)
 
     def given(self, source: object) -> Any:
         """The value of an `ObjectFile` as it would be given; None or empty for no value."""
@@ -212,7 +220,7 @@ def words_of(option: Option, given: Any) -> list[str]:
         return []
     if given is True:
         return [option.flag]
-    values: list[Any] = given if isinstance(given, list) else [given]
+    values: list[Any] = given if option.kind is tuple else [given]
     return [
         word
         for value in values

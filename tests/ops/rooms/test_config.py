@@ -63,7 +63,7 @@ def test_rooms_have_each_their_body_law_limits_rate_and_capacity(tmp_path: Path)
     assert config.front.limits == Limits().changed(["open=500"])
     # A file is looked for beside the configuration.
     assert config.rooms["liver"].body == str(tmp_path / "liver.stl")
-    assert config.rooms["liver"].object.young == ["3e3", "tumour=60e3"]
+    assert dict(config.rooms["liver"].object)["young"] == ["3e3", "tumour=60e3"]
 
 
 def test_the_environment_goes_before_the_file(
@@ -80,7 +80,7 @@ def test_the_environment_goes_before_the_file(
     config = load_config(written(tmp_path, TWO))
     assert (config.port, config.allow_origins) == (8080, ("https://lab.example",))
     liver = config.rooms["liver"]
-    assert (liver.max_users, liver.object.edge, liver.title) == (7, 0.1, "A liver")
+    assert (liver.max_users, dict(liver.object)["edge"], liver.title) == (7, 0.1, "A liver")
     assert config.settings_of("liver").limits == Limits().changed(["samples=3:12", "open=9"])
 
 

@@ -232,8 +232,7 @@ def _to_text(found: Diagnosis) -> str:
 
 def _from_text(source: ObjectFile, text: str) -> Diagnosis:
     known = json.loads(text)
-    stored = {one.attribute: known["chosen"][_key(one)] for one in OPTIONS if one.chosen}
-    chosen = {name: tuple(v) if isinstance(v, list) else v for name, v in stored.items()}
+    chosen = {one.attribute: one.typed(known["chosen"][_key(one)]) for one in OPTIONS if one.chosen}
     remedies = tuple(Remedy(**one) for one in known["remedies"])
     return Diagnosis(source.changed(chosen), remedies)
 
