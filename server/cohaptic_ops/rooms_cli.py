@@ -11,7 +11,6 @@ import sys
 import tempfile
 import threading
 from collections.abc import Generator
-from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
@@ -123,11 +122,7 @@ def build_room(table: RoomTable, settings: ServerSettings) -> Body:
 
 def object_options(table: ObjectTable) -> ObjectOptions:
     """Return the options of an object that a table of the configuration describes."""
-    given = {field.name: getattr(table, field.name) for field in fields(ObjectOptions)}
-    for name in ("young", "poisson", "density"):
-        if isinstance(given[name], float):
-            given[name] = [repr(given[name])]
-    return ObjectOptions(**given)
+    return ObjectOptions.read(**dict(table))
 
 
 def protect(table: AccessTable, host: str) -> Protection:

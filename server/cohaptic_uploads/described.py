@@ -7,28 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.object_file import OPTIONS, ObjectFile
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.pipe import PipeEnded
+
+# The options that a visitor or the worker chooses; the others have their defaults.
+_DESCRIBED = [option for option in OPTIONS if option.page or option.chosen]
 
 
 def to_fields(source: ObjectFile) -> dict[str, Any]:
     """Return the options of an uploaded object as fields of a message to the server."""
-    material = source.material
-    return {
-        "file": source.path.name,
-        "fix": source.fix,
-        "scale": source.scale,
-        "edge": source.edge,
-        "shell": source.shell,
-        "repair": source.repair,
-        "simplify": source.simplify,
-        "young": material.young,
-        "nu": material.nu,
-        "order": material.order,
-        "labels": list(source.labels),
-    }
+    described = {option.name: option.given(source) for option in _DESCRIBED}
+    return {"file": source.path.name, **described}
 
 
 def from_fields(fields: Mapping[str, Any]) -> ObjectFile:
@@ -40,18 +30,7 @@ def from_fields(fields: Mapping[str, Any]) -> ObjectFile:
         PipeEnded: The fields do not describe an object.
     """
     try:
-        return ObjectFile(
-            uploads_folder() / Path(str(fields["file"])).name,
-            str(fields["fix"]),
-            scale=float(fields["scale"]),
-            edge=float(fields["edge"]),
-            shell=float(fields["shell"]),
-            repair=bool(fields["repair"]),
-            simplify=int(fields["simplify"]),
-            labels=tuple(str(label) for label in fields["labels"]),
-            material=SolidSettings(
-                float(fields["young"]), float(fields["nu"]), order=int(fields["order"])
-            ),
-        )
+        given = {option.name: fields[option.name] for option in _DESCRIBED}
+        return ObjectFile.of(uploads_folder() / Path(str(fields["file"])).name, given)
     except (KeyError, TypeError, ValueError, OverflowError, SettingError) as error:
         raise PipeEnded(f"what came is no object: {error}") from error

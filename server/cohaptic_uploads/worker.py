@@ -120,7 +120,6 @@ def _prepare(
     preview: Preview,
 ) -> dict[str, Any]:
     """Prepare the object and store it in the cache; returns the options that describe it."""
-    from cohaptic_server.bodies.solid.shape import SolidSettings
     from cohaptic_server.objects.auto.resolve import resolve
     from cohaptic_server.objects.build import build
     from cohaptic_server.objects.build_rubber import build_affordable
@@ -128,12 +127,10 @@ def _prepare(
     from cohaptic_server.objects.object_file import ObjectFile
     from cohaptic_uploads.described import to_fields
 
-    material = SolidSettings(float(wish["young"]), float(wish["poisson"]))
-    scale = wish.get("scale") or preview.examined.scale
-    preview.check_scale(scale)
-    source = ObjectFile(
-        path, str(wish["fix"]), scale=scale, material=material, max_memory=limits["budget"]
-    )
+    wished = {name: value for name, value in wish.items() if value is not None}
+    given = {"scale": preview.examined.scale, **wished}
+    preview.check_scale(given["scale"])
+    source = ObjectFile.of(path, given).changed({"max_memory": limits["budget"]})
     tell, rubber = _teller(outgoing), limits["rubber"]
     if rubber is None:
         source = resolve(source, tell, scale_given=True).source

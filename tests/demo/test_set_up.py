@@ -13,7 +13,8 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.serve import serve
 from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
+from cohaptic_server.objects.option import parse_values
+from cohaptic_server.objects.parts.materials import PartMaterials
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.touchable import BALLOON
 from cohaptic_tools.demo.scene import Scene

@@ -1,14 +1,17 @@
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
+from hypothesis import given
 
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_uploads.described import from_fields, to_fields
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.pipe import PipeEnded
+from tests.server.objects.given_options import GIVEN
 
 MATERIAL = SolidSettings(6e3, 0.3, order=1)
 
@@ -20,13 +23,37 @@ def test_an_object_comes_back_as_it_was() -> None:
     assert from_fields(to_fields(source)) == source
 
 
+@given(GIVEN)
+def test_any_options_come_back_but_those_that_nobody_chooses_here(options: dict[str, Any]) -> None:
+    path = uploads_folder() / "a.stl"
+    fields = json.loads(json.dumps(to_fields(ObjectFile.of(path, options))))
+    chosen = {name: value for name, value in options.items() if name in fields}
+    assert from_fields(fields) == ObjectFile.of(path, chosen)
+
+
 @pytest.mark.parametrize(
     "change",
-    [{"young": -1}, {"scale": "x"}, {"edge": float("nan")}, {"order": 7}, {"simplify": 1e400}],
+    [
+        {"young": -1},
+        {"young": None},
+        {"poisson": ["soft"]},
+        {"scale": "x"},
+        {"edge": float("nan")},
+        {"order": 7},
+        {"simplify": 1e400},
+        {"label": 3},
+    ],
 )
 def test_nonsense_is_no_object(change: dict[str, Any]) -> None:
     with pytest.raises(PipeEnded, match="no object"):
         from_fields(to_fields(ObjectFile(uploads_folder() / "a.stl", "z < 5%")) | change)
+
+
+def test_an_option_that_is_missing_is_no_default() -> None:
+    fields = to_fields(ObjectFile(uploads_folder() / "a.stl", "z < 5%"))
+    del fields["shell"]
+    with pytest.raises(PipeEnded, match="shell"):
+        from_fields(fields)
 
 
 def test_a_file_elsewhere_cannot_be_named() -> None:

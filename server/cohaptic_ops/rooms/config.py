@@ -8,9 +8,9 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError, create_model
 from pydantic_settings import (
     BaseSettings,
     EnvSettingsSource,
@@ -27,8 +27,9 @@ from cohaptic.written import at_home, text_of
 from cohaptic_ops.rooms.config_errors import ConfigError, KeyProblem, problems_of
 from cohaptic_ops.rooms.tables import AccessTable, AdminTable, Table
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.objects.object_file import OPTIONS
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.touchable import DAMPING_RATIO, is_file
+from cohaptic_server.touchable import is_file
 
 PREFIX = "COHAPTIC_SERVER_"  # of environment variables
 DIVIDER = "__"
@@ -68,29 +69,24 @@ def _base(said: str) -> str:
 LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
 
 
-class ObjectTable(Table):
-    """Options of an object from a file; the names and meanings are as in `cohaptic serve`.
+if TYPE_CHECKING:  # the keys come from a table, which a type checker cannot read
 
-    A modulus is a number, or a list with the moduli of parts: `["3e3", "tumour=60e3"]`.
-    """
+    class ObjectTable(Table):
+        """Options of an object from a file; the names and meanings are as in `cohaptic serve`.
 
-    young: list[str] | float | None = None
-    poisson: list[str] | float | None = None
-    fix: str = ""
-    fix_mesh: Path | None = None
-    scale: float | None = None
-    edge: float = 0.05
-    order: int = 2
-    contact_radius: float = 0.0
-    repair: bool = False
-    simplify: int = 0
-    shell: float = 0.0
-    max_memory: float | None = None
-    max_time: float | None = None
-    label: list[str] | None = None
-    density: list[str] | float | None = None
-    damping_ratio: float = DAMPING_RATIO
-    auto: bool = False
+        A modulus is a number, or a list with the moduli of parts: `["3e3", "tumour=60e3"]`.
+        """
+
+        auto: bool = False
+
+else:
+    ObjectTable = create_model(
+        "ObjectTable",
+        __base__=Table,
+        __module__=__name__,
+        **{option.name: (option.table_hint, option.absent) for option in OPTIONS},
+        auto=(bool, False),
+    )
 
 
 class RoomTable(Table):
@@ -317,12 +313,14 @@ def _placed(table: RoomTable, folder: Path) -> RoomTable:
         return folder / at_home(Path(written))
 
     body = str(at(table.body)) if is_file(table.body) else table.body
-    mesh = table.object.fix_mesh
-    placed: dict[str, Any] = {"fix_mesh": None if mesh is None else at(mesh)}
+    placed = {name: at(path) for name, path in _object_files(table.object)}
     return table.model_copy(update={"body": body, "object": table.object.model_copy(update=placed)})
 
 
 def _files(table: RoomTable) -> list[tuple[str, Path]]:
     files = [("body", Path(table.body))] if is_file(table.body) else []
-    mesh = table.object.fix_mesh
-    return files if mesh is None else [*files, ("object.fix_mesh", mesh)]
+    return files + [(f"object.{name}", path) for name, path in _object_files(table.object)]
+
+
+def _object_files(table: ObjectTable) -> list[tuple[str, Path]]:
+    return [(name, value) for name, value in table if isinstance(value, Path)]

@@ -52,7 +52,7 @@ def resolved(
     """
     if demand is not None:
         demand.check()
-    source, scale_given = options.of(path), options.scale is not None
+    source, scale_given = options.of(path), "scale" in options.given
     if options.auto:
         found = resolve(source, progress, scale_given=scale_given, demand=demand)
         for remedy in found.remedies:

@@ -73,8 +73,8 @@ def demonstrate(
         scene = replace(scene, duration=_WITHOUT_TERMINAL)
     check_output("--json", json)
     check_body(scene, body)
-    if not (options.auto or options.fix or options.fix_mesh) and is_file(body):
-        options = replace(options, fix=FIX)
+    if not (options.auto or options.given.keys() & {"fix", "fix_mesh"}) and is_file(body):
+        options = replace(options, given={**options.given, "fix": FIX})
     told: list[str] = []
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))

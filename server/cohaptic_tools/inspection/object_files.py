@@ -73,7 +73,7 @@ def show_object(
             touched.
     """
     check_output("--out", out, ".png")
-    if is_scan(file) and not options.label and not options.auto:
+    if is_scan(file) and "label" not in options.given and not options.auto:
         check_file(file)
         labels = read_scan(file)
         if len(labels.labels) > 1:

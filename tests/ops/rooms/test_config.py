@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -10,8 +11,11 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Law
 from cohaptic_ops.rooms.config import PREFIX, ObjectTable, RoomsConfig, RoomTable, load_config
 from cohaptic_ops.rooms.config_errors import ConfigError
+from cohaptic_ops.rooms_cli import object_options
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.settings import ServerSettings
+from tests.server.objects.given_options import GIVEN
 
 TWO = """
 port = 0
@@ -59,7 +63,7 @@ def test_rooms_have_each_their_body_law_limits_rate_and_capacity(tmp_path: Path)
     assert config.front.limits == Limits().changed(["open=500"])
     # A file is looked for beside the configuration.
     assert config.rooms["liver"].body == str(tmp_path / "liver.stl")
-    assert config.rooms["liver"].object.young == ["3e3", "tumour=60e3"]
+    assert dict(config.rooms["liver"].object)["young"] == ["3e3", "tumour=60e3"]
 
 
 def test_the_environment_goes_before_the_file(
@@ -76,7 +80,7 @@ def test_the_environment_goes_before_the_file(
     config = load_config(written(tmp_path, TWO))
     assert (config.port, config.allow_origins) == (8080, ("https://lab.example",))
     liver = config.rooms["liver"]
-    assert (liver.max_users, liver.object.edge, liver.title) == (7, 0.1, "A liver")
+    assert (liver.max_users, dict(liver.object)["edge"], liver.title) == (7, 0.1, "A liver")
     assert config.settings_of("liver").limits == Limits().changed(["samples=3:12", "open=9"])
 
 
@@ -222,6 +226,21 @@ def test_the_page_names_every_key_with_its_default() -> None:
                 assert f"`{name}`" in page or f"{name}]`" in page or f"[{name}." in page, name
     for name in (*ObjectTable.model_fields, *dict(Limits().items())):
         assert re.search(rf"[` ]{name}[` ]", page), name
+
+
+@given(GIVEN)
+def test_a_table_makes_the_object_that_the_options_of_a_command_make(
+    options: dict[str, Any],
+) -> None:
+    table, path = ObjectTable.model_validate(options), Path("a.stl")
+    assert object_options(table).of(path) == ObjectFile.of(path, options)
+
+
+def test_a_modulus_is_a_number_or_a_list_with_those_of_parts() -> None:
+    table = ObjectTable.model_validate({"young": 3e3, "poisson": ["0.3", "tumour=0.4"]})
+    found = object_options(table).of(Path("a.stl"))
+    assert (found.material.young, found.material.nu) == (3e3, 0.3)
+    assert found.parts.nu == (("tumour", 0.4),)
 
 
 def test_the_address_or_network_of_a_proxy_is_one_however_it_is_written(tmp_path: Path) -> None:

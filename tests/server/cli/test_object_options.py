@@ -1,16 +1,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import pytest
 import typer
+from hypothesis import given
 from typer.testing import CliRunner
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.objects.object_file import ObjectFile
+from tests.server.objects.given_options import GIVEN
 
 seen: list[tuple[int, ObjectFile, bool]] = []
 
@@ -55,12 +57,30 @@ def test_every_option_reaches_the_object_and_back() -> None:
     assert run(*arguments) == (2, source, True)
 
 
+@given(GIVEN)
+def test_the_arguments_of_any_object_are_of_the_same_object(options: dict[str, Any]) -> None:
+    source = ObjectFile.of(Path("a.stl"), options)
+    app = typer.Typer()
+    app.command()(command)
+    parsed = typer.main.get_command(app)
+    with parsed.make_context("command", source.to_arguments()) as context:
+        parsed.invoke(context)
+    assert seen[-1] == (1, source, False)
+
+
 def test_the_options_stand_where_the_parameter_stood() -> None:
     app = typer.Typer()
     app.command()(command)
     names = [parameter.name for parameter in typer.main.get_command(app).params]
     assert names[:2] == ["first", "young"]
     assert names.index("auto") + 1 == names.index("last")
+
+
+def test_with_auto_a_preparation_has_less_memory_and_time_unless_they_are_given() -> None:
+    _, source, _ = run("--auto", "--max-time", "1800")
+    assert (source.max_memory, source.max_time) == (2e9, 1800.0)
+    _, source, _ = run("--auto", "--max-memory", "6")
+    assert (source.max_memory, source.max_time) == (6e9, 120.0)
 
 
 def test_an_option_out_of_range_is_refused() -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -7,16 +8,9 @@ import pytest
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import ObjectFile
-
-
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [({"scale": 0.0}, "--scale"), ({"edge": 2.0}, "--edge"), ({"shell": 2.0}, "--shell")],
-)
-def test_absurd_options_are_refused(change: dict[str, Any], word: str) -> None:
-    with pytest.raises(SettingError, match=word):
-        ObjectFile(Path("a.stl"), **change)
+from cohaptic_server.objects.parts.materials import PartMaterials
 
 
 def test_its_arguments_name_every_option_once() -> None:
@@ -40,3 +34,35 @@ def test_its_arguments_name_every_option_once() -> None:
     bone = ObjectFile(Path("a.stl"), fix_mesh=Path("bone.stl")).to_arguments()
     assert bone[-2:] == ["--fix-mesh", "bone.stl"]
     assert "--fix" not in bone
+
+
+def test_its_arguments_name_parts_and_a_density_only_where_there_are_some() -> None:
+    parts = PartMaterials((("a=b", 1e4), ("c", 2e4)), (("c", 0.1),), every_nu=True)
+    inertia = Inertia(900.0, (("c", 1100.0),), 0.3)
+    arguments = ObjectFile(Path("a.stl"), parts=parts, inertia=inertia).to_arguments()
+    assert arguments[:10] == [
+        "--young", "20000.0", "--young", "a=b=10000.0", "--young", "c=20000.0",
+        "--poisson", "c=0.1", "--order", "2",
+    ]  # fmt: skip
+    start = arguments.index("--density")
+    assert arguments[start : start + 6] == [
+        "--density", "900.0", "--density", "c=1100.0", "--damping-ratio", "0.3",
+    ]  # fmt: skip
+    assert "--damping-ratio" not in ObjectFile(Path("a.stl")).to_arguments()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"scale": 0.0}, "--scale is 0.0; it must be from 1e-9 to 1e9 metres in a unit"),
+        ({"edge": 2.0}, "--edge is 2.0; it must be from 0.005 to 0.5 of the object's diagonal"),
+        ({"simplify": 99}, "--simplify is 99; it must be 0, or from 100 to 300,000"),
+        ({"shell": 2.0}, "--shell is 2.0; it must be 0, or from 0.0001 to 1 m"),
+        ({"max_memory": 1e8}, "--max-memory is 0.1 GB; it must be from 0.5 to 10000"),
+        ({"max_time": math.nan}, "--max-time is nan s; it must be from 1 to 1e6 s"),
+    ],
+)
+def test_an_error_names_option_value_and_limit(change: dict[str, Any], told: str) -> None:
+    with pytest.raises(SettingError) as caught:
+        ObjectFile(Path("a.stl"), **change)
+    assert str(caught.value) == told

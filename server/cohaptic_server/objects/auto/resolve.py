@@ -22,7 +22,8 @@ from cohaptic_server.objects.build import expected_cost
 from cohaptic_server.objects.build_rubber import TooFineError, affordable
 from cohaptic_server.objects.cost import Demand, edge_that_fits, growth_between
 from cohaptic_server.objects.fix_rule import fixed_vertices
-from cohaptic_server.objects.object_file import MAX_READ, ObjectFile
+from cohaptic_server.objects.object_file import MAX_READ, OPTIONS, ObjectFile
+from cohaptic_server.objects.option import Option
 from cohaptic_server.objects.parts.nodes import read_surfaces
 from cohaptic_server.objects.parts.parts import PartSurface, VolumeLostError, joined
 from cohaptic_server.objects.parts.surfaces import simplified_to
@@ -38,8 +39,6 @@ from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import VOLUMES
 
 _ATTEMPTS = 6  # attempts to find a mesh that is coarse enough
-# Options that are chosen here, beside the order of the elements.
-_CHOSEN = ("fix", "scale", "edge", "repair", "simplify", "shell", "labels")
 # A block of 8 x 6 x 5 cells of linear tetrahedra, pressed over the contact radius of its mesh, is
 # 24, 36 and 59 % stiffer at Poisson's ratios of 0.3, 0.45 and 0.49 than the limit of quadratic
 # ones, and three times as much under a fingertip of 8 mm (docs/performance.md).
@@ -227,17 +226,20 @@ def _longer(tried: Sequence[tuple[float, float]], memory: float) -> float:
 
 def _to_text(found: Diagnosis) -> str:
     source = found.source
-    chosen = {name: getattr(source, name) for name in _CHOSEN} | {"order": source.material.order}
+    chosen = {_key(one): one.value(source) for one in OPTIONS if one.chosen}
     return json.dumps({"chosen": chosen, "remedies": [asdict(one) for one in found.remedies]})
 
 
 def _from_text(source: ObjectFile, text: str) -> Diagnosis:
     known = json.loads(text)
-    order = known["chosen"].pop("order")
-    material = replace(source.material, order=order)
+    chosen = {one.attribute: one.typed(known["chosen"][_key(one)]) for one in OPTIONS if one.chosen}
     remedies = tuple(Remedy(**one) for one in known["remedies"])
-    known["chosen"]["labels"] = tuple(known["chosen"]["labels"])
-    return Diagnosis(replace(source, material=material, **known["chosen"]), remedies)
+    return Diagnosis(source.changed(chosen), remedies)
+
+
+def _key(option: Option) -> str:
+    """Key of an option in a stored text: `order` for `material.order`."""
+    return option.attribute.rpartition(".")[2]
 
 
 # Thin parts of an object may be lost, such as fingers and a rim, but not its main shape: a leaflet

@@ -9,7 +9,8 @@ import numpy as np
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.modal.modal_body import check_damping_ratio
 from cohaptic_server.numeric import Floats
-from cohaptic_server.objects.parts.materials import Named, check_names
+from cohaptic_server.objects.option import Named
+from cohaptic_server.objects.parts.materials import check_names
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.touchable import DAMPING_RATIO
 
@@ -68,12 +69,3 @@ class Inertia:
             return np.full(count, self.whole)
         known = dict(self.densities)
         return np.array([known.get(name, self.whole) for name in names])[parts.of]
-
-    def to_arguments(self) -> list[str]:
-        """Options of the command line for this density and damping; empty without a density."""
-        if not self.given:
-            return []
-        arguments = ["--density", repr(self.whole)]
-        for name, value in self.densities:
-            arguments += ["--density", f"{name}={value!r}"]
-        return [*arguments, "--damping-ratio", repr(self.damping)]

@@ -10,9 +10,8 @@ import numpy as np
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings
 from cohaptic_server.numeric import Ints
+from cohaptic_server.objects.option import Named
 from cohaptic_server.objects.parts.parts import Parts
-
-Named = tuple[tuple[str, float], ...]  # values by the names of parts
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,39 +89,6 @@ class PartMaterials:
     def of_part(self, material: SolidSettings, name: str) -> tuple[float, float]:
         """Young's modulus [Pa] and Poisson's ratio of a part."""
         return dict(self.young).get(name, material.young), dict(self.nu).get(name, material.nu)
-
-    def to_arguments(self) -> list[str]:
-        """Options of the command line for these materials."""
-        arguments: list[str] = []
-        for option, named in (("--young", self.young), ("--poisson", self.nu)):
-            for name, value in named:
-                arguments += [option, f"{name}={value!r}"]
-        return arguments
-
-
-def parse_values(option: str, texts: Sequence[str]) -> tuple[float | None, Named]:
-    """Read texts like `20e3` and `tumour=60e3`: the value without a name, if any, and the others.
-
-    Raises:
-        SettingError: A text has no number, or two values have no name.
-    """
-    rest: float | None = None
-    named: list[tuple[str, float]] = []
-    for text in texts:
-        name, equals, number = text.rpartition("=")
-        try:
-            value = float(number)
-        except ValueError:
-            raise SettingError(option, repr(text), "a number, or NAME=number") from None
-        if equals and not name.strip():
-            raise SettingError(option, repr(text), "NAME=number")
-        if equals:
-            named.append((name.strip(), value))
-        elif rest is not None:
-            raise SettingError(option, f"{rest:g} and {value:g}", "once without a name")
-        else:
-            rest = value
-    return rest, tuple(named)
 
 
 def check_names(option: str, named: Named, names: Sequence[str]) -> None:

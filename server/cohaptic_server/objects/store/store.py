@@ -35,7 +35,7 @@ from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factor_file import from_arrays
 from cohaptic_server.cholesky.plan import Plan
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.object_file import OPTIONS, ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared, prepare
 from cohaptic_server.objects.store.cache import (
@@ -255,9 +255,9 @@ def _parts_path(
 
 def tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of an existing file."""
-    options = (source.scale, source.edge, source.repair, source.simplify, source.shell)
+    options = [option.value(source) for option in OPTIONS if option.tets]
     form = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
-    key = repr((*form, source.path.suffix.lower(), *options, source.labels)).encode()
+    key = repr((*form, source.path.suffix.lower(), *options)).encode()
     return entry_path(key, source.path.read_bytes())
 
 

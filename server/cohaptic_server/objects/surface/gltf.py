@@ -261,7 +261,7 @@ class _File:
             )
             given = self._view(what["bufferView"], what.get("byteOffset", 0), some, width, dtype)
             values[rows[:, 0].astype(np.int64)] = given
-        decoded = values.astype(np.float64)
+        decoded: Floats = values.astype(np.float64)
         if accessor.get("normalized") and dtype.kind in "iu":
             decoded = np.maximum(decoded / float(np.iinfo(dtype).max), -1.0)
         return decoded

@@ -12,7 +12,6 @@ PARTS = Parts(("organ", "tumour"), np.array([0, 0, 1]))
 
 def test_nothing_given_is_no_mass() -> None:
     assert not Inertia().given
-    assert Inertia().to_arguments() == []
     assert Inertia(900.0).given
     assert Inertia(densities=(("tumour", 1100.0),)).given
 
@@ -31,10 +30,3 @@ def test_a_density_that_nothing_has_is_refused(density: float) -> None:
         Inertia(density)
     with pytest.raises(SettingError, match=r"--density"):
         Inertia(densities=(("organ", density),))
-
-
-def test_its_options_are_those_that_it_came_from() -> None:
-    made = Inertia(900.0, (("tumour", 1100.0),), 0.3).to_arguments()
-    assert made == [
-        "--density", "900.0", "--density", "tumour=1100.0", "--damping-ratio", "0.3",
-    ]  # fmt: skip

@@ -5,7 +5,8 @@ import pytest
 
 from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.objects.parts.materials import PartMaterials, parse_values
+from cohaptic_server.objects.option import parse_values
+from cohaptic_server.objects.parts.materials import PartMaterials
 from cohaptic_server.objects.parts.parts import Parts
 
 NAMES = ("liver", "left lobe", "tumour")
@@ -71,18 +72,6 @@ def test_values_out_of_range_are_refused() -> None:
         PartMaterials(nu=(("a", float("nan")),))
     with pytest.raises(SettingError, match="given twice for a"):
         PartMaterials(young=(("a", 1e4), ("a", 2e4)))
-
-
-def test_the_options_say_the_same_again() -> None:
-    given = PartMaterials((("a=b", 1e4), ("c", 2e4)), (("c", 0.1),))
-    words = given.to_arguments()
-    found = {
-        option: parse_values(
-            option, [v for o, v in zip(words[::2], words[1::2], strict=True) if o == option]
-        )
-        for option in ("--young", "--poisson")
-    }
-    assert found == {"--young": (None, given.young), "--poisson": (None, given.nu)}
 
 
 def test_parts_need_names_of_their_own_and_indices_of_theirs() -> None:

@@ -13,7 +13,6 @@ from cohaptic_server.world import (
     applied_forces,
     contact_tracking,
     displacement_field,
-    neighbourhood,
     patch_geometry,
     tick,
 )
@@ -34,8 +33,8 @@ CALLS = [
     (tick, "put_contacts", "free_surfaces", "put_contacts"),
     (tick, "heights", "vectors", "heights"),
     (displacement_field, "flatten", "free_surfaces", "flatten"),
-    (neighbourhood, "largest", "packing", "largest"),
-    (neighbourhood, "pack", "packing", "pack"),
+    (patch_geometry, "largest", "packing", "largest"),
+    (patch_geometry, "pack", "packing", "pack"),
 ]
 
 
