@@ -6,7 +6,7 @@ import type { CompanyPlace } from "./place";
 import type { Surroundings } from "./surroundings";
 
 export class CompanyCorner {
-  /** Places for the parts over the stage and in the panel. */
+  /** Places for the parts over the stage and in the column. */
   readonly pill = el("div", { class: "pill-place" });
   readonly bar = el("div", { class: "company-place" });
   private place: CompanyPlace | null = null;

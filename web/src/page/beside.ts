@@ -1,4 +1,4 @@
-/** The panel's offers while nobody else is here: a second window of this room, or a simulated partner beside the visitor. */
+/** The column's offers while nobody else is here: a second window of this room, or a simulated partner beside the visitor. */
 
 import { type RestMesh, sameMesh } from "../model/body";
 import type { TouchHandle } from "../model/hand";

@@ -4,7 +4,7 @@ import { el } from "../ui/dom";
 
 export interface Parts {
   readonly toolbar: HTMLElement;
-  readonly panel: HTMLElement;
+  readonly column: HTMLElement;
   readonly dock: HTMLElement;
   readonly legend: HTMLElement;
   readonly notice: HTMLElement;
@@ -51,7 +51,7 @@ export function layOut(parts: Parts): Layout {
     parts.legend,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share, parts.gamepad), live);
+  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.column, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share, parts.gamepad), live);
   return { root, host, live };
 }
 
@@ -84,7 +84,7 @@ export function showTime(root: HTMLElement, then: boolean | null, now: boolean):
   root.classList.toggle("deaf", !now);
 }
 
-/** Switch between the panel beside the stage and the stage alone. */
+/** Switch between the column beside the stage and the stage alone. */
 export function togglePanel(root: HTMLElement, button: HTMLButtonElement): void {
   const closed = root.classList.toggle("no-panel");
   button.setAttribute("aria-expanded", `${!closed}`);

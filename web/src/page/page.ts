@@ -11,7 +11,7 @@ import { GamepadPlace } from "../ui/gamepad/place";
 import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
-import { Panel } from "../ui/cards/panel";
+import { Column } from "../ui/cards/column";
 import { inks } from "../ui/plots/canvas";
 import type { Rumble } from "../ui/rumble";
 import { Theme } from "../ui/theme";
@@ -61,7 +61,7 @@ export class Page {
   private readonly padHost = padHost(this);
   private readonly gamepad = new GamepadPlace(this.padHost);
   readonly replay: ReplayPlace;
-  readonly panel: Panel;
+  readonly column: Column;
   /** The stage; null until the graphics are loaded, and without WebGL. The rest of the page works without it. */
   stage: Stage | null = null;
   view: SceneSnapshot | null = null;
@@ -104,7 +104,7 @@ export class Page {
     this.upload = new UploadPlace(address, () => { this.touch(true); });
     this.theme = new Theme(() => { this.repaint(); });
     const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(settings, () => this.visitor.name));
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
+    this.column = new Column(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.visitor.name, {
       touch: (on) => { this.touch(on); }, law: (law) => { this.setLaw(law); }, friction: (mu) => { this.own.setFriction(mu); },
@@ -125,26 +125,26 @@ export class Page {
     this.tour = new Tour({
       store: () => this.store, view: () => this.view, own: this.own,
       touch: () => { this.touch(true); }, law: (law) => { this.setLaw(law); },
-      measure: (by) => { this.panel.area.measure(by); }, colour: (by) => { this.setColouring(by); },
+      measure: (by) => { this.column.area.measure(by); }, colour: (by) => { this.setColouring(by); },
       look: (orbit) => { this.stage?.goTo(orbit); this.company.moved(); },
-      reveal: (part, user) => { this.panel.reveal(part, user); },
-      startTouch, url, beside: () => this.beside?.hand ?? null, colour_of: colour, inks: () => inks(this.panel.root),
+      reveal: (part, user) => { this.column.reveal(part, user); },
+      startTouch, url, beside: () => this.beside?.hand ?? null, colour_of: colour, inks: () => inks(this.column.root),
     }, () => { this.picture = "not loaded"; });
     const layout = layOut({
-      toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
+      toolbar: this.toolbar.root, column: this.column.root, dock: this.dock.root, legend: this.legend.root,
       notice: this.bar.root, pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, replay: this.replay.root, help: this.help.root, upload: this.upload.root, share: share.root, gamepad: this.gamepad.root,
     });
     [this.root, this.host] = [layout.root, layout.host];
     this.announcer = new Announcer(layout.live);
     document.body.append(this.root);
-    this.panel.level.begin(location.search);
+    this.column.level.begin(location.search);
     attachKeys(this);
     this.store.subscribe(() => { this.body(); });
     this.theme.apply();
     this.body();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
     void graphics.then(() => import("../ui/rumble")).then(({ Rumble }) => { this.rumble = new Rumble(); }, () => undefined);
-    void graphics.then(() => import("./beside")).then(({ Beside }) => { this.beside = new Beside(this, settings, startTouch, url, () => this.padHost.towardsEye(), this.panel.beside); }, () => undefined);
+    void graphics.then(() => import("./beside")).then(({ Beside }) => { this.beside = new Beside(this, settings, startTouch, url, () => this.padHost.towardsEye(), this.column.beside); }, () => undefined);
     graphics.then(
       ({ openScene }) => { this.openScene(() => openScene(layout.host, this.colours)); },
       () => { this.picture = "not loaded"; },
@@ -241,7 +241,7 @@ export class Page {
 
   private repaint(): void {
     this.sceneView?.setScheme(this.theme.scheme);
-    this.panel.repaint();
+    this.column.repaint();
   }
 
   private frame(now: number): void {
@@ -252,7 +252,7 @@ export class Page {
     this.view = this.store.at(now);
     this.seen ||= this.view !== null;
     const live = isLive(this.store.status);
-    if (this.view !== null && live) this.panel.record(this.view);
+    if (this.view !== null && live) this.column.record(this.view);
     this.gamepad.frame(now);
     this.own.step(this.view, now, dt);
     if (live !== this.live) this.write(now);
@@ -285,11 +285,11 @@ export class Page {
     this.tour.update(now);
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
-    this.panel.update(this.store, this.shown, own?.user ?? 0, this.own.handle?.link ?? null, lens, this.company.following);
+    this.column.update(this.store, this.shown, own?.user ?? 0, this.own.handle?.link ?? null, lens, this.company.following);
     this.beside?.update();
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
-    if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
+    if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.column.root));
     // A visitor whose press met a full room has not learned the gesture yet.
     if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
     this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);

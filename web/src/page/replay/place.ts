@@ -4,7 +4,7 @@ import type { TouchState } from "../../model/hand";
 import type { Recording } from "../../model/recording";
 import type { SceneSnapshot } from "../../model/scene";
 import { OwnTrack } from "../../replay/own_track";
-import type { Lens } from "../../ui/cards/panel";
+import type { Lens } from "../../ui/cards/column";
 import { el } from "../../ui/dom";
 import { tipOfOwn } from "../../view/pose";
 import type { Around, ReplayRunner } from "./runner";

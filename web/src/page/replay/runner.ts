@@ -8,7 +8,7 @@ import type { OwnTrack } from "../../replay/own_track";
 import { Player, type Shown } from "../../replay/player";
 import { Samples, windowRound } from "../../replay/samples";
 import { advance, begin, pace, play, type Scrubber, seek, step } from "../../replay/scrubber";
-import type { Lens } from "../../ui/cards/panel";
+import type { Lens } from "../../ui/cards/column";
 import { sample, SPAN } from "../../ui/cards/user_card";
 import { show } from "../../ui/dom";
 import { TraceBuffer } from "../../ui/plots/trace_buffer";

@@ -17,7 +17,7 @@ import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "../words";
 
 const OPEN_AT_FIRST = 3;
 
-/** Data of a replay that the panel shows in place of the present. */
+/** Data of a replay that the column shows in place of the present. */
 export interface Lens {
   /** Whether the server was heard at the shown time. */
   readonly known: boolean;
@@ -27,7 +27,7 @@ export interface Lens {
   readonly charted: (user: number) => Charted;
 }
 
-export class Panel {
+export class Column {
   readonly root: HTMLElement;
   readonly area: AreaCard;
   /** Place for the offers while nobody else is here. */
