@@ -2,6 +2,7 @@
 
 import type { Vec3 } from "../model/vec";
 import { el } from "../ui/dom";
+import { lazily } from "../ui/lazy";
 import type { CompanyPlace } from "./place";
 import type { Surroundings } from "./surroundings";
 
@@ -10,9 +11,16 @@ export class CompanyCorner {
   readonly pill = el("div", { class: "pill-place" });
   readonly bar = el("div", { class: "company-place" });
   private place: CompanyPlace | null = null;
-  private loading = false;
   /** The newest wish of the visitor while the code is being loaded. */
   private wish: ((place: CompanyPlace) => void) | null = null;
+
+  private readonly load = lazily(() => import("./place"), ({ CompanyPlace }) => {
+    this.place = new CompanyPlace(this.page, location.search);
+    this.pill.append(this.place.told.root, this.place.pill.root);
+    this.bar.append(this.place.bar.root);
+    this.wish?.(this.place);
+    this.wish = null;
+  });
 
   constructor(private readonly page: Surroundings) {}
 
@@ -59,19 +67,5 @@ export class CompanyCorner {
   private ask(wish: (place: CompanyPlace) => void): void {
     if (this.place !== null) wish(this.place);
     else this.wish = wish;
-  }
-
-  private load(): void {
-    if (this.loading) return;
-    this.loading = true;
-    import("./place").then(({ CompanyPlace }) => {
-      this.place = new CompanyPlace(this.page, location.search);
-      this.pill.append(this.place.told.root, this.place.pill.root);
-      this.bar.append(this.place.bar.root);
-      this.wish?.(this.place);
-      this.wish = null;
-    }, () => {
-      this.loading = false; // the code can be requested again
-    });
   }
 }

@@ -1,6 +1,7 @@
 /** The place of a dialog on the page; the dialog's code is loaded when it is first opened. */
 
 import { el } from "./dom";
+import { lazily } from "./lazy";
 
 interface Dialog {
   readonly root: HTMLDialogElement;
@@ -10,27 +11,22 @@ interface Dialog {
 export class LazyDialog {
   readonly root = el("div");
   private dialog: Dialog | null = null;
-  private loading = false;
+  private readonly fetch: () => void;
 
-  constructor(private readonly load: () => Promise<Dialog>) {}
+  constructor(load: () => Promise<Dialog>) {
+    this.fetch = lazily(load, (dialog) => {
+      this.dialog = dialog;
+      this.root.append(dialog.root);
+      dialog.toggle();
+    });
+  }
 
   get open(): boolean {
     return this.dialog?.root.open === true;
   }
 
   toggle(): void {
-    if (this.dialog !== null) {
-      this.dialog.toggle();
-      return;
-    }
-    if (this.loading) return;
-    this.loading = true;
-    this.load().then((dialog) => {
-      this.dialog = dialog;
-      this.root.append(dialog.root);
-      dialog.toggle();
-    }, () => {
-      this.loading = false; // the code can be requested again
-    });
+    this.dialog?.toggle();
+    this.fetch();
   }
 }

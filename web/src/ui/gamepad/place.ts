@@ -3,6 +3,7 @@
 import { type Hid, webHid } from "../../gamepad/webhid";
 import { el, iconButton } from "../dom";
 import { icon } from "../icons";
+import { lazily } from "../lazy";
 import type { GamepadDesk, PadHost } from "./desk";
 
 export class GamepadPlace {
@@ -10,10 +11,18 @@ export class GamepadPlace {
   readonly button: HTMLButtonElement;
   private readonly hid: Hid | null = webHid(navigator);
   private desk: GamepadDesk | null = null;
-  private loading = false;
 
-  constructor(private readonly host: PadHost) {
-    this.button = iconButton(icon("gamepad"), "Use a gamepad", "", () => { this.open(); });
+  constructor(host: PadHost) {
+    const load = lazily(() => import("./desk"), ({ GamepadDesk }) => {
+      if (this.hid === null) return;
+      this.desk = new GamepadDesk(this.hid, host);
+      this.root.append(this.desk.root);
+      this.desk.toggle();
+    });
+    this.button = iconButton(icon("gamepad"), "Use a gamepad", "", () => {
+      this.desk?.toggle();
+      load();
+    });
     this.button.hidden = this.hid === null;
     addEventListener("pagehide", () => { this.desk?.pause(); });
   }
@@ -30,19 +39,5 @@ export class GamepadPlace {
   /** The page goes to the background. */
   pause(): void {
     this.desk?.pause();
-  }
-
-  private open(): void {
-    const { hid, host } = this;
-    if (this.desk !== null) this.desk.toggle();
-    if (hid === null || this.loading) return;
-    this.loading = true;
-    import("./desk").then(({ GamepadDesk }) => {
-      this.desk = new GamepadDesk(hid, host);
-      this.root.append(this.desk.root);
-      this.desk.toggle();
-    }, () => {
-      this.loading = false; // the code can be requested again
-    });
   }
 }
