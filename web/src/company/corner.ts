@@ -61,7 +61,7 @@ export class CompanyCorner {
   /** To be called some times a second. */
   update(now: number): void {
     if (this.place !== null) this.place.update(now);
-    else if (this.page.store().company.state !== null) this.load();
+    else if (this.page.store.company.state !== null) this.load();
   }
 
   private ask(wish: (place: CompanyPlace) => void): void {

@@ -7,7 +7,7 @@ import type { LazyDialog } from "../ui/lazy_dialog";
 import { actionOf, type KeyAction, keyOf } from "../ui/keyboard";
 import type { Vec3 } from "../model/vec";
 import { DEPTH } from "../view/pointing/finger";
-import { eye, HOME, rotated, zoomed } from "../view/orbit";
+import { eye, HOME, type Orbit, rotated, zoomed } from "../view/orbit";
 import { attachPointer } from "../view/pointing/pointer";
 import type { Stage } from "../view/stage";
 import { toggleFullScreen } from "./layout";
@@ -29,6 +29,8 @@ export interface PageActions {
   /** Bring the visitor's hand into the room, or take it out. */
   touch(on: boolean): void;
   readonly company: Pick<CompanyCorner, "armed" | "point" | "followNext" | "following" | "moved">;
+  /** Turn the camera to a view. */
+  look(orbit: Orbit): void;
   toggleTour(): void;
   /** Switch between a past time and the present; with `bar`, show or hide the bar for that. */
   lookBack(bar: boolean): void;
@@ -182,7 +184,7 @@ function act(page: PageActions, action: KeyAction): void {
     down: () => { turn(0, -TURN); },
     closer: () => { zoom(1 / 1.12); },
     farther: () => { zoom(1.12); },
-    reset: () => { stage?.goTo(HOME); page.company.moved(); },
+    reset: () => { page.look(HOME); },
     full: toggleFullScreen,
     touch: () => { page.touch(page.own.handle === null); },
     press: () => {

@@ -2,7 +2,7 @@
 
 import { socketUrl } from "../address";
 import { CompanyCorner } from "../company/corner";
-import type { TouchState } from "../model/hand";
+import type { TouchHandle, TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { Dock } from "../ui/dock";
 import { LazyDialog } from "../ui/lazy_dialog";
@@ -12,7 +12,7 @@ import { LegendBox } from "../ui/legend";
 import { notice, type NoticeFacts } from "../ui/notice";
 import { NoticeBar } from "../ui/notice_bar";
 import { Column } from "../ui/cards/column";
-import { inks } from "../ui/plots/canvas";
+import { type Inks, inks } from "../ui/plots/canvas";
 import type { Rumble } from "../ui/rumble";
 import { Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
@@ -20,7 +20,7 @@ import type { Vec3 } from "../model/vec";
 import type { Visit } from "../share/windows";
 import { UserColours } from "../model/colours";
 import type { Colouring } from "../view/body/surface";
-import { HOME } from "../view/orbit";
+import { HOME, type Orbit } from "../view/orbit";
 import type { SceneView } from "../view/scene_view";
 import type { Stage } from "../view/stage";
 import { Announcer } from "./announcer";
@@ -35,7 +35,6 @@ import { SleepDetector } from "./sleep_detector";
 import { Tour } from "./tour";
 import { UploadPlace } from "./upload_place";
 
-const RATE = 30; // frames per second that the page requests; it interpolates between them
 const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 
 export interface PageSettings extends Visit {
@@ -51,16 +50,18 @@ export interface PageSettings extends Visit {
 
 export class Page {
   readonly root: HTMLElement;
+  readonly url: string;
   readonly store: SceneStore;
   readonly own: OwnHand;
-  readonly tour: Tour;
+  readonly tour = new Tour(this, () => { this.picture = "not loaded"; });
   readonly dock: Dock;
+  private readonly share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(this.settings, () => this.visitor.name));
   readonly help = new LazyDialog(async () => new (await import("../ui/help")).Help());
   private readonly ghost = new Ghost();
   readonly upload: UploadPlace;
   private readonly padHost = padHost(this);
   private readonly gamepad = new GamepadPlace(this.padHost);
-  readonly replay: ReplayPlace;
+  readonly replay = new ReplayPlace(this);
   readonly column: Column;
   /** The stage; null until the graphics are loaded, and without WebGL. The rest of the page works without it. */
   stage: Stage | null = null;
@@ -84,67 +85,53 @@ export class Page {
   private last = 0;
   private written = 0;
   private did: TouchState["doing"] | undefined;
-  private letGo = false;
+  private dropped = false; // whether the last pause let a hand go
   private wish: "touch" | "wait" | null = null;
-  private shown: SceneSnapshot | null = null;
+  shown: SceneSnapshot | null = null;
   private seen = false;
   private pressed = false;
   private live = false;
 
-  constructor(private readonly settings: PageSettings) {
-    const { address, openStore, startTouch, key } = settings;
-    const url = socketUrl(address);
+  constructor(readonly settings: PageSettings) {
+    const { address, openStore, startTouch } = settings;
+    this.url = socketUrl(address);
     // The graphics are the largest part of the page; socket, words and buttons work before they are loaded.
     const graphics = import("../view/scene_view");
     this.store = openStore();
     this.own = new OwnHand(startTouch);
-    const speak = (words: string): void => { this.announcer.say(words); };
-    const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
-    this.company = new CompanyCorner({ store: () => this.store, view: () => (this.live && !this.replay.active ? this.shown : null), colour, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
+    this.company = new CompanyCorner(this);
     this.upload = new UploadPlace(address, () => { this.touch(true); });
     this.theme = new Theme(() => { this.repaint(); });
-    const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(settings, () => this.visitor.name));
-    this.column = new Column(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
+    this.column = new Column(this);
     this.legend = new LegendBox((by) => { this.setColouring(by); });
     this.dock = new Dock(this.visitor.name, {
       touch: (on) => { this.touch(on); }, law: (law) => { this.setLaw(law); }, friction: (mu) => { this.own.setFriction(mu); },
       name: (name) => { this.own.rename(this.visitor.choose(name)); },
     });
-    this.replay = new ReplayPlace({
-      store: () => this.store, stage: () => this.stage, letGo: () => { this.gamepad.pause(); this.own.retreat(); }, changed: () => { this.body(); }, colour,
-    });
     this.toolbar = new Toolbar({
       gamepad: this.gamepad.button,
       tour: () => { this.toggleTour(); },
       replay: () => { this.lookBack(true); },
-      reset: () => { this.stage?.goTo(HOME); this.company.moved(); },
+      reset: () => { this.look(HOME); },
       full: toggleFullScreen, theme: () => { this.theme.switch(); },
       panel: () => { togglePanel(this.root, this.toolbar.panelButton); },
       help: () => { this.help.toggle(); }, upload: () => { this.upload.open(); },
     });
-    this.tour = new Tour({
-      store: () => this.store, view: () => this.view, own: this.own,
-      touch: () => { this.touch(true); }, law: (law) => { this.setLaw(law); },
-      measure: (by) => { this.column.area.measure(by); }, colour: (by) => { this.setColouring(by); },
-      look: (orbit) => { this.stage?.goTo(orbit); this.company.moved(); },
-      reveal: (part, user) => { this.column.reveal(part, user); },
-      startTouch, url, beside: () => this.beside?.hand ?? null, colour_of: colour, inks: () => inks(this.column.root),
-    }, () => { this.picture = "not loaded"; });
     const layout = layOut({
       toolbar: this.toolbar.root, column: this.column.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, replay: this.replay.root, help: this.help.root, upload: this.upload.root, share: share.root, gamepad: this.gamepad.root,
+      notice: this.bar.root, pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, replay: this.replay.root, help: this.help.root, upload: this.upload.root, share: this.share.root, gamepad: this.gamepad.root,
     });
     [this.root, this.host] = [layout.root, layout.host];
     this.announcer = new Announcer(layout.live);
     document.body.append(this.root);
     this.column.level.begin(location.search);
     attachKeys(this);
-    this.store.subscribe(() => { this.body(); });
+    this.store.subscribe(() => { this.changed(); });
     this.theme.apply();
-    this.body();
+    this.changed();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
     void graphics.then(() => import("../ui/rumble")).then(({ Rumble }) => { this.rumble = new Rumble(); }, () => undefined);
-    void graphics.then(() => import("./beside")).then(({ Beside }) => { this.beside = new Beside(this, settings, startTouch, url, () => this.padHost.towardsEye(), this.column.beside); }, () => undefined);
+    void graphics.then(() => import("./beside")).then(({ Beside }) => { this.beside = new Beside(this, settings, startTouch, this.url, () => this.padHost.towardsEye(), this.column.beside); }, () => undefined);
     graphics.then(
       ({ openScene }) => { this.openScene(() => openScene(layout.host, this.colours)); },
       () => { this.picture = "not loaded"; },
@@ -165,7 +152,7 @@ export class Page {
       detach();
       scene.view.dispose();
     }, () => { this.openScene(open); });
-    this.body();
+    this.changed();
   }
 
   hide(): void { this.sleep.hide(); this.rest(); }
@@ -176,7 +163,7 @@ export class Page {
   /** Let the hand go, because nobody watches it. */
   private rest(): void {
     this.gamepad.pause();
-    this.letGo ||= this.own.pressing && !this.tour.running;
+    this.dropped ||= this.own.pressing && !this.tour.running;
     this.own.retreat(true);
   }
 
@@ -196,7 +183,7 @@ export class Page {
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch, so the wish is kept.
     this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
-    if (on) this.own.start(socketUrl(this.settings.address), this.visitor.name, this.padHost.towardsEye(), wait);
+    if (on) this.own.start(this.url, this.visitor.name, this.padHost.towardsEye(), wait);
     else this.own.stop();
     if (!on) this.rumble?.still();
     this.write(performance.now() / 1000);
@@ -221,12 +208,24 @@ export class Page {
     this.dock.setLaw(law);
   }
 
-  private setColouring(by: Colouring): void {
+  /** The present scene; null while a past time is shown or the server is silent. */
+  get present(): SceneSnapshot | null { return this.live && !this.replay.active ? this.shown : null; }
+  /** Let the hand go before a past time is shown. */
+  letGo(): void { this.gamepad.pause(); this.own.retreat(); }
+  look(orbit: Orbit): void { this.stage?.goTo(orbit); this.company.moved(); }
+  /** The hand of a partner whom the visitor has brought; null for none. */
+  partner(): TouchHandle | null { return this.beside?.hand ?? null; }
+  invite(): void { this.share.toggle(); }
+  speak(words: string): void { this.announcer.say(words); }
+  colour(user: number): string { return this.colours.of(user, this.theme.scheme); }
+  inks(): Inks { return inks(this.column.root); }
+
+  setColouring(by: Colouring): void {
     this.colouring = by;
     this.sceneView?.setColouring(by);
   }
 
-  private body(): void {
+  changed(): void {
     const shown = this.replay.recording ?? this.store;
     this.sceneView?.setBody(shown.mesh, shown.info);
     this.own.setBody(this.store.mesh, this.store.info);
@@ -285,16 +284,16 @@ export class Page {
     this.tour.update(now);
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
-    this.column.update(this.store, this.shown, own?.user ?? 0, this.own.handle?.link ?? null, lens, this.company.following);
+    this.column.update();
     this.beside?.update();
     if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
     this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
-    if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.column.root));
+    if (own !== null) this.dock.update(own, this.live, this.colour(own.user), this.inks());
     // A visitor whose press met a full room has not learned the gesture yet.
     if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
     this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
     const slept = this.sleep.told(now);
-    if (slept === 0) this.letGo = false;
-    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, clockStep: this.own.handle?.link.clock_step ?? 0, seen: this.seen, slept, letGo: this.letGo, now })));
+    if (slept === 0) this.dropped = false;
+    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, clockStep: this.own.handle?.link.clock_step ?? 0, seen: this.seen, slept, letGo: this.dropped, now })));
   }
 }
