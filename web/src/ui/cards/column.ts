@@ -36,15 +36,16 @@ export interface ColumnPage {
   readonly replay: { readonly lens: Lens | null };
   readonly company: { readonly bar: HTMLElement; readonly following: number | null; toggle(user: number): void };
   colour(user: number): string;
-  /** Show the address of this room. */
-  invite(): void;
+  toggle(panel: string): void;
 }
 
 export class Column {
   readonly root: HTMLElement;
+  /** The last line of the column, before which more cards may stand. */
+  readonly end: HTMLElement;
   readonly area: AreaCard;
   /** Place for the offers while nobody else is here. */
-  readonly beside = el("div");
+  readonly offers = el("div");
   private readonly cards = new Map<number, UserCard>();
   private readonly list = el("div", { class: "cards" });
   private readonly count = el("span", { class: "count" });
@@ -81,22 +82,23 @@ export class Column {
       (encoding) => { page.store.setView(encoding, RATE); },
     );
     this.encoding.set("forces");
+    this.end = el("div", { class: "stream" }, this.encoding.root, this.stream);
     this.area = new AreaCard((user) => page.colour(user));
     this.root = el(
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
       this.sheet.root,
       el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count, " ", this.when),
-        el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: () => { page.invite(); } } }), this.level.root),
+        el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: () => { page.toggle("share"); } } }), this.level.root),
       page.company.bar,
       this.frozen, this.roomOrders.root,
       this.time,
       this.empty,
-      this.beside,
+      this.offers,
       this.list,
       this.latencyNote,
       this.area.root,
-      el("div", { class: "stream" }, this.encoding.root, this.stream),
+      this.end,
     );
   }
 
