@@ -5,7 +5,6 @@ import { CompanyCorner } from "../company/corner";
 import type { TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
 import { Column } from "../ui/cards/column";
-import { Dock } from "../ui/dock";
 import { type Inks, inks } from "../ui/plots/canvas";
 import { Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
@@ -33,7 +32,6 @@ export class Page implements PanelHost {
   readonly store: SceneStore;
   readonly own: OwnHand;
   readonly tour = new Tour(this, () => { this.picture = "not loaded"; });
-  private readonly dock: Dock;
   // The graphics are the largest part of the page; socket, words and buttons work before they are loaded.
   readonly graphics = import("../view/scene_view");
   readonly replay = new ReplayPlace(this);
@@ -73,10 +71,6 @@ export class Page implements PanelHost {
     this.company = new CompanyCorner(this);
     this.column = new Column(this);
     this.toolbar = new Toolbar((action) => { act(this, action); }, () => { this.lookBack(true); }, () => { togglePanel(this.root, this.toolbar.panelButton); });
-    this.dock = new Dock(this.visitor.name, {
-      touch: (on) => { this.touch(on); }, law: (law) => { this.own.setLaw(law); }, friction: (mu) => { this.own.setFriction(mu); },
-      name: (name) => { this.own.rename(this.visitor.choose(name)); },
-    });
     this.layout = layOut({
       toolbar: this.toolbar, column: this.column,
       pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, replay: this.replay.root,
@@ -84,7 +78,6 @@ export class Page implements PanelHost {
     [this.root, this.host] = [this.layout.root, this.layout.host];
     this.announcer = new Announcer(this.layout.live);
     document.body.append(this.root);
-    this.layout.put("foot", this.dock.root, true);
     this.panels = new Panels(panels, this, this.layout.put);
     this.column.level.begin(location.search);
     attachKeys(this);
@@ -205,8 +198,6 @@ export class Page implements PanelHost {
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish !== null && this.store.info !== null) this.touch(true, this.wish === "wait");
     if (this.store.mesh !== null) this.settings.prepareTouch();
-    this.dock.allowTouch(this.store.info?.can_touch !== false);
-    this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
     this.announcer.news(this.store.events);
     this.write();
   }
@@ -247,19 +238,14 @@ export class Page implements PanelHost {
     showTime(this.root, lens?.known ?? null, this.live || !this.seen);
     const own = this.own.state;
     this.did = own?.doing;
-    if (own !== null && this.visitor.take(own)) this.dock.setName(own.name);
+    if (own !== null) this.visitor.take(own);
     this.own.tidy();
     this.replay.update(now);
     this.stage?.uncover(...this.layout.covered(this.replay.height));
-    this.root.style.setProperty("--foot", `${this.dock.root.offsetHeight}px`);
-    this.root.style.setProperty("--dock", `${this.dock.height}px`); // elements over the stage stay clear of the dock
     this.tour.update(now);
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
     this.column.update();
-    this.dock.setLaw(this.own.law);
-    this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
-    if (own !== null) this.dock.update(own, this.live, this.colour(own.user), this.inks());
     if (this.sleep.told(now) === 0) this.dropped = false;
     this.panels.each("update", now);
   }

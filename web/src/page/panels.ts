@@ -11,6 +11,7 @@ import type { TouchHandle } from "../model/hand";
 import type { SceneSnapshot, SceneStore } from "../model/scene";
 import type { Vec3 } from "../model/vec";
 import type { Visit } from "../share/windows";
+import type { Inks } from "../ui/plots/canvas";
 import type { NoticeFacts } from "../ui/notice";
 import type { Colouring, Legend } from "../view/body/surface";
 import type { PageActions } from "./controls";
@@ -55,6 +56,8 @@ export interface PanelHost extends PageActions {
   readonly legend: Legend | null;
   setColouring(by: Colouring): void;
   colour(user: number): string;
+  /** Present colours for drawing. */
+  inks(): Inks;
   /** Direction from the middle of the body towards the eye. */
   towardsEye(): Vec3;
   /** The hand of a partner whom the visitor has brought, null for none; set by the panel that brings one. */

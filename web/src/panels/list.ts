@@ -3,6 +3,7 @@
 import type { Panel } from "../page/panels";
 import { beside } from "./beside";
 import { dialog } from "./dialog";
+import { dock } from "./dock";
 import { gamepad } from "./gamepad";
 import { ghost } from "./ghost";
 import { legend } from "./legend";
@@ -13,6 +14,7 @@ export const PANELS: readonly Panel[] = [
   ghost, // the gesture, for who has never pressed
   beside, // offers to who is alone
   notice, // the most urgent trouble, with a remedy
+  dock, // controls and force of the visitor's hand
   legend, // colours of the surface, and the switch between them
   dialog("help", async () => new (await import("../ui/help")).Help()),
   upload, // an object of the visitor's own
