@@ -2,17 +2,25 @@
 
 import type { Vec3 } from "../model/vec";
 import { el } from "../ui/dom";
+import { lazily } from "../ui/lazy";
 import type { CompanyPlace } from "./place";
 import type { Surroundings } from "./surroundings";
 
 export class CompanyCorner {
-  /** Places for the parts over the stage and in the panel. */
+  /** Places for the parts over the stage and in the column. */
   readonly pill = el("div", { class: "pill-place" });
   readonly bar = el("div", { class: "company-place" });
   private place: CompanyPlace | null = null;
-  private loading = false;
   /** The newest wish of the visitor while the code is being loaded. */
   private wish: ((place: CompanyPlace) => void) | null = null;
+
+  private readonly load = lazily(() => import("./place"), ({ CompanyPlace }) => {
+    this.place = new CompanyPlace(this.page, location.search);
+    this.pill.append(this.place.told.root, this.place.pill.root);
+    this.bar.append(this.place.bar.root);
+    this.wish?.(this.place);
+    this.wish = null;
+  });
 
   constructor(private readonly page: Surroundings) {}
 
@@ -53,25 +61,11 @@ export class CompanyCorner {
   /** To be called some times a second. */
   update(now: number): void {
     if (this.place !== null) this.place.update(now);
-    else if (this.page.store().company.state !== null) this.load();
+    else if (this.page.store.company.state !== null) this.load();
   }
 
   private ask(wish: (place: CompanyPlace) => void): void {
     if (this.place !== null) wish(this.place);
     else this.wish = wish;
-  }
-
-  private load(): void {
-    if (this.loading) return;
-    this.loading = true;
-    import("./place").then(({ CompanyPlace }) => {
-      this.place = new CompanyPlace(this.page, location.search);
-      this.pill.append(this.place.told.root, this.place.pill.root);
-      this.bar.append(this.place.bar.root);
-      this.wish?.(this.place);
-      this.wish = null;
-    }, () => {
-      this.loading = false; // the code can be requested again
-    });
   }
 }

@@ -42,7 +42,7 @@ export class CompanyPlace {
   }
 
   private get link(): CompanyLink {
-    return this.page.store().company;
+    return this.page.store.company;
   }
 
   /** Number of the own hand; 0 without one. */
@@ -95,7 +95,7 @@ export class CompanyPlace {
   /** To be called for every picture: moves the view to that of the followed user. */
   frame(): void {
     const { aimed } = this.link;
-    const stage = this.page.stage();
+    const stage = this.page.stage;
     if (aimed === this.shown || stage === null) return;
     this.shown = aimed;
     if (aimed !== null && aimed.user === this.following) stage.goTo(within(aimed));
@@ -106,8 +106,8 @@ export class CompanyPlace {
     const link = this.link;
     const { state } = link;
     const { user } = this;
-    const name = this.page.name();
-    link.present({ name, user: user > 0 ? user : null, open: user > 0 && this.open, ...(user > 0 ? { key: this.page.key } : {}) });
+    const name = this.page.visitor.name;
+    link.present({ name, user: user > 0 ? user : null, open: user > 0 && this.open, ...(user > 0 ? { key: this.page.settings.key } : {}) });
     if (state?.following === null) this.own = false;
     this.followWanted();
     const followers = followerWords(state?.followers ?? []);
@@ -124,18 +124,18 @@ export class CompanyPlace {
     }
     this.spoken = link.marks.at(-1)?.at ?? this.spoken;
     this.pill.set(this.line(now));
-    this.told.update(this.page.view(), this.page.own.state, this.page.store(), now);
+    this.told.update(this.page.present, this.page.own.state, this.page.store, now);
   }
 
   private followWanted(): void {
     if (this.wanted === null) return;
     const state = this.link.state;
-    const found = this.page.store().roster.find((one) => one.name === this.wanted);
+    const found = this.page.store.roster.find((one) => one.name === this.wanted);
     if (found !== undefined && state?.open.includes(found.user) === true) this.follow(found.user);
   }
 
   private tellAim(followers: number): void {
-    const stage = this.page.stage();
+    const stage = this.page.stage;
     if (followers === 0 || stage === null) {
       this.sent = null;
       return;
@@ -154,7 +154,7 @@ export class CompanyPlace {
     if (link.declined !== null && now - link.declined.at < TOLD_FOR) return { words: link.declined.reason, button: "", press: () => undefined };
     const { following } = this;
     if (following !== null) {
-      const name = this.page.store().roster.find((one) => one.user === following)?.name ?? `user ${following}`;
+      const name = this.page.store.roster.find((one) => one.user === following)?.name ?? `user ${following}`;
       return { words: `You see what ${name} sees.`, button: "Stop", press: () => { this.follow(null); } };
     }
     if (this.followers === "") return null;

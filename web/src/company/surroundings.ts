@@ -6,21 +6,20 @@ import type { Vec3 } from "../model/vec";
 import type { Orbit } from "../view/orbit";
 
 export interface Surroundings {
-  store(): SceneStore;
+  readonly store: SceneStore;
   /** The present scene; null while a past time is shown or the server is silent. */
-  view(): SceneSnapshot | null;
+  readonly present: SceneSnapshot | null;
   colour(user: number): string;
   /** The stage; null without graphics. */
-  stage(): { readonly target: Orbit; goTo(orbit: Orbit): void } | null;
+  readonly stage: { readonly target: Orbit; goTo(orbit: Orbit): void } | null;
   readonly own: {
     readonly state: TouchState | null;
     /** The point of the resting surface that a ray meets; null beside it. */
     placeAt(origin: Vec3, direction: Vec3): Vec3 | null;
   };
-  /** Name of the visitor. */
-  name(): string;
+  readonly visitor: { readonly name: string };
   /** Have a screen reader speak the words, without an interruption. */
   speak(words: string): void;
-  /** Secret by which the own hand proves that it belongs to this page. */
-  readonly key: string;
+  /** `key` is the secret by which the own hand proves that it belongs to this page. */
+  readonly settings: { readonly key: string };
 }

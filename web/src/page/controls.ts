@@ -1,13 +1,11 @@
-/** Translates the events of pointers, keys and a gamepad into actions of the page. */
+/** Translates the events of pointers and keys into actions of the page. */
 
 import type { CompanyCorner } from "../company/corner";
-import { isLive, type SceneStore } from "../model/scene";
-import type { PadHost } from "../ui/gamepad/desk";
-import type { LazyDialog } from "../ui/lazy_dialog";
+import type { SceneStore } from "../model/scene";
 import { actionOf, type KeyAction, keyOf } from "../ui/keyboard";
 import type { Vec3 } from "../model/vec";
 import { DEPTH } from "../view/pointing/finger";
-import { eye, HOME, rotated, zoomed } from "../view/orbit";
+import { HOME, type Orbit, rotated, zoomed } from "../view/orbit";
 import { attachPointer } from "../view/pointing/pointer";
 import type { Stage } from "../view/stage";
 import { toggleFullScreen } from "./layout";
@@ -22,17 +20,24 @@ export interface PageActions {
   readonly own: OwnHand;
   readonly store: SceneStore;
   readonly tour: Pick<Tour, "running" | "yield">;
-  readonly help: LazyDialog;
   readonly replay: ReplayPlace;
   /** Press where a ray meets the object, and join the room for that; false where there is nothing to press. */
   press(origin: Vec3, direction: Vec3): boolean;
-  /** Bring the visitor's hand into the room, or take it out. */
-  touch(on: boolean): void;
+  /**
+   * Bring the visitor's hand into the room, or take it out.
+   *
+   * @param wait Whether to wait for a place if the room is full.
+   */
+  touch(on: boolean, wait?: boolean): void;
   readonly company: Pick<CompanyCorner, "armed" | "point" | "followNext" | "following" | "moved">;
+  /** Turn the camera to a view. */
+  look(orbit: Orbit): void;
   toggleTour(): void;
   /** Switch between a past time and the present; with `bar`, show or hide the bar for that. */
   lookBack(bar: boolean): void;
   toggleTheme(): void;
+  /** Open or close a panel. */
+  toggle(panel: string): void;
   /** The tab went to the background (`hide`), and came back (`wake`). */
   hide(): void;
   wake(): void;
@@ -48,14 +53,14 @@ export function attachKeys(page: PageActions): void {
   };
   addEventListener("keydown", (event) => {
     const target = event.target instanceof HTMLElement ? event.target : null;
-    // In an open dialog keys belong to the dialog.
-    const dialog = document.querySelector("dialog[open]") !== null;
-    if (!dialog && page.replay.key(event)) {
+    // In an open dialog keys belong to the dialog, but for the one that opened it.
+    const dialog = document.querySelector("dialog[open]");
+    if (dialog === null && page.replay.key(event)) {
       event.preventDefault();
       return;
     }
     const action = actionOf(event, target);
-    if (action === null || (dialog && !(page.help.open && action === "help"))) return;
+    if (action === null || (dialog !== null && dialog.id !== action)) return;
     if (event.repeat && action === "press") {
       event.preventDefault();
       return;
@@ -139,29 +144,8 @@ function pointAt(page: PageActions, origin: Vec3, direction: Vec3): boolean {
   return !page.replay.active && page.company.point(origin, direction);
 }
 
-/** The functions of the page for a gamepad; the pad rests while the tour leads the hand or a replay is shown. */
-export function padHost(page: PageActions): PadHost {
-  return {
-    touch: () => { page.touch(true); },
-    towardsEye: () => page.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1),
-    body: () => page.store.info?.body ?? null,
-    felt: () => {
-      const state = page.own.state;
-      if (state === null || rests(page)) return null;
-      const { force, t, fault, phase } = state;
-      return { force, t, fault, live: phase === "joined" && isLive(page.store.status) };
-    },
-    steer: (target) => {
-      if (!rests(page) || target === null) page.own.steer(target);
-    },
-  };
-}
-
-function rests(page: PageActions): boolean {
-  return page.tour.running || page.replay.active;
-}
-
-function act(page: PageActions, action: KeyAction): void {
+/** Do what a key does, or the button that shows this key. */
+export function act(page: PageActions, action: KeyAction): void {
   const stage = page.stage;
   const turn = (right: number, up: number): void => {
     if (stage === null) return;
@@ -182,7 +166,7 @@ function act(page: PageActions, action: KeyAction): void {
     down: () => { turn(0, -TURN); },
     closer: () => { zoom(1 / 1.12); },
     farther: () => { zoom(1.12); },
-    reset: () => { stage?.goTo(HOME); page.company.moved(); },
+    reset: () => { page.look(HOME); },
     full: toggleFullScreen,
     touch: () => { page.touch(page.own.handle === null); },
     press: () => {
@@ -200,7 +184,7 @@ function act(page: PageActions, action: KeyAction): void {
     replay: () => { page.lookBack(false); },
     delay: () => { page.replay.delay(); },
     theme: () => { page.toggleTheme(); },
-    help: () => { page.help.toggle(); },
+    help: () => { page.toggle("help"); },
     escape: () => {
       if (page.tour.running) page.toggleTour();
       else page.touch(false);

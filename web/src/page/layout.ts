@@ -1,23 +1,30 @@
 /** Arrangement of the parts of the page. */
 
 import { el } from "../ui/dom";
+import type { Column } from "../ui/cards/column";
+import type { Toolbar } from "../ui/toolbar";
 
 export interface Parts {
-  readonly toolbar: HTMLElement;
-  readonly panel: HTMLElement;
-  readonly dock: HTMLElement;
-  readonly legend: HTMLElement;
-  readonly notice: HTMLElement;
+  readonly toolbar: Pick<Toolbar, "root" | "end">;
+  readonly column: Pick<Column, "root" | "offers" | "end">;
   readonly pill: HTMLElement;
   readonly tour: HTMLElement;
   readonly trace: HTMLElement;
-  readonly ghost: HTMLElement;
   readonly replay: HTMLElement;
-  readonly help: HTMLElement;
-  readonly upload: HTMLElement;
-  readonly share: HTMLElement;
-  readonly gamepad: HTMLElement;
 }
+
+/**
+ * Where a panel's element lies: over the object, among the notices over the stage, at the foot of the stage, among the
+ * buttons on top, among the offers of the column, below its cards, or among the dialogs.
+ */
+export type Place = "over" | "stack" | "foot" | "tools" | "offers" | "cards" | "dialogs";
+
+/**
+ * Puts an element at a place, after those that are there already.
+ *
+ * @param covers Whether the element covers the foot of the stage, of which the object then stays clear.
+ */
+export type Put = (place: Place, part: HTMLElement, covers?: boolean) => void;
 
 export interface Layout {
   readonly root: HTMLElement;
@@ -25,6 +32,9 @@ export interface Layout {
   readonly host: HTMLElement;
   /** Live region, which screen readers speak. */
   readonly live: HTMLElement;
+  readonly put: Put;
+  /** Heights of the stage that are covered at its top and at its foot [px]; `replay` is that of the bar above the dock. */
+  covered(replay: number): [number, number];
 }
 
 export function layOut(parts: Parts): Layout {
@@ -38,21 +48,34 @@ export function layOut(parts: Parts): Layout {
     },
   });
   const live = el("div", { class: "for-ears", attrs: { role: "status", "aria-live": "polite" } });
+  const stack = el("div", { class: "stack" }, parts.pill);
   const stage = el(
     "main",
     { class: "stage", attrs: { "aria-label": "The shared object" } },
     host,
-    parts.toolbar,
-    parts.ghost,
+    parts.toolbar.root,
     parts.trace,
-    el("div", { class: "stack" }, parts.notice, parts.pill),
+    stack,
     parts.replay,
-    parts.dock,
-    parts.legend,
   );
   const skip = el("a", { class: "skip", text: "Skip to the hands", attrs: { href: "#hands" } });
-  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.panel, el("div", { class: "dialogs" }, parts.help, parts.upload, parts.share, parts.gamepad), live);
-  return { root, host, live };
+  const dialogs = el("div", { class: "dialogs" });
+  const root = el("div", { class: "app" }, skip, stage, parts.tour, parts.column.root, dialogs, live);
+  // The parent of each place, and the element before which the place ends; null for the end of the parent.
+  const places: Readonly<Record<Place, readonly [HTMLElement, HTMLElement | null]>> = {
+    over: [stage, parts.trace], stack: [stack, parts.pill], foot: [stage, null], tools: [parts.toolbar.root, parts.toolbar.end], offers: [parts.column.offers, null],
+    cards: [parts.column.root, parts.column.end], dialogs: [dialogs, null],
+  };
+  const low: HTMLElement[] = [];
+  const put: Put = (place, part, covers = false) => {
+    const [parent, end] = places[place];
+    parent.insertBefore(part, end);
+    if (covers) low.push(part);
+  };
+  return {
+    root, host, live, put,
+    covered: (replay) => covered(host.offsetHeight, parts.toolbar.root, low.reduce((sum, { offsetHeight }) => sum + offsetHeight, replay), parts.trace),
+  };
 }
 
 /** Position and height of an element over the stage. */
@@ -62,14 +85,14 @@ type Over = Pick<HTMLElement, "offsetTop" | "offsetHeight">;
  * Heights of the stage that are covered at its top and at its foot [px].
  *
  * @param stage Height of the stage.
- * @param replay Height of the bar above the dock.
+ * @param foot Height of the parts at its foot.
  * @param trace Force trace of the tour; it stands at the top of a wide stage, otherwise at its foot.
  */
-export function covered(stage: number, toolbar: Over, dock: Over, replay: number, trace: Over): [number, number] {
+export function covered(stage: number, toolbar: Over, foot: number, trace: Over): [number, number] {
   const { offsetTop: top, offsetHeight: height } = trace;
   const high = height > 0 && 2 * top + height < stage;
   const low = height > 0 && !high;
-  return [Math.max(toolbar.offsetHeight, high ? top + height : 0), Math.max(dock.offsetHeight + replay, low ? stage - top : 0)];
+  return [Math.max(toolbar.offsetHeight, high ? top + height : 0), Math.max(foot, low ? stage - top : 0)];
 }
 
 /**
@@ -84,7 +107,7 @@ export function showTime(root: HTMLElement, then: boolean | null, now: boolean):
   root.classList.toggle("deaf", !now);
 }
 
-/** Switch between the panel beside the stage and the stage alone. */
+/** Switch between the column beside the stage and the stage alone. */
 export function togglePanel(root: HTMLElement, button: HTMLButtonElement): void {
   const closed = root.classList.toggle("no-panel");
   button.setAttribute("aria-expanded", `${!closed}`);

@@ -35,11 +35,10 @@ export class VisitorName {
     return this.name;
   }
 
-  /** Take the room's name for the visitor if it refused the one asked for; returns whether the name has changed. */
-  take({ name, name_refused }: Pick<TouchState, "name" | "name_refused">): boolean {
-    if (name_refused === "" || name === this.name) return false;
+  /** Take the room's name for the visitor if it refused the one asked for. */
+  take({ name, name_refused }: Pick<TouchState, "name" | "name_refused">): void {
+    if (name_refused === "" || name === this.name) return;
     this.name = name;
     keep(NAME, name);
-    return true;
   }
 }

@@ -4,64 +4,38 @@ import { socketUrl } from "../address";
 import { CompanyCorner } from "../company/corner";
 import type { TouchState } from "../model/hand";
 import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
-import { Dock } from "../ui/dock";
-import { LazyDialog } from "../ui/lazy_dialog";
-import { Ghost } from "../ui/ghost";
-import { GamepadPlace } from "../ui/gamepad/place";
-import { LegendBox } from "../ui/legend";
-import { notice, type NoticeFacts } from "../ui/notice";
-import { NoticeBar } from "../ui/notice_bar";
-import { Panel } from "../ui/cards/panel";
-import { inks } from "../ui/plots/canvas";
-import type { Rumble } from "../ui/rumble";
+import { Column } from "../ui/cards/column";
+import { type Inks, inks } from "../ui/plots/canvas";
 import { Theme } from "../ui/theme";
 import { Toolbar } from "../ui/toolbar";
 import type { Vec3 } from "../model/vec";
-import type { Visit } from "../share/windows";
-import { UserColours } from "../model/colours";
-import type { Colouring } from "../view/body/surface";
-import { HOME } from "../view/orbit";
+import { type Scheme, UserColours } from "../model/colours";
+import type { Colouring, Legend } from "../view/body/surface";
+import { eye, HOME, type Orbit } from "../view/orbit";
 import type { SceneView } from "../view/scene_view";
 import type { Stage } from "../view/stage";
 import { Announcer } from "./announcer";
-import type { Beside } from "./beside";
-import { attachKeys, attachPointers, padHost } from "./controls";
-import { covered, layOut, showTime, toggleFullScreen, togglePanel } from "./layout";
+import { act, attachKeys, attachPointers } from "./controls";
+import { layOut, type Layout, showTime, togglePanel } from "./layout";
 import { VisitorName } from "./names";
-import { noticeFacts } from "./notice_facts";
-import { OwnHand, type StartTouch } from "./own_hand";
+import { OwnHand } from "./own_hand";
+import { type Panel, type PageSettings, type PanelHost, Panels, type Trouble } from "./panels";
 import { ReplayPlace } from "./replay/place";
 import { SleepDetector } from "./sleep_detector";
 import { Tour } from "./tour";
-import { UploadPlace } from "./upload_place";
 
-const RATE = 30; // frames per second that the page requests; it interpolates between them
 const WRITE_EVERY = 0.1; // s between two rounds of numbers and plots
 
-export interface PageSettings extends Visit {
-  readonly openStore: () => SceneStore;
-  readonly startTouch: StartTouch;
-  /** Prepare what the first touch needs, when there is something to touch. */
-  readonly prepareTouch: () => void;
-  /** Whether the address had a token in the part that servers log. */
-  readonly misplaced: boolean;
-  /** The secret of this page's hand. */
-  readonly key: string;
-}
-
-export class Page {
+export class Page implements PanelHost {
   readonly root: HTMLElement;
+  readonly url: string;
   readonly store: SceneStore;
   readonly own: OwnHand;
-  readonly tour: Tour;
-  readonly dock: Dock;
-  readonly help = new LazyDialog(async () => new (await import("../ui/help")).Help());
-  private readonly ghost = new Ghost();
-  readonly upload: UploadPlace;
-  private readonly padHost = padHost(this);
-  private readonly gamepad = new GamepadPlace(this.padHost);
-  readonly replay: ReplayPlace;
-  readonly panel: Panel;
+  readonly tour = new Tour(this, () => { this.picture = "not loaded"; });
+  // The graphics are the largest part of the page; socket, words and buttons work before they are loaded.
+  readonly graphics = import("../view/scene_view");
+  readonly replay = new ReplayPlace(this);
+  readonly column: Column;
   /** The stage; null until the graphics are loaded, and without WebGL. The rest of the page works without it. */
   stage: Stage | null = null;
   view: SceneSnapshot | null = null;
@@ -71,82 +45,48 @@ export class Page {
   private readonly theme: Theme;
   private readonly colours = new UserColours();
   private sceneView: SceneView | null = null;
-  private picture: NoticeFacts["picture"] = "well";
+  private picture: Trouble["picture"] = "well";
   private colouring: Colouring = "displacement";
+  private readonly layout: Layout;
   private readonly toolbar: Toolbar;
-  private readonly legend: LegendBox;
-  private readonly bar = new NoticeBar(() => { location.reload(); }, () => { this.touch(true, true); });
-  private rumble: Rumble | null = null;
-  private beside: Beside | null = null;
+  private readonly panels: Panels;
+  partner: PanelHost["partner"] = () => null;
   private readonly sleep = new SleepDetector();
   private readonly announcer: Announcer;
   readonly visitor = new VisitorName();
   private last = 0;
   private written = 0;
   private did: TouchState["doing"] | undefined;
-  private letGo = false;
+  private dropped = false; // whether the last pause let a hand go
   private wish: "touch" | "wait" | null = null;
-  private shown: SceneSnapshot | null = null;
+  shown: SceneSnapshot | null = null;
   private seen = false;
-  private pressed = false;
-  private live = false;
+  live = false;
 
-  constructor(private readonly settings: PageSettings) {
-    const { address, openStore, startTouch, key } = settings;
-    const url = socketUrl(address);
-    // The graphics are the largest part of the page; socket, words and buttons work before they are loaded.
-    const graphics = import("../view/scene_view");
-    this.store = openStore();
-    this.own = new OwnHand(startTouch);
-    const speak = (words: string): void => { this.announcer.say(words); };
-    const colour = (user: number): string => this.colours.of(user, this.theme.scheme);
-    this.company = new CompanyCorner({ store: () => this.store, view: () => (this.live && !this.replay.active ? this.shown : null), colour, stage: () => this.stage, own: this.own, name: () => this.visitor.name, key, speak });
-    this.upload = new UploadPlace(address, () => { this.touch(true); });
+  constructor(readonly settings: PageSettings, panels: readonly Panel[]) {
+    this.url = socketUrl(settings.address);
+    this.store = settings.openStore();
+    this.own = new OwnHand(settings.startTouch);
     this.theme = new Theme(() => { this.repaint(); });
-    const share = new LazyDialog(async () => new (await import("../ui/share/dialog")).ShareDialog(settings, () => this.visitor.name));
-    this.panel = new Panel(colour, (user, latency) => { this.store.setLatency(user, latency); }, (encoding) => { this.store.setView(encoding, RATE); }, (order, user, name) => { this.store.order(order, user, name); }, () => { share.toggle(); }, (user) => { this.company.toggle(user); }, this.company.bar);
-    this.legend = new LegendBox((by) => { this.setColouring(by); });
-    this.dock = new Dock(this.visitor.name, {
-      touch: (on) => { this.touch(on); }, law: (law) => { this.setLaw(law); }, friction: (mu) => { this.own.setFriction(mu); },
-      name: (name) => { this.own.rename(this.visitor.choose(name)); },
+    this.company = new CompanyCorner(this);
+    this.column = new Column(this);
+    this.toolbar = new Toolbar((action) => { act(this, action); }, () => { this.lookBack(true); }, () => { togglePanel(this.root, this.toolbar.panelButton); });
+    this.layout = layOut({
+      toolbar: this.toolbar, column: this.column,
+      pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, replay: this.replay.root,
     });
-    this.replay = new ReplayPlace({
-      store: () => this.store, stage: () => this.stage, letGo: () => { this.gamepad.pause(); this.own.retreat(); }, changed: () => { this.body(); }, colour,
-    });
-    this.toolbar = new Toolbar({
-      gamepad: this.gamepad.button,
-      tour: () => { this.toggleTour(); },
-      replay: () => { this.lookBack(true); },
-      reset: () => { this.stage?.goTo(HOME); this.company.moved(); },
-      full: toggleFullScreen, theme: () => { this.theme.switch(); },
-      panel: () => { togglePanel(this.root, this.toolbar.panelButton); },
-      help: () => { this.help.toggle(); }, upload: () => { this.upload.open(); },
-    });
-    this.tour = new Tour({
-      store: () => this.store, view: () => this.view, own: this.own,
-      touch: () => { this.touch(true); }, law: (law) => { this.setLaw(law); },
-      measure: (by) => { this.panel.area.measure(by); }, colour: (by) => { this.setColouring(by); },
-      look: (orbit) => { this.stage?.goTo(orbit); this.company.moved(); },
-      reveal: (part, user) => { this.panel.reveal(part, user); },
-      startTouch, url, beside: () => this.beside?.hand ?? null, colour_of: colour, inks: () => inks(this.panel.root),
-    }, () => { this.picture = "not loaded"; });
-    const layout = layOut({
-      toolbar: this.toolbar.root, panel: this.panel.root, dock: this.dock.root, legend: this.legend.root,
-      notice: this.bar.root, pill: this.company.pill, tour: this.tour.card, trace: this.tour.trace, ghost: this.ghost.root, replay: this.replay.root, help: this.help.root, upload: this.upload.root, share: share.root, gamepad: this.gamepad.root,
-    });
-    [this.root, this.host] = [layout.root, layout.host];
-    this.announcer = new Announcer(layout.live);
+    [this.root, this.host] = [this.layout.root, this.layout.host];
+    this.announcer = new Announcer(this.layout.live);
     document.body.append(this.root);
-    this.panel.level.begin(location.search);
+    this.panels = new Panels(panels, this, this.layout.put);
+    this.column.level.begin(location.search);
     attachKeys(this);
-    this.store.subscribe(() => { this.body(); });
+    this.store.subscribe(() => { this.changed(); });
     this.theme.apply();
-    this.body();
+    this.changed();
     requestAnimationFrame((t) => { this.frame(t / 1000); });
-    void graphics.then(() => import("../ui/rumble")).then(({ Rumble }) => { this.rumble = new Rumble(); }, () => undefined);
-    void graphics.then(() => import("./beside")).then(({ Beside }) => { this.beside = new Beside(this, settings, startTouch, url, () => this.padHost.towardsEye(), this.panel.beside); }, () => undefined);
-    graphics.then(
-      ({ openScene }) => { this.openScene(() => openScene(layout.host, this.colours)); },
+    this.graphics.then(
+      ({ openScene }) => { this.openScene(() => openScene(this.host, this.colours)); },
       () => { this.picture = "not loaded"; },
     );
   }
@@ -165,7 +105,7 @@ export class Page {
       detach();
       scene.view.dispose();
     }, () => { this.openScene(open); });
-    this.body();
+    this.changed();
   }
 
   hide(): void { this.sleep.hide(); this.rest(); }
@@ -175,8 +115,8 @@ export class Page {
 
   /** Let the hand go, because nobody watches it. */
   private rest(): void {
-    this.gamepad.pause();
-    this.letGo ||= this.own.pressing && !this.tour.running;
+    this.panels.each("rest");
+    this.dropped ||= this.own.pressing && !this.tour.running;
     this.own.retreat(true);
   }
 
@@ -187,19 +127,16 @@ export class Page {
       if (this.store.info?.can_touch !== true || this.own.placeAt(origin, direction) === null) return false;
       this.touch(true);
     }
-    const pressed = this.own.press(origin, direction, performance.now() / 1000);
-    this.pressed ||= pressed;
-    return pressed;
+    return this.own.press(origin, direction, performance.now() / 1000);
   }
 
   /** @param wait Whether to wait for a place if the room is full. */
   touch(on: boolean, wait = false): void {
     // Before the body is known there is nothing to touch, so the wish is kept.
     this.wish = !on || this.store.info !== null ? null : wait ? "wait" : "touch";
-    if (on) this.own.start(socketUrl(this.settings.address), this.visitor.name, this.padHost.towardsEye(), wait);
+    if (on) this.own.start(this.url, this.visitor.name, this.towardsEye(), wait);
     else this.own.stop();
-    if (!on) this.rumble?.still();
-    this.write(performance.now() / 1000);
+    this.write();
   }
 
   /** @param bar Show or hide the replay's bar, instead of switching between past and present. It ends the tour. */
@@ -216,32 +153,58 @@ export class Page {
 
   toggleTheme(): void { this.theme.switch(); }
 
-  private setLaw(law: OwnHand["law"]): void {
-    this.own.setLaw(law);
-    this.dock.setLaw(law);
+  toggle(panel: string): void { this.panels.toggle(panel); }
+
+  get scheme(): Scheme { return this.theme.scheme; }
+
+  get drawn(): boolean { return this.sceneView?.drawn === true; }
+
+  get legend(): Legend | null { return this.sceneView?.legend ?? null; }
+
+  /** The present scene; null while a past time is shown or the server is silent. */
+  get present(): SceneSnapshot | null { return this.live && !this.replay.active ? this.shown : null; }
+
+  /** Let the hand go before a past time is shown. */
+  letGo(): void {
+    this.panels.each("rest");
+    this.own.retreat();
   }
 
-  private setColouring(by: Colouring): void {
+  look(orbit: Orbit): void {
+    this.stage?.goTo(orbit);
+    this.company.moved();
+  }
+
+  speak(words: string): void { this.announcer.say(words); }
+
+  towardsEye(): Vec3 { return this.stage?.towardsEye() ?? eye({ ...HOME, distance: 1 }, [0, 0, 0], 1); }
+
+  colour(user: number): string { return this.colours.of(user, this.theme.scheme); }
+
+  inks(): Inks { return inks(this.column.root); }
+
+  setColouring(by: Colouring): void {
     this.colouring = by;
     this.sceneView?.setColouring(by);
   }
 
-  private body(): void {
+  trouble(now: number): Trouble {
+    return { picture: this.picture, misplaced: this.settings.misplaced, seen: this.seen, slept: this.sleep.told(now), letGo: this.dropped };
+  }
+
+  changed(): void {
     const shown = this.replay.recording ?? this.store;
     this.sceneView?.setBody(shown.mesh, shown.info);
     this.own.setBody(this.store.mesh, this.store.info);
     if (this.wish !== null && this.store.info !== null) this.touch(true, this.wish === "wait");
     if (this.store.mesh !== null) this.settings.prepareTouch();
-    this.upload.allow(this.store.info?.allow_upload === true);
-    this.dock.allowTouch(this.store.info?.can_touch !== false);
-    this.dock.allowPaper(this.store.info?.allow_fixed_gains === true);
     this.announcer.news(this.store.events);
-    this.write(performance.now() / 1000);
+    this.write();
   }
 
   private repaint(): void {
     this.sceneView?.setScheme(this.theme.scheme);
-    this.panel.repaint();
+    this.column.repaint();
   }
 
   private frame(now: number): void {
@@ -252,23 +215,22 @@ export class Page {
     this.view = this.store.at(now);
     this.seen ||= this.view !== null;
     const live = isLive(this.store.status);
-    if (this.view !== null && live) this.panel.record(this.view);
-    this.gamepad.frame(now);
+    if (this.view !== null && live) this.column.record(this.view);
+    this.panels.each("paint", now);
     this.own.step(this.view, now, dt);
     if (live !== this.live) this.write(now);
     this.company.frame();
     const own = this.own.state;
     this.shown = this.replay.frame(this.view, own, now, dt);
     this.sceneView?.draw(this.shown, this.replay.active ? null : own, dt, { marks: this.replay.active ? [] : this.store.company.marks, now });
-    for (const others of [this.tour, this.beside]) others?.frame();
-    if (own !== null && !this.gamepad.used) this.rumble?.feel(own.force, 1000 * now);
-    if (this.sceneView?.drawn === true || this.picture !== "well") this.host.ariaBusy = "false";
+    this.tour.frame();
+    if (this.drawn || this.picture !== "well") this.host.ariaBusy = "false";
     // A change between touching and not touching is written at once.
     if (now - this.written >= WRITE_EVERY || own?.doing !== this.did) this.write(now);
   }
 
   /** Write words, numbers and plots; not with every picture, since nobody reads them sixty times a second. */
-  private write(now: number): void {
+  private write(now = performance.now() / 1000): void {
     this.written = now;
     this.colours.present([...this.store.roster, ...(this.shown?.users ?? [])].map(({ user }) => user));
     this.live = isLive(this.store.status);
@@ -276,25 +238,15 @@ export class Page {
     showTime(this.root, lens?.known ?? null, this.live || !this.seen);
     const own = this.own.state;
     this.did = own?.doing;
-    if (own !== null && this.visitor.take(own)) this.dock.setName(own.name);
+    if (own !== null) this.visitor.take(own);
     this.own.tidy();
     this.replay.update(now);
-    this.stage?.uncover(...covered(this.host.offsetHeight, this.toolbar.root, this.dock.root, this.replay.height, this.tour.trace));
-    this.root.style.setProperty("--foot", `${this.dock.root.offsetHeight}px`);
-    this.root.style.setProperty("--dock", `${this.dock.height}px`); // elements over the stage stay clear of the dock
+    this.stage?.uncover(...this.layout.covered(this.replay.height));
     this.tour.update(now);
     this.toolbar.update(this.store, this.replay.words);
     this.company.update(now);
-    this.panel.update(this.store, this.shown, own?.user ?? 0, this.own.handle?.link ?? null, lens, this.company.following);
-    this.beside?.update();
-    if (this.sceneView !== null) this.legend.update(this.sceneView.legend, this.theme.scheme);
-    this.dock.set(this.own.handle !== null, this.own.hint(lens !== null));
-    if (own !== null) this.dock.update(own, this.live, this.colours.of(own.user, this.theme.scheme), inks(this.panel.root));
-    // A visitor whose press met a full room has not learned the gesture yet.
-    if (this.pressed && this.own.pressing && own?.doing === "touching") this.ghost.learned();
-    this.ghost.show(!this.own.pressing && !this.company.armed && this.sceneView?.drawn === true && this.live && !this.tour.running && lens === null && this.store.info?.can_touch === true);
-    const slept = this.sleep.told(now);
-    if (slept === 0) this.letGo = false;
-    this.bar.set(notice(noticeFacts(this.store, this.own.ended ?? own, { picture: this.picture, misplaced: this.settings.misplaced, clockStep: this.own.handle?.link.clock_step ?? 0, seen: this.seen, slept, letGo: this.letGo, now })));
+    this.column.update();
+    if (this.sleep.told(now) === 0) this.dropped = false;
+    this.panels.each("update", now);
   }
 }

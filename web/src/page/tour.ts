@@ -1,6 +1,7 @@
 /** The tour's place on the page; the tour's code is loaded when it is first used. */
 
 import { el } from "../ui/dom";
+import { lazily } from "../ui/lazy";
 import type { Hands, TourRunner } from "./tour_runner";
 
 export class Tour {
@@ -8,30 +9,25 @@ export class Tour {
   readonly card = el("div", { class: "tour-place" });
   readonly trace = el("div", { class: "trace-place" });
   private runner: TourRunner | null = null;
-  private loading = false;
+  private readonly load: () => void;
 
-  constructor(private readonly hands: Hands, private readonly failed: () => void) {}
+  /** @param failed Called if the tour's code does not come. */
+  constructor(hands: Hands, failed: () => void) {
+    this.load = lazily(() => import("./tour_runner"), ({ TourRunner }) => {
+      this.runner = new TourRunner(hands);
+      this.card.append(this.runner.card.root);
+      this.trace.append(this.runner.trace.root);
+      this.runner.toggle(performance.now() / 1000);
+    }, failed);
+  }
 
   get running(): boolean {
     return this.runner?.running === true;
   }
 
   toggle(now: number): void {
-    if (this.runner !== null) {
-      this.runner.toggle(now);
-      return;
-    }
-    if (this.loading) return;
-    this.loading = true;
-    import("./tour_runner").then(({ TourRunner }) => {
-      this.runner = new TourRunner(this.hands);
-      this.card.append(this.runner.card.root);
-      this.trace.append(this.runner.trace.root);
-      this.runner.toggle(performance.now() / 1000);
-    }, () => {
-      this.loading = false;
-      this.failed();
-    });
+    this.runner?.toggle(now);
+    this.load();
   }
 
   /** The visitor took over: the tour stops guiding the visitor's hand. */

@@ -1,7 +1,6 @@
 /** Runs the tour on the page: reads the facts, does the actions, and undoes its changes at the end. */
 
 import type { TouchHandle, TouchState } from "../model/hand";
-import type { LawChoice } from "../model/laws";
 import type { SceneStore, SceneSnapshot, UserHistory } from "../model/scene";
 import { norm, sub, unit, type Vec3 } from "../model/vec";
 import { TourCard } from "../tour/card";
@@ -34,24 +33,25 @@ const MOVING: ReadonlySet<Action["kind"]> = new Set(["press", "lift", "hold", "l
 
 /** The parts of the page that the tour may use. */
 export interface Hands {
-  readonly store: () => SceneStore;
-  readonly view: () => SceneSnapshot | null;
+  readonly store: SceneStore;
+  readonly view: SceneSnapshot | null;
   readonly own: OwnHand;
-  readonly touch: () => void;
-  readonly law: (law: LawChoice) => void;
-  readonly measure: (by: Yardstick) => void;
-  readonly colour: (by: Colouring) => void;
-  readonly look: (orbit: Orbit) => void;
-  /** Bring a part of the page into sight: nothing, the plots, the figure, or the line about the room. */
-  readonly reveal: (part: "stage" | "plots" | "area" | "room", user: number) => void;
-  readonly startTouch: StartTouch;
-  /** A partner whom the visitor has brought; null for none. */
-  readonly beside: () => TouchHandle | null;
+  readonly column: {
+    readonly area: { measure(by: Yardstick): void };
+    /** Bring a part of the page into sight: nothing, the plots, the figure, or the line about the room. */
+    reveal(part: "stage" | "plots" | "area" | "room", user: number): void;
+  };
+  readonly settings: { readonly startTouch: StartTouch };
   /** Websocket of the server. */
   readonly url: string;
-  /** Colour of a user; `inks` are the present colours of the page. */
-  readonly colour_of: (user: number) => string;
-  readonly inks: () => Inks;
+  touch(on: boolean): void;
+  setColouring(by: Colouring): void;
+  look(orbit: Orbit): void;
+  /** A partner whom the visitor has brought; null for none. */
+  readonly partner: () => TouchHandle | null;
+  colour(user: number): string;
+  /** The present colours of the page. */
+  inks(): Inks;
 }
 
 export class TourRunner {
@@ -73,7 +73,7 @@ export class TourRunner {
 
   constructor(hands: Hands) {
     this.hands = hands;
-    this.partner = new Partner(hands.startTouch);
+    this.partner = new Partner(hands.settings.startTouch);
     const now = (): number => performance.now() / 1000;
     const turn = (how: (state: TourState) => Turn): void => {
       if (this.state !== null) this.take(how(this.state));
@@ -124,7 +124,7 @@ export class TourRunner {
     for (const hand of this.lent()) hand.setDelay(this.delay);
     const changing = own === null || this.changing(own);
     if (changing) this.measured.disturb(now);
-    if (this.wantsRehearsal && !changing && this.measured.rehearse(this.hands.view(), own, this.hands.store().info?.simulation_period ?? 1 / 60)) {
+    if (this.wantsRehearsal && !changing && this.measured.rehearse(this.hands.view, own, this.hands.store.info?.simulation_period ?? 1 / 60)) {
       this.wantsRehearsal = false;
     }
     const facts = this.facts();
@@ -143,7 +143,7 @@ export class TourRunner {
   /** Bring the partner if nobody else is here. */
   private bring(): void {
     this.partner.update();
-    const { info, mesh, roster } = this.hands.store();
+    const { info, mesh, roster } = this.hands.store;
     if (!this.wantsPartner || info === null || mesh === null || this.hands.own.state?.phase !== "joined") return;
     this.wantsPartner = false;
     if (this.facts().others === 0) this.partner.come(this.hands.url, [this.hands.own.state.name, ...roster.map(({ name }) => name)], mesh, info, besides(this.place()));
@@ -151,7 +151,7 @@ export class TourRunner {
 
   /** The hands of this page that the tour moves. */
   private lent(): readonly TouchHandle[] {
-    return [this.hands.own.handle, this.partner.handle, this.hands.beside()].filter((hand) => hand !== null);
+    return [this.hands.own.handle, this.partner.handle, this.hands.partner()].filter((hand) => hand !== null);
   }
 
   /** Whether a change by the tour has not taken effect yet. */
@@ -163,7 +163,7 @@ export class TourRunner {
   private heardOcean(): boolean {
     if (this.delay === 0) return true;
     const hands = this.lent().map(({ state }) => state?.user ?? 0);
-    const users = this.hands.view()?.users.filter(({ user }) => user > 0 && hands.includes(user)) ?? [];
+    const users = this.hands.view?.users.filter(({ user }) => user > 0 && hands.includes(user)) ?? [];
     return users.every(({ loop_delay }) => loop_delay > 1.8 * OCEAN);
   }
 
@@ -179,7 +179,7 @@ export class TourRunner {
       `Your force, now: ${fixed(norm(own.force), 2)} N`,
       rehearsed === null ? "" : `The rule for one hand without the lag, rehearsed: swings by ${fixed(rehearsed.size, 2)} N`,
     ] as const;
-    this.trace.draw(this.measured, this.measured.rehearsed, words, own.t, SPAN, this.hands.colour_of(own.user), this.hands.inks());
+    this.trace.draw(this.measured, this.measured.rehearsed, words, own.t, SPAN, this.hands.colour(own.user), this.hands.inks());
   }
 
   private take(turn: Turn): void {
@@ -198,8 +198,8 @@ export class TourRunner {
     this.card.update(STEPS, null, null, 0);
     this.delay = 0;
     for (const hand of this.lent()) hand.setDelay(0);
-    this.hands.law("predictive");
-    this.hands.measure("coupled");
+    this.hands.own.setLaw("predictive");
+    this.hands.column.area.measure("coupled");
     this.hands.own.release();
     this.hands.own.hold("natural");
     if (!this.touched) this.hands.own.stop();
@@ -208,7 +208,7 @@ export class TourRunner {
   private act(action: Action): void {
     switch (action.kind) {
       case "touch":
-        this.hands.touch();
+        this.hands.touch(true);
         break;
       case "press":
         this.pressing = action.depth;
@@ -227,16 +227,16 @@ export class TourRunner {
         this.hands.own.hold(action.grip);
         break;
       case "law":
-        this.hands.law(action.law);
+        this.hands.own.setLaw(action.law);
         break;
       case "delay":
         this.delay = action.delay;
         break;
       case "measure":
-        this.hands.measure(action.by);
+        this.hands.column.area.measure(action.by);
         break;
       case "colour":
-        this.hands.colour(action.by);
+        this.hands.setColouring(action.by);
         break;
       case "look":
         this.look(action.at);
@@ -247,19 +247,19 @@ export class TourRunner {
   private look(at: "stage" | "hand" | "plots" | "area" | "room"): void {
     if (at === "hand") this.hands.look(facing(this.place(), 0.75));
     if (at === "stage") this.hands.look(HOME);
-    this.hands.reveal(at === "hand" ? "stage" : at, this.hands.own.state?.user ?? 0);
+    this.hands.column.reveal(at === "hand" ? "stage" : at, this.hands.own.state?.user ?? 0);
   }
 
   /** Direction of the guided press; chosen once, so that the whole tour is about one place. */
   private place(): Vec3 {
     if (this.direction !== null) return this.direction;
-    const body = this.hands.store().info?.body;
+    const body = this.hands.store.info?.body;
     const own = this.hands.own.state?.user ?? 0;
-    const users = this.hands.view()?.users.filter((user) => user.user !== own && user.c_ii > 0) ?? [];
+    const users = this.hands.view?.users.filter((user) => user.user !== own && user.c_ii > 0) ?? [];
     const others =
       body === undefined
         ? []
-        : users.map((user) => ({ direction: unit(sub(user.foot, body.center)), busy: moved(this.hands.store().history(user.user)) }));
+        : users.map((user) => ({ direction: unit(sub(user.foot, body.center)), busy: moved(this.hands.store.history(user.user)) }));
     const chosen = guidedDirection(others, [0.4, -0.9, 0]);
     // A guess made before the scene has come is not kept.
     if (body !== undefined) this.direction = chosen;
@@ -267,9 +267,9 @@ export class TourRunner {
   }
 
   private facts(): Facts {
-    const store = this.hands.store();
+    const store = this.hands.store;
     const own: TouchState | null = this.hands.own.state;
-    const users = this.hands.view()?.users ?? [];
+    const users = this.hands.view?.users ?? [];
     return {
       others: users.filter((user) => user.user !== own?.user && user.presence > 0.5).length,
       coming: store.info?.can_touch !== false && (!this.asked || (this.wantsPartner && this.hands.own.handle !== null) || this.partner.handle !== null),
@@ -277,7 +277,7 @@ export class TourRunner {
       touching: own?.phase === "joined",
       force: norm(own?.force ?? [0, 0, 0]),
       fromOthers: own?.felt_from_others ?? 0,
-      lag: this.hands.view()?.room.lag ?? 0,
+      lag: this.hands.view?.room.lag ?? 0,
       loopDelay: users.find(({ user }) => user === own?.user)?.loop_delay ?? 0,
       law: own?.law ?? null,
       paper: this.hands.own.law === "paper",

@@ -108,14 +108,15 @@ export class Dock {
     this.laws.set(law);
   }
 
-  /** Set whether this visitor may touch; otherwise the visitor only watches. */
-  allowTouch(allowed: boolean): void {
-    this.button.disabled = !allowed;
-    this.button.title = allowed ? "" : "Your invitation lets you watch, not touch";
-  }
-
-  allowPaper(allowed: boolean): void {
-    this.laws.enable("paper", allowed);
+  /**
+   * @param touch Whether this visitor may touch; otherwise the visitor only watches.
+   * @param paper Whether the hand may have fixed gains.
+   */
+  allow(touch: boolean, paper: boolean): void {
+    this.laws.enable("paper", paper);
+    if (this.button.disabled === !touch) return; // a title that is written again may leave the screen
+    this.button.disabled = !touch;
+    this.button.title = touch ? "" : "Your invitation lets you watch, not touch";
   }
 
   /** @param live Whether the server is heard: without patches the loop's force is not that of the object. */

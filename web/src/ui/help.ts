@@ -49,7 +49,7 @@ export class Help {
     );
     this.root = el(
       "dialog",
-      { class: "dialog", attrs: { "aria-labelledby": "help-title" } },
+      { class: "dialog", id: "help", attrs: { "aria-labelledby": "help-title" } },
       close,
       el("h2", { id: "help-title", text: "One object, many hands" }),
       el("p", {

@@ -25,7 +25,10 @@ export class Rumble {
   private force = 0;
   private buzzing = false;
 
-  /** @param now Time [ms]. */
+  /**
+   * @param force Force on the hand [N]; zero without a hand.
+   * @param now Time [ms].
+   */
   feel(force: Vec3, now: number): void {
     if (now - this.last < EVERY) return;
     const f = norm(force);
@@ -40,10 +43,6 @@ export class Rumble {
       else if (this.buzzing) navigator.vibrate(0);
       this.buzzing = pattern.length > 0;
     }
-  }
-
-  still(): void {
-    this.feel([0, 0, 0], this.last + EVERY);
   }
 
   private shake(force: number, change: number): void {

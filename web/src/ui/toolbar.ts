@@ -1,43 +1,36 @@
 /** The top line: the name of the body, the state of the connection, and buttons for the view. */
 
 import { isLive, type SceneStore } from "../model/scene";
-import { el, iconButton, say, show } from "./dom";
+import { el, iconButton, say } from "./dom";
 import { icon } from "./icons";
+import type { KeyAction } from "./keyboard";
 import { period } from "./notice";
-
-export interface ToolbarActions {
-  readonly tour: () => void;
-  readonly replay: () => void;
-  readonly reset: () => void;
-  readonly full: () => void;
-  readonly theme: () => void;
-  readonly panel: () => void;
-  readonly help: () => void;
-  readonly upload: () => void;
-  /** Button for a gamepad; hidden if the browser cannot use one. */
-  readonly gamepad: HTMLButtonElement;
-}
 
 export class Toolbar {
   readonly root: HTMLElement;
   readonly panelButton: HTMLButtonElement;
-  private readonly uploadButton: HTMLButtonElement;
+  /** The button before which others may stand that are no button of the page itself. */
+  readonly end: HTMLButtonElement;
   private readonly room = el("span", { class: "room" });
   private readonly lamp = el("span", { class: "lamp", attrs: { "aria-hidden": "true" } });
 
-  constructor(actions: ToolbarActions) {
+  /**
+   * @param act Does what a key does.
+   * @param replay Shows or hides the replay's bar.
+   * @param column Shows or hides the column.
+   */
+  constructor(act: (action: KeyAction) => void, replay: () => void, column: () => void) {
     const tour = el(
       "button",
-      { class: "button tour-button", attrs: { type: "button", "aria-label": "Guided tour", "aria-keyshortcuts": "G" }, on: { click: actions.tour } },
+      { class: "button tour-button", attrs: { type: "button", "aria-label": "Guided tour", "aria-keyshortcuts": "G" }, on: { click: () => { act("tour"); } } },
       icon("play"),
       el("span", { text: "Guided tour", class: "tour-long" }),
       el("span", { text: "Tour", class: "tour-short", attrs: { "aria-hidden": "true" } }),
     );
-    this.panelButton = iconButton(icon("panel"), "Hands and plots", "", actions.panel);
+    this.panelButton = iconButton(icon("panel"), "Hands and plots", "", column);
     this.panelButton.classList.add("panel-button");
-    this.uploadButton = iconButton(icon("upload"), "An object of your own", "", actions.upload);
-    this.uploadButton.hidden = true;
-    const full = iconButton(icon("full"), "Full screen", "F", actions.full);
+    this.end = iconButton(icon("replay"), "Look back at the last minute", "B", replay);
+    const full = iconButton(icon("full"), "Full screen", "F", () => { act("full"); });
     // Some phones have no full screen.
     full.hidden = !document.fullscreenEnabled;
     this.root = el(
@@ -48,13 +41,11 @@ export class Toolbar {
       this.room,
       el("span", { class: "spring" }),
       tour,
-      this.uploadButton,
-      actions.gamepad,
-      iconButton(icon("replay"), "Look back at the last minute", "B", actions.replay),
-      iconButton(icon("reset"), "First view again", "R", actions.reset),
+      this.end,
+      iconButton(icon("reset"), "First view again", "R", () => { act("reset"); }),
       full,
-      iconButton(icon("sun"), "Day or night", "D", actions.theme),
-      iconButton(icon("help"), "Help", "?", actions.help),
+      iconButton(icon("sun"), "Day or night", "D", () => { act("theme"); }),
+      iconButton(icon("help"), "Help", "?", () => { act("help"); }),
       this.panelButton,
     );
   }
@@ -64,7 +55,6 @@ export class Toolbar {
     const info = store.info;
     const name = info?.body.name ?? "";
     say(this.room, replay !== "" ? replay : info === null || isLive(store.status) ? name : `no word for ${period(store.status.silent)}`);
-    show(this.uploadButton, info?.allow_upload === true);
     const silent = store.status.phase === "watching" && !isLive(store.status);
     this.lamp.dataset["phase"] = replay !== "" ? "replay" : silent ? "silent" : store.status.phase;
   }

@@ -20,7 +20,7 @@ vi.stubGlobal("location", { search: "" });
 
 describe("what is asked while the place is on its way", () => {
   test("is done once it is here, the newest wish alone", async () => {
-    const corner = new CompanyCorner({ store: () => ({ company: { state: {} } }) } as unknown as Surroundings);
+    const corner = new CompanyCorner({ store: { company: { state: {} } } } as unknown as Surroundings);
     corner.followNext();
     corner.toggle(7);
     expect(asked).toEqual([]);

@@ -25,14 +25,14 @@ function place(search = "") {
   const roster = [{ user: 1, name: "me" }, { user: 2, name: "ann" }, { user: 5, name: "bob" }];
   const spoken: string[] = [];
   const made = new CompanyPlace({
-    store: () => ({ company, roster }) as unknown as SceneStore,
-    view: () => null,
+    store: { company, roster } as unknown as SceneStore,
+    present: null,
     colour: () => "#0a7f52",
-    stage: () => stage,
+    stage,
     own: { state: { phase: "joined", user: 1 } as TouchState, placeAt: (origin): Vec3 | null => (origin[0] > 0 ? origin : null) },
-    name: () => "me",
+    visitor: { name: "me" },
     speak: (words) => { spoken.push(words); },
-    key: "0123456789abcdef",
+    settings: { key: "0123456789abcdef" },
   }, search);
   const hear = (change: Partial<Company>): void => { company.take({ type: "company", ...STATE, ...change }, 0); };
   const line = (): string => (made.pill as unknown as { line: { words: string } | null }).line?.words ?? "";

@@ -4,8 +4,9 @@ import type { TouchState } from "../../model/hand";
 import type { Recording } from "../../model/recording";
 import type { SceneSnapshot } from "../../model/scene";
 import { OwnTrack } from "../../replay/own_track";
-import type { Lens } from "../../ui/cards/panel";
+import type { Lens } from "../../ui/cards/column";
 import { el } from "../../ui/dom";
+import { lazily } from "../../ui/lazy";
 import { tipOfOwn } from "../../view/pose";
 import type { Around, ReplayRunner } from "./runner";
 
@@ -15,9 +16,12 @@ export class ReplayPlace {
   readonly root = el("div", { class: "replay-place" });
   private readonly track = new OwnTrack();
   private runner: ReplayRunner | null = null;
-  private loading = false;
   /** Wishes of the visitor while the runner was being loaded. */
   private wishes: ((runner: ReplayRunner) => void)[] = [];
+  private readonly load = lazily(() => import("./runner"), ({ ReplayRunner }) => {
+    this.runner = new ReplayRunner(this.around, this.track, this.root);
+    for (const wish of this.wishes.splice(0)) wish(this.runner);
+  }, () => { this.wishes = []; });
 
   constructor(private readonly around: Around) {}
 
@@ -86,14 +90,6 @@ export class ReplayPlace {
       return;
     }
     if (this.wishes.length < MOST_WISHES) this.wishes.push(act);
-    if (this.loading) return;
-    this.loading = true;
-    import("./runner").then(({ ReplayRunner }) => {
-      this.runner = new ReplayRunner(this.around, this.track, this.root);
-      for (const wish of this.wishes.splice(0)) wish(this.runner);
-    }, () => {
-      this.wishes = [];
-      this.loading = false; // the code can be requested again
-    });
+    this.load();
   }
 }

@@ -8,7 +8,7 @@ import type { OwnTrack } from "../../replay/own_track";
 import { Player, type Shown } from "../../replay/player";
 import { Samples, windowRound } from "../../replay/samples";
 import { advance, begin, pace, play, type Scrubber, seek, step } from "../../replay/scrubber";
-import type { Lens } from "../../ui/cards/panel";
+import type { Lens } from "../../ui/cards/column";
 import { sample, SPAN } from "../../ui/cards/user_card";
 import { show } from "../../ui/dom";
 import { TraceBuffer } from "../../ui/plots/trace_buffer";
@@ -25,13 +25,13 @@ const LEAST = 2; // frames; a single frame is no past to look back at
 
 /** The parts of the page that the replay needs. */
 export interface Around {
-  readonly store: () => SceneStore;
-  readonly stage: () => Stage | null;
+  readonly store: SceneStore;
+  readonly stage: Stage | null;
   /** Let the visitor's hand go: a press would act on the present object, which is not shown. */
-  readonly letGo: () => void;
+  letGo(): void;
   /** Called when another body may be shown. */
-  readonly changed: () => void;
-  readonly colour: (user: number) => string;
+  changed(): void;
+  colour(user: number): string;
 }
 
 /** A recording that is being shown. */
@@ -135,10 +135,10 @@ export class ReplayRunner {
     }
     const shown = this.shown ?? view;
     this.ghosts = this.late && shown !== null ? this.ghostsOf(shown, own, now) : [];
-    const radius = this.recording?.info.body.radius ?? this.around.store().info?.body.radius ?? 0;
+    const radius = this.recording?.info.body.radius ?? this.around.store.info?.body.radius ?? 0;
     const outlines = this.ghosts.map(({ user, arrived, itself, normal }) =>
       this.looked === null ? { user, at: arrived, from: itself, normal } : { user, at: itself, from: arrived, normal });
-    this.outlines.draw(this.around.stage(), outlines, radius, this.around.colour);
+    this.outlines.draw(this.around.stage, outlines, radius, (user) => this.around.colour(user));
     return shown;
   }
 
@@ -148,7 +148,7 @@ export class ReplayRunner {
     const names = (user: number): string => (user === this.own && this.own > 0 ? "you" : (this.nameOf(user) || `user ${user}`));
     this.bar.set({
       replaying: this.looked !== null,
-      live: isLive(this.around.store().status),
+      live: isLive(this.around.store.status),
       playing: s?.playing === true,
       share: s === null ? 1 : s.to > s.from ? (s.t - s.from) / (s.to - s.from) : 1,
       when: s === null && this.empty ? "nothing has come yet" : this.when,
@@ -166,12 +166,12 @@ export class ReplayRunner {
 
   private begin(): void {
     show(this.bar.root, true);
-    const recording = this.around.store().recorded();
+    const recording = this.around.store.recorded();
     this.empty = recording === null || recording.times.length < LEAST;
     if (recording !== null && !this.empty) {
       this.around.letGo(); // before the gamepad rests
       const player = new Player(recording);
-      this.looked = { player, samples: new Samples(player, sample), track: this.track.copy(), taken: performance.now() / 1000 - this.around.store().status.silent, own: this.own, traces: new Map() };
+      this.looked = { player, samples: new Samples(player, sample), track: this.track.copy(), taken: performance.now() / 1000 - this.around.store.status.silent, own: this.own, traces: new Map() };
       this.s = begin(recording.times);
       this.bar.setPace(1);
       this.shown = player.at(this.s.t);
@@ -214,7 +214,7 @@ export class ReplayRunner {
   }
 
   private nameOf(user: number): string {
-    return this.looked?.player.recording.names.get(user) ?? this.around.store().roster.find((one) => one.user === user)?.name ?? "";
+    return this.looked?.player.recording.names.get(user) ?? this.around.store.roster.find((one) => one.user === user)?.name ?? "";
   }
 
   private charted(user: number): ReturnType<Lens["charted"]> {

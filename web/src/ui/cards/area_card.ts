@@ -3,6 +3,7 @@
 import type { RoomLag } from "../../model/body";
 import type { UserState } from "../../model/scene";
 import { choice, el, say, symbol } from "../dom";
+import { lazily } from "../lazy";
 import type { Yardstick } from "../plots/area_plot";
 import type { Inks } from "../plots/canvas";
 import type { NeighboursPart } from "./neighbours_part";
@@ -17,7 +18,11 @@ export class AreaCard {
   /** Code that draws and describes the figure; loaded when it is first shown, as few visitors look at gains. */
   private figure: typeof import("../plots/area_figure") | null = null;
   private neighbours: NeighboursPart | null = null;
-  private fetching = false;
+  private readonly fetchFigure = lazily(() => import("../plots/area_figure"), (figure) => { this.figure = figure; });
+  private readonly fetchNeighbours = lazily(() => import("./neighbours_part"), ({ NeighboursPart }) => {
+    this.neighbours = new NeighboursPart();
+    this.root.append(this.neighbours.root);
+  });
 
   constructor(colour: (user: number) => string) {
     this.colour = colour;
@@ -48,27 +53,15 @@ export class AreaCard {
 
   /** @param room Lag of the room; null before it is known. */
   update(users: readonly UserState[], simulationPeriod: number, room: RoomLag | null, ink: Inks): void {
-    const missing = this.figure === null || this.neighbours === null;
-    if (missing && !this.fetching && this.root.offsetParent !== null) void this.fetch();
+    if ((this.figure === null || this.neighbours === null) && this.root.offsetParent !== null) {
+      this.fetchFigure();
+      this.fetchNeighbours();
+    }
     this.neighbours?.update(users, room);
     if (this.figure === null) return;
     this.figure.drawArea(this.canvas, users, simulationPeriod, this.yardstick, this.colour, ink);
     const words = this.figure.areaWords(users, simulationPeriod, room?.lag ?? 0, this.yardstick);
     say(this.words, words);
     this.canvas.setAttribute("aria-label", `Stable gains of the integral law. ${words}`);
-  }
-
-  private async fetch(): Promise<void> {
-    this.fetching = true;
-    try {
-      this.figure = await import("../plots/area_figure");
-      const { NeighboursPart } = await import("./neighbours_part");
-      this.neighbours = new NeighboursPart();
-      this.root.append(this.neighbours.root);
-    } catch {
-      // The network may have failed for a moment: the code is requested again at the next update.
-    } finally {
-      this.fetching = false;
-    }
   }
 }

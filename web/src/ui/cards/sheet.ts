@@ -1,4 +1,4 @@
-/** The panel as a sheet on a phone: its handle draws it up from below, by a tap, a key or a drag. */
+/** The column as a sheet on a phone: its handle draws it up from below, by a tap, a key or a drag. */
 
 import { el } from "../dom";
 

@@ -1,8 +1,7 @@
 /** The column beside the stage: a card for each user, and Fig. 8. */
 
-import type { OwnLink } from "../../model/hand";
-import type { Order } from "../../model/orders";
-import { type Encoding, isLive, type Latency, type SceneStore, type SceneSnapshot } from "../../model/scene";
+import type { TouchHandle, TouchState } from "../../model/hand";
+import { type Encoding, isLive, type SceneStore, type SceneSnapshot } from "../../model/scene";
 import { AreaCard } from "./area_card";
 import { type Choice, choice, el, say, show } from "../dom";
 import { type Inks, inks } from "../plots/canvas";
@@ -16,8 +15,9 @@ import { UserCard } from "./user_card";
 import { bytesPerSecond, lagReasons, lagWords, milliseconds } from "../words";
 
 const OPEN_AT_FIRST = 3;
+const RATE = 30; // frames per second that the page requests; it interpolates between them
 
-/** Data of a replay that the panel shows in place of the present. */
+/** Data of a replay that the column shows in place of the present. */
 export interface Lens {
   /** Whether the server was heard at the shown time. */
   readonly known: boolean;
@@ -27,11 +27,25 @@ export interface Lens {
   readonly charted: (user: number) => Charted;
 }
 
-export class Panel {
+/** The parts of the page that the column needs. */
+export interface ColumnPage {
+  readonly store: SceneStore;
+  /** The shown scene, present or past; null before it has come. */
+  readonly shown: SceneSnapshot | null;
+  readonly own: { readonly state: TouchState | null; readonly handle: TouchHandle | null };
+  readonly replay: { readonly lens: Lens | null };
+  readonly company: { readonly bar: HTMLElement; readonly following: number | null; toggle(user: number): void };
+  colour(user: number): string;
+  toggle(panel: string): void;
+}
+
+export class Column {
   readonly root: HTMLElement;
+  /** The last line of the column, before which more cards may stand. */
+  readonly end: HTMLElement;
   readonly area: AreaCard;
   /** Place for the offers while nobody else is here. */
-  readonly beside = el("div");
+  readonly offers = el("div");
   private readonly cards = new Map<number, UserCard>();
   private readonly list = el("div", { class: "cards" });
   private readonly count = el("span", { class: "count" });
@@ -51,60 +65,47 @@ export class Panel {
     class: "fine latency-note",
     text: "This server does not let pages add delay; start it with --allow-latency to get sliders here.",
   });
-  private readonly colour: (user: number) => string;
-  private readonly setLatency: (user: number, latency: Latency) => void;
-  private readonly order: (order: Order, user?: number, name?: string) => void;
   private readonly roomOrders: OrdersPlace<RoomOrders>;
   private readonly frozen = el("p", { class: "fine room-orders", text: "The object is frozen: it takes nobody\u2019s force." });
   private readonly cursor: PlotCursor = { before: null };
   private readonly when = el("span", { class: "count panel-when" });
   private ink: Inks | null = null;
 
-  constructor(
-    colour: (user: number) => string,
-    setLatency: (user: number, latency: Latency) => void,
-    setEncoding: (encoding: Encoding) => void,
-    order: (order: Order, user?: number, name?: string) => void,
-    share: () => void,
-    private readonly follow: (user: number) => void,
-    company: HTMLElement,
-  ) {
-    this.order = order;
-    this.roomOrders = new OrdersPlace(({ RoomOrders: Made }) => new Made(order));
+  constructor(private readonly page: ColumnPage) {
+    this.roomOrders = new OrdersPlace(({ RoomOrders: Made }) => new Made((...order) => { page.store.order(...order); }));
     this.encoding = choice<Encoding>(
       "How the surface comes",
       [
         ["forces", "forces", "Only contact forces come; the page computes the exact surface from them"],
         ["frames", "frames", "The whole surface comes, quantised and compressed"],
       ],
-      setEncoding,
+      (encoding) => { page.store.setView(encoding, RATE); },
     );
     this.encoding.set("forces");
-    this.colour = colour;
-    this.setLatency = setLatency;
-    this.area = new AreaCard(colour);
+    this.end = el("div", { class: "stream" }, this.encoding.root, this.stream);
+    this.area = new AreaCard((user) => page.colour(user));
     this.root = el(
       "aside",
       { class: "panel", id: "panel", attrs: { "aria-label": "Hands and stability" } },
       this.sheet.root,
       el("div", { class: "panel-title" }, el("h2", { class: "panel-name", id: "hands" }, "Hands ", this.count, " ", this.when),
-        el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: share } }), this.level.root),
-      company,
+        el("button", { class: "button share-button", text: "Invite", title: "The address of this room, and its QR code", attrs: { type: "button" }, on: { click: () => { page.toggle("share"); } } }), this.level.root),
+      page.company.bar,
       this.frozen, this.roomOrders.root,
       this.time,
       this.empty,
-      this.beside,
+      this.offers,
       this.list,
       this.latencyNote,
       this.area.root,
-      el("div", { class: "stream" }, this.encoding.root, this.stream),
+      this.end,
     );
   }
 
   /** Draw with the colours of the new scheme, light or dark. */
   repaint(): void {
     this.ink = null;
-    for (const [user, card] of this.cards) card.paint(this.colour(user));
+    for (const [user, card] of this.cards) card.paint(this.page.colour(user));
   }
 
   /** Bring a part into sight; on the stage alone nothing is scrolled. */
@@ -125,7 +126,9 @@ export class Panel {
   }
 
   /** Write and draw all visible parts; called some times a second. */
-  update(store: SceneStore, view: SceneSnapshot | null, own: number, link: OwnLink | null, lens: Lens | null, following: number | null): void {
+  update(): void {
+    const { store, shown: view, own: { state, handle }, replay: { lens }, company: { following } } = this.page;
+    const own = state?.user ?? 0;
     const ink = (this.ink ??= inks(this.root));
     const present = new Set([...store.roster.map((r) => r.user), ...(view?.users ?? []).map((u) => u.user)]);
     for (const [user, card] of this.cards) {
@@ -141,7 +144,7 @@ export class Panel {
         mayDelay: lens === null && store.info?.allow_latency === true,
         admin: lens === null && store.info?.room_admin === true,
         muted: lens === null && store.restraints.muted.includes(user),
-        link: lens === null && user === own ? link : null,
+        link: lens === null && user === own ? (handle?.link ?? null) : null,
         live: lens === null ? isLive(store.status) : lens.known,
         view: lens !== null ? "none" : following === user ? "followed" : store.company.state?.open.includes(user) === true ? "open" : "none",
       });
@@ -173,16 +176,16 @@ export class Panel {
   }
 
   private userInk(ink: Inks, user: number): Inks {
-    return { ...ink, get: (name) => (name === "--user" ? this.colour(user) : ink.get(name)) };
+    return { ...ink, get: (name) => (name === "--user" ? this.page.colour(user) : ink.get(name)) };
   }
 
   private card(user: number): UserCard {
     let card = this.cards.get(user);
     if (card === undefined) {
       card = new UserCard(user, this.cursor, (latency) => {
-        this.setLatency(user, latency);
-      }, (order) => { this.order(order, user); }, () => { this.follow(user); });
-      card.paint(this.colour(user));
+        this.page.store.setLatency(user, latency);
+      }, (order) => { this.page.store.order(order, user); }, () => { this.page.company.toggle(user); });
+      card.paint(this.page.colour(user));
       card.open(this.cards.size < OPEN_AT_FIRST);
       this.cards.set(user, card);
       // Cards are in the order of user numbers, not in that of arrival.

@@ -1,30 +1,19 @@
-/** The panel's offers while nobody else is here: a second window of this room, or a simulated partner beside the visitor. */
+/** The column's offers while nobody else is here: a second window of this room, or a simulated partner beside the visitor. */
 
 import { type RestMesh, sameMesh } from "../model/body";
 import type { TouchHandle } from "../model/hand";
-import { isLive, type SceneStore, type SceneSnapshot } from "../model/scene";
-import { sub, unit, type Vec3 } from "../model/vec";
+import { isLive } from "../model/scene";
+import { sub, unit } from "../model/vec";
 import { el, say, show } from "../ui/dom";
 import { sentence } from "../ui/notice";
-import { openWindow, type Visit } from "../share/windows";
-import type { OwnHand, StartTouch } from "./own_hand";
-import type { Partner } from "./partner";
+import { openWindow } from "../share/windows";
+import type { PanelHost } from "../page/panels";
+import type { Partner } from "../page/partner";
 
 const ASIDE = 1.05; // rad round from the visitor: in sight, and with a stronger coupling on a full balloon than at a quarter turn
 const MOST = 6; // places that are tried, because an object may be open on one side
 
-/** The parts of the page that are needed here. */
-export interface Host {
-  readonly store: SceneStore;
-  readonly view: SceneSnapshot | null;
-  readonly own: OwnHand;
-  readonly visitor: { readonly name: string };
-  /** A tour brings a partner of its own, and a replay shows the past: no partner is offered during either. */
-  readonly tour: { readonly running: boolean };
-  readonly replay: { readonly active: boolean };
-}
-
-export class Beside {
+export class Offers {
   private readonly words = el("p", { class: "fine", attrs: { role: "status" } });
   private readonly bring: HTMLButtonElement;
   private partner: Partner | null = null;
@@ -32,19 +21,12 @@ export class Beside {
   /** Mesh of the object at the time when the partner came. */
   private met: RestMesh | null = null;
 
-  /**
-   * @param url Websocket of the server.
-   * @param towardsEye Direction from the middle of the body towards the eye.
-   * @param root Element that holds the offers.
-   */
-  constructor(
-    private readonly page: Host, visit: Visit, private readonly startTouch: StartTouch, private readonly url: string,
-    private readonly towardsEye: () => Vec3, private readonly root: HTMLElement,
-  ) {
+  /** @param root Element that holds the offers. */
+  constructor(private readonly page: PanelHost, private readonly root: HTMLElement) {
     const button = (text: string, press: () => void): HTMLButtonElement =>
       el("button", { class: "button", text, attrs: { type: "button" }, on: { click: press } });
     this.bring = button("Bring a partner", () => { this.toggle(); });
-    const second = button("Open a second window", () => { openWindow(visit, page.visitor.name); });
+    const second = button("Open a second window", () => { openWindow(page.settings, page.visitor.name); });
     root.append(el("div", { class: "beside" }, second, this.bring), this.words);
   }
 
@@ -61,7 +43,7 @@ export class Beside {
     this.partner?.update();
     const { mesh } = this.page.store;
     if (this.hand !== null && this.met !== null && mesh !== null && !sameMesh(mesh, this.met)) {
-      this.partner?.leave();
+      this.sendAway();
       this.failed = "the object is another one";
     }
     const { store: { info, roster }, view, own, tour, replay } = this.page;
@@ -74,6 +56,10 @@ export class Beside {
     const words = this.told();
     say(this.words, words);
     show(this.words, words !== "");
+  }
+
+  sendAway(): void {
+    this.partner?.leave();
   }
 
   private told(): string {
@@ -92,22 +78,22 @@ export class Beside {
   private toggle(): void {
     this.failed = "";
     if (this.hand !== null) {
-      this.partner?.leave();
+      this.sendAway();
       this.update();
       return;
     }
-    import("./partner").then(({ besides, Partner }) => {
+    import("../page/partner").then(({ besides, Partner }) => {
       const { store: { info, mesh, roster }, own } = this.page;
       if (info === null || mesh === null) return;
-      const partner = (this.partner ??= new Partner(this.startTouch));
+      const partner = (this.partner ??= new Partner(this.page.settings.startTouch));
       const at = own.held?.point ?? own.state?.proxy;
-      const visitor = at === undefined ? this.towardsEye() : sub(at, info.body.center);
+      const visitor = at === undefined ? this.page.towardsEye() : sub(at, info.body.center);
       // Without height: a partner on the top would be beside every visitor.
       const level = unit([visitor[0], visitor[1], 0], [0, -1, 0]);
       const places = Array.from({ length: MOST }, (_, i) => besides(level, ASIDE * (i + 1)));
       const names = [this.page.visitor.name, ...roster.map(({ name }) => name)];
       this.met = mesh;
-      if (!places.some((place) => partner.come(this.url, names, mesh, info, place))) partner.why = "it finds no place on this object";
+      if (!places.some((place) => partner.come(this.page.url, names, mesh, info, place))) partner.why = "it finds no place on this object";
       this.update();
     }, () => {
       this.failed = "that part of the page did not come from the server; try again";
