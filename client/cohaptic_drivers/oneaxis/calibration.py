@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from cohaptic.clock import Clock
 from cohaptic.errors import DeviceError
-from cohaptic.runtime.interrupt import signals_put_off
+from cohaptic.runtime.signals_put_off import signals_put_off
 from cohaptic_drivers.oneaxis.frames import NAME, Description, Report
 from cohaptic_drivers.oneaxis.link import BoardLink
 

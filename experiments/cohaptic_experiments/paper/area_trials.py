@@ -15,7 +15,7 @@ import numpy as np
 
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
-from cohaptic.control.stability.single_contact import lifted_edges
+from cohaptic.control.stability.stable_set import lifted_edges
 from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.outcome import Progress
 from cohaptic_experiments.paper.measure import swing

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from cohaptic.control.stability.single_contact import closed_edges, lifted_edges
+from cohaptic.control.stability.stable_set import closed_edges, lifted_edges
 from cohaptic_experiments.outcome import (
     Check,
     Options,

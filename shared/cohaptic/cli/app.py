@@ -21,7 +21,7 @@ from typer.core import TyperCommand
 from cohaptic import __version__, compiled
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic.extensions import ExtensionError, added, load
-from cohaptic.runtime.interrupt import signals_heeded
+from cohaptic.runtime.heeded import signals_heeded
 
 FIRST = "Options"
 _LIST = re.compile(r"<list\[(\w+)\]>")  # an option that may be given several times

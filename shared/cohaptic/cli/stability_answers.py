@@ -33,8 +33,8 @@ from cohaptic.control.stability.single_contact import (
     lifted_radius,
     proportional_is_stable,
     proportional_model,
-    stability_area,
 )
+from cohaptic.control.stability.stable_set import stability_area
 from cohaptic.errors import SettingError
 
 

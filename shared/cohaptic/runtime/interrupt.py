@@ -5,19 +5,6 @@ SIGINT (Ctrl-C), SIGTERM or a closing terminal cancels a coroutine, which finish
 In a server SIGHUP has two meanings: its terminal closed, or an administrator wants files read
 again. If a standard stream is a terminal that has closed, SIGHUP ends the server as SIGTERM does,
 because nobody could see the server or end it by Ctrl-C any more.
-
-SIGINT and SIGTERM end every command, even one that was started with SIGINT ignored. A shell without
-job control (`bash script &`, many service managers) starts background commands with SIGINT ignored,
-so that Ctrl-C of the terminal, which goes to a whole process group, ends only the foreground
-command. Python leaves SIGINT ignored, and a SIGINT sent to that one process would be lost. This
-module takes every signal that reaches a command as meant for that command. To outlive its terminal,
-a command is started with `nohup`, and SIGHUP stays ignored; to outlive Ctrl-C, a command is started
-in a session of its own (`setsid`).
-
-Signals are delayed while a command applies force to a hand, so that the command first switches the
-force off. A command that gives a force for a moment (a knock, a nudge) has no loop and no second
-process. A signal that ended or stopped the command in that moment would leave the force on; a
-device whose firmware has no watchdog would apply the force for ever.
 """
 
 from __future__ import annotations
@@ -32,7 +19,7 @@ import stat
 import sys
 import threading
 from collections.abc import Callable, Coroutine, Generator
-from typing import Any, Final
+from typing import Any
 
 from cohaptic.runtime.direct_loop import DirectLoop
 
@@ -177,63 +164,3 @@ def on_hangup(again: Callable[[], None]) -> Callable[[], None]:
             again()
 
     return heard
-
-
-@contextlib.contextmanager
-def signals_heeded() -> Generator[None, None, None]:
-    """Within the block, let SIGINT raise KeyboardInterrupt, and SIGTERM do what SIGINT does.
-
-    A handler that code within the block installs stays in place afterwards. Outside the main
-    thread, where Python handles no signals, the block has no effect.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    ours: dict[signal.Signals, object] = {}
-    if before[signal.SIGINT] is signal.SIG_IGN:
-        ours[signal.SIGINT] = signal.default_int_handler
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    if before[signal.SIGTERM] in (signal.SIG_DFL, signal.SIG_IGN):
-        ours[signal.SIGTERM] = _as_interrupt
-        signal.signal(signal.SIGTERM, _as_interrupt)
-    try:
-        yield
-    finally:
-        for number, handler in ours.items():
-            if signal.getsignal(number) is handler:
-                signal.signal(number, before[number])
-
-
-def _as_interrupt(_number: int, _frame: object) -> None:
-    # Do what SIGINT means to the command by now. On Windows `raise_signal` knows SIGINT, too.
-    signal.raise_signal(signal.SIGINT)
-
-
-# Ctrl-C, Ctrl-Z, `kill` and a closing terminal; Windows has only Ctrl-C and `kill`.
-_NAMES: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
-
-
-@contextlib.contextmanager
-def signals_put_off() -> Generator[Callable[[], bool], None, None]:
-    """Delay signals that come within the block; only the first of them takes effect afterwards.
-
-    Use this block in the main thread only, and for less than a second.
-
-    Yields:
-        Function that returns whether a signal has come; the block should then end.
-    """
-    came: list[int] = []
-
-    def note(number: int, _frame: object) -> None:
-        came.append(number)
-
-    numbers = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
-    before = {number: signal.signal(number, note) for number in numbers}
-    try:
-        yield lambda: bool(came)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler if handler is not None else signal.SIG_DFL)
-        for number in came[:1]:
-            signal.raise_signal(number)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
-from cohaptic_client.devices_cli import KNOCKS, LENGTH, STRENGTH, pulse, pulse_force, verdict
+from cohaptic_client.devices.pulse import KNOCKS, LENGTH, STRENGTH, pulse, pulse_force, verdict
 
 MOST_RATE = 20.0  # N/s; the safety layer's limit of changes that no motion of the hand causes
 

@@ -14,13 +14,12 @@ from cohaptic.control.geometry import LocalSurface, Sight, blend, difference, sh
 from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, local_force, pressed_depth
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.control.stability.single_contact import (
-    closed_edges,
     elastic_object,
     integral_model,
-    lifted_edges,
     lifted_radius,
     proportional_model,
 )
+from cohaptic.control.stability.stable_set import closed_edges, lifted_edges
 from cohaptic.vec import ZERO, Vec3, add, scale, unit
 from cohaptic_client.loop.passivity import Passivity, dissipate, given_share, observe
 from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState, guard

@@ -23,7 +23,7 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import Vec3
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
-from cohaptic_client.devices_cli import pulse
+from cohaptic_client.devices.pulse import pulse
 from cohaptic_drivers.dualsense import dualsense_kind
 from cohaptic_drivers.dualsense import pad as pad_module
 from cohaptic_drivers.dualsense.dualsense_kind import find_pads

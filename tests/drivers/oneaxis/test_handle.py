@@ -10,7 +10,7 @@ import pytest
 
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO
-from cohaptic_client.devices_cli import pulse, verdict
+from cohaptic_client.devices.pulse import pulse, verdict
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.safety import SafetyLimits
 from cohaptic_client.loop.state import LoopSettings, LoopState

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.runtime.interrupt import signals_heeded
+from cohaptic.runtime.heeded import signals_heeded
 from tests.client.devices.until import until
 
 pytestmark = [

@@ -4,21 +4,14 @@ Three ways to judge stability must agree, and tests compare them: the paper's cl
 (10), (15), (16) with their delayed forms (science 3.1); the lifted system of eqs. (1)-(6) for any
 local model and any object, with delay in haptic samples; and the conditions for several contacts
 under any delay (3.2, 3.3). All functions here are pure.
-
-For the integral model, with the gain K_h, the integral gain I and the simulation period N T, the
-module computes the stable set of (K_h, I N T) in closed form and by the lifted system. Eq. (15)
-allows K_h beyond the object's stiffness K_o, up to 3 K_o, where a large enough I stabilises a K_h
-that would be unstable alone: for such a K_h there is also a least I N T.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize_scalar
 
 Floats = npt.NDArray[np.float64]
 
@@ -154,109 +147,3 @@ def lifted_radius(
 def spectral_radius(M: Floats) -> float:
     """Return the largest modulus of a matrix's eigenvalues; 0 for an empty matrix."""
     return float(np.abs(np.linalg.eigvals(M)).max()) if M.size else 0.0
-
-
-_SCAN = 48  # values of I N T that are tried before the bisection
-_BISECTIONS = 24  # final width 2^-24 of a scan step, the accuracy of a 32-bit number
-
-
-def closed_edges(k_h: Floats, k_o: float, b_o: float = 0.0) -> tuple[Floats, Floats]:
-    """Return the least and largest stable I N T for each gain by eqs. (15) and (16), without delay.
-
-    I N T is the integral gain times the simulation period.
-
-    Args:
-        k_h: Gains, shape (n,) [N/m].
-        k_o: Local stiffness [N/m].
-        b_o: Local damping divided by the simulation period [N/m].
-
-    Returns:
-        Two arrays of shape (n,) [N/m]; nan for a gain that is stable with no I N T.
-    """
-    low = np.maximum(0.0, np.maximum(k_h - k_o - 2.0 * b_o, 2.0 * k_h - 2.0 * k_o - 4.0 * b_o))
-    high = k_h + k_o
-    some = low < high
-    return np.where(some, low, np.nan), np.where(some, high, np.nan)
-
-
-def lifted_edges(
-    k_h: Floats, k_o: float, b_o: float = 0.0, *, rate_ratio: int = 1, delay_samples: int = 0
-) -> tuple[Floats, Floats]:
-    """Return the least and largest stable I N T for each gain by the lifted system, at any delay.
-
-    With a delay of whole simulation periods the result does not depend on the rate ratio; a ratio
-    of 1 is quickest. Arguments without a description and results are as in `closed_edges`.
-
-    Args:
-        rate_ratio: Haptic samples per simulation period, N.
-        delay_samples: Round trip beyond one simulation period, in haptic samples.
-    """
-    body = elastic_object(k_o, b_o)
-
-    edges: list[tuple[float, float]] = []
-    for k in k_h.tolist():
-
-        def radius(int_: float, k: float = k) -> float:
-            local = integral_model(k, int_, 1.0 / rate_ratio)
-            return lifted_radius(local, body, rate_ratio, delay_samples)
-
-        edges.append(_interval(radius, 1e-6 * k_o, k + k_o))
-    table = np.array(edges)
-    return table[:, 0], table[:, 1]
-
-
-def stability_area(
-    k_o: float,
-    b_o: float = 0.0,
-    *,
-    rate_ratio: int = 1,
-    delay_samples: int = 0,
-    points: int = 121,
-) -> Floats:
-    """Return the stable set of (K_h, I N T) as a polygon to draw, as in Fig. 8.
-
-    The polygon goes up along the largest I N T of each K_h and back along the least; the first
-    point is repeated at the end.
-
-    Args:
-        k_o: Local stiffness [N/m].
-        b_o: Local damping divided by the simulation period [N/m].
-        rate_ratio: Haptic samples per simulation period, N; 1 is enough for delays of whole
-            simulation periods.
-        delay_samples: Round trip beyond one simulation period, in haptic samples.
-        points: Number of values of K_h.
-
-    Returns:
-        Corners (K_h, I N T), shape (m, 2) [N/m].
-    """
-    k_h = np.linspace(1e-3 * k_o, 3.0 * k_o + 4.0 * b_o, points)
-    low, high = lifted_edges(k_h, k_o, b_o, rate_ratio=rate_ratio, delay_samples=delay_samples)
-    some = ~np.isnan(low)
-    up = np.stack([k_h[some], high[some]], axis=1)
-    back = np.stack([k_h[some], low[some]], axis=1)[::-1]
-    return np.concatenate([up, back, up[:1]])
-
-
-def _interval(radius: Callable[[float], float], first: float, last: float) -> tuple[float, float]:
-    """Return the interval of I N T with `radius` < 1, from 0 if `first` is stable; nan if empty."""
-    tried = np.linspace(first, last, _SCAN).tolist()
-    radii = [radius(x) for x in tried]
-    step = tried[1] - tried[0]
-    stable = [x for x, r in zip(tried, radii, strict=True) if r < 1.0]
-    if not stable:
-        # Near its corner the set is thinner than a scan step: search for the least radius.
-        best = tried[int(np.argmin(radii))]
-        least = minimize_scalar(radius, bounds=(best - step, best + step), method="bounded")
-        if least.fun >= 1.0:
-            return np.nan, np.nan
-        stable = [float(least.x)]
-    low = 0.0 if stable[0] == first else _bisect(radius, stable[0], stable[0] - step)
-    return low, _bisect(radius, stable[-1], stable[-1] + step)
-
-
-def _bisect(radius: Callable[[float], float], good: float, bad: float) -> float:
-    """Return the edge of stability between a stable and an unstable I N T."""
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if radius(middle) < 1.0 else (good, middle)
-    return good

@@ -3,14 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohaptic.control.stability.single_contact import (
-    closed_edges,
-    elastic_object,
-    integral_model,
-    lifted_edges,
-    lifted_radius,
-    stability_area,
-)
+from cohaptic.control.stability.single_contact import elastic_object, integral_model, lifted_radius
+from cohaptic.control.stability.stable_set import closed_edges, lifted_edges, stability_area
 
 
 @pytest.mark.parametrize("b_o", [0.0, 0.4])
