@@ -7,7 +7,6 @@ versions differ in little but their headers, so a reader of one's own is shorter
 
 from __future__ import annotations
 
-import logging
 import re
 from collections import Counter
 from pathlib import Path
@@ -17,8 +16,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
-
-log = logging.getLogger("cohaptic.server")
+from cohaptic_server.objects.memory_limit import say_once
 
 REST = "rest"  # name of the part that has the elements of no group
 # Number of nodes of each type of element; the first four nodes of a tetrahedron are its corners.
@@ -220,8 +218,8 @@ def _entities(path: Path, at: _Cursor) -> dict[int, int]:
                 found[tag] = abs(groups[0])
                 several += [tag] if len(groups) > 1 else []
     if several:
-        log.warning("%s: %d of its volumes are in several groups; each counts in the first", path,
-                    len(several))  # fmt: skip
+        words = f"{len(several)} of its volumes are in several groups; each counts in the first"
+        say_once(path, words)
     return found
 
 

@@ -10,12 +10,16 @@ Any error that the library raised becomes the error about an unreadable file.
 from __future__ import annotations
 
 import contextlib
+import logging
 import struct
 import sys
 from collections.abc import Generator
+from functools import lru_cache
 from pathlib import Path
 
 from cohaptic.errors import BodyError, one_line
+
+log = logging.getLogger("cohaptic.server")
 
 # Reading text into Python's lists takes about 30 bytes of memory for each byte of the file.
 _PER_BYTE = 64
@@ -68,6 +72,12 @@ def address_space() -> int:
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     return pages * resource.getpagesize()
+
+
+@lru_cache(maxsize=64)
+def say_once(path: Path, words: str) -> None:
+    """Log how a file was read otherwise than it is written; only once, though it is read again."""
+    log.warning("%s: %s", path, words)
 
 
 # The texts of these errors describe the program, such as "list index out of range", or are empty:

@@ -8,7 +8,6 @@ each is refused with its place in the unit of the file.
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +15,9 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary, face_pieces, pieces, volumes
 from cohaptic_server.numeric import Floats, Ints, Mask
+from cohaptic_server.objects.memory_limit import say_once
 from cohaptic_server.objects.surface.checks import intersecting
 from cohaptic_server.objects.surface.surface_file import equal_points
-
-log = logging.getLogger("cohaptic.server")
 
 # Distance at which two points are one, as a share of the size: files in single precision have 24
 # bits, and the shortest edge of a useful mesh is ten thousand times as long.
@@ -42,20 +40,19 @@ def mended(path: Path, x: Floats, tets: Ints) -> tuple[Floats, Ints, Ints]:
     x, tets = x[used], renumbered.reshape(tets.shape).astype(np.int64)
     first, inverse = equal_points(x, SAME)
     if len(first) < len(x):
-        log.warning("%s: %s points lie at the place of another one (within %g of its size) and are"
-                    " merged with it", path, f"{len(x) - len(first):,}", SAME)  # fmt: skip
+        count = f"{len(x) - len(first):,} points lie at the place of another one"
+        say_once(path, f"{count} (within {SAME:g} of its size) and are merged with it")
         x, tets = x[first], inverse[tets]
     _, once = np.unique(np.sort(tets, axis=1), axis=0, return_index=True)
     once.sort()
     if len(once) < len(tets):
-        log.warning("%s: %s tetrahedra are there more than once, as in several groups: each counts"
-                    " once, in the first of its groups", path,
-                    f"{len(tets) - len(once):,}")  # fmt: skip
+        count = f"{len(tets) - len(once):,} tetrahedra are there more than once"
+        say_once(path, f"{count}, as in several groups: each counts once, in its first group")
     tets = tets[once]
     inside_out = volumes(x, tets) < 0.0
     if inside_out.any() and not inside_out.all():  # a whole mesh in the other order is usual
-        log.warning("%s: %s of %s tetrahedra are inside out and are turned", path,
-                    f"{inside_out.sum():,}", f"{len(tets):,}")  # fmt: skip
+        count = f"{inside_out.sum():,} of {len(tets):,}"
+        say_once(path, f"{count} tetrahedra are inside out and are turned")
     tets[inside_out] = tets[inside_out][:, [0, 2, 1, 3]]
     return x, tets, once
 

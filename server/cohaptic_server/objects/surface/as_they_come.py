@@ -8,14 +8,12 @@ mesh. Files that are something else altogether, such as a pointer of Git LFS, ar
 from __future__ import annotations
 
 import itertools
-import logging
 import re
 import struct
 from pathlib import Path
 
 from cohaptic.errors import BodyError
-
-log = logging.getLogger("cohaptic.server")
+from cohaptic_server.objects.memory_limit import say_once
 
 _HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
 _LINES = 100  # lines of numbers that show whether decimal commas are used
@@ -81,10 +79,8 @@ def _binary_stl(path: Path, data: bytes) -> bytes:
         return data
     said = _declared(data)
     if not 0 < said <= there:
-        log.warning(
-            "%s: its header counts %s triangles; the %s that it has are read", path,
-            f"{said:,}", f"{there:,}",
-        )  # fmt: skip
+        words = f"its header counts {said:,} triangles; the {there:,} that it has are read"
+        say_once(path, words)
         said = there
     end = _HEADER + _TRIANGLE * said
     return data[:80] + struct.pack("<I", said) + data[_HEADER:end]

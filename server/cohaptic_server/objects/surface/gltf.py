@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import base64
 import json
-import logging
 import math
 import struct
 from collections.abc import Iterator
@@ -24,10 +23,8 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.memory_limit import reading_limited, unreadable
+from cohaptic_server.objects.memory_limit import reading_limited, say_once, unreadable
 from cohaptic_server.objects.object_file import MAX_READ
-
-log = logging.getLogger("cohaptic.server")
 
 # Extensions that move vertices, and are read here.
 _READ = {"KHR_mesh_quantization", "EXT_mesh_gpu_instancing"}
@@ -174,8 +171,8 @@ class _File:
     def _of_node(self, node: dict[str, Any], matrix: Floats) -> Iterator[Node]:
         mesh = self._item("meshes", node["mesh"])
         if "skin" in node or any("targets" in one for one in mesh["primitives"]):
-            log.warning("%s: skins and morph targets are left out: the shape is the modelled one",
-                        self._path)  # fmt: skip
+            words = "skins and morph targets are left out: the shape is the modelled one"
+            say_once(self._path, words)
         x, faces = self._mesh(mesh)
         name = str(node.get("name", mesh.get("name", "")))
         for instance in self._instances(node):
