@@ -100,8 +100,6 @@ async def serve_doors(
     Args:
         handle: Serves a websocket, which is closed when `handle` returns.
         process: Answers an HTTP request; returns None to let it become a websocket.
-        doors: Listening sockets.
-        gate: Gate that admits connections.
         tls: TLS settings of every connection; None without TLS.
         base: Path prefix that requests may have; `handle` and `process` see the path without it.
         further: Subprotocols that the server accepts beside its own.

@@ -206,8 +206,7 @@ def room(
 ) -> dict[str, Any]:
     """Judge whether a room of hands held still is stable at its users' loop delays (science 3.8).
 
-    The answer is for a server that anticipates no forces, as in a room where a user uses a law of
-    the paper or other users turn a contact with friction (3.12); with anticipation, hands held
+    The answer is for a server that anticipates no forces (3.12); with anticipation, hands held
     still need no lag (3.13).
 
     Args:
@@ -220,9 +219,8 @@ def room(
         sim_period: Simulation period N T, over which the spectral radius is taken [s].
 
     Returns:
-        Fields of the JSON answer. `stable`, `spectral_radius` and `growth_rate` [1/s] come from the
-        exact roots at these delays; `coupling`, `lag_needed` [s] and `margin` come from the
-        theorem, for all delays up to the longest. An infinite radius, rate or margin is None.
+        Fields of the JSON answer. `spectral_radius` and `growth_rate` [1/s] are of these delays;
+        `lag_needed` [s] and `margin` hold for all delays up to the longest. None is infinite.
 
     Raises:
         SettingError: A value is outside its limits, or outside the theorem.
