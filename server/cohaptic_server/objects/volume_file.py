@@ -148,7 +148,8 @@ def read_volume(path: Path) -> VolumeMesh:
 def _of_those(parts: Parts, taken: Ints) -> Parts:
     """Parts of some of the tetrahedra; a part that has none of them is gone."""
     left, of = np.unique(parts.of[taken], return_inverse=True)
-    return Parts(tuple(parts.names[k] for k in left.tolist()), of.reshape(-1).astype(np.int64))
+    names = tuple(parts.names[int(k)] for k in left)
+    return Parts(names, np.asarray(of, dtype=np.int64).reshape(-1))
 
 
 _Read: TypeAlias = tuple[Floats, Ints, Parts | None, Counter[str]]

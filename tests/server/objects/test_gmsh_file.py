@@ -31,7 +31,8 @@ def saved(path: Path, form: str, binary: bool) -> Path:
         },
         field_data={"liver": np.array([1, 3]), "tumour": np.array([7, 3])},
     )
-    meshio.write(path, mesh, file_format=form, binary=binary)
+    write: Any = meshio.write  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    write(path, mesh, file_format=form, binary=binary)
     return path
 
 

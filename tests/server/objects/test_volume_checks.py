@@ -17,7 +17,11 @@ from cohaptic_server.objects.volume_file import VolumeMesh, read_volume
 KUHN = [(0, 1, 3, 7), (0, 1, 5, 7), (0, 2, 3, 7), (0, 2, 6, 7), (0, 4, 5, 7), (0, 4, 6, 7)]
 
 
-def block(cells: tuple[int, int, int], low: Any = (0, 0, 0), high: Any = (1, 1, 1)) -> Any:
+def block(
+    cells: tuple[int, int, int],
+    low: tuple[float, float, float] = (0, 0, 0),
+    high: tuple[float, float, float] = (1, 1, 1),
+) -> tuple[Floats, Ints]:
     """A box of cells, each cut into six tetrahedra, as vertices and tetrahedra."""
     ticks = [np.linspace(a, b, n + 1) for a, b, n in zip(low, high, cells, strict=True)]
     x = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -37,7 +41,8 @@ def joined(*some: tuple[Floats, Ints]) -> tuple[Floats, Ints]:
 
 
 def read(path: Path, mesh: tuple[Floats, Ints], **more: Any) -> VolumeMesh:
-    meshio.Mesh(mesh[0], [("tetra", mesh[1])], **more).write(path)
+    whole: Any = meshio.Mesh(mesh[0], [("tetra", mesh[1])], **more)
+    whole.write(path)
     return read_volume(path)
 
 

@@ -5,7 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from cohaptic.runtime.signals_put_off import _NAMES, signals_put_off
+from cohaptic.runtime.signals_put_off import (
+    _NAMES,  # pyright: ignore[reportPrivateUsage]
+    signals_put_off,
+)
 
 NUMBERS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 

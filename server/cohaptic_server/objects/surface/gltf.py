@@ -260,7 +260,8 @@ class _File:
             values[rows[:, 0].astype(np.int64)] = given
         decoded: Floats = values.astype(np.float64)
         if accessor.get("normalized") and dtype.kind in "iu":
-            decoded = np.maximum(decoded / float(np.iinfo(dtype).max), -1.0)
+            largest: float = np.iinfo(dtype.name).max
+            decoded = np.maximum(decoded / largest, -1.0)
         return decoded
 
     def _view(self, number: int, start: int, count: int, width: int, dtype: Any) -> Any:

@@ -44,7 +44,8 @@ def equal_points(x: Floats, share: float) -> tuple[Ints, Ints]:
         Index of the first point at each place, shape (k,), and the place of each point, shape (n,).
     """
     size = float(np.ptp(x, axis=0).max()) or 1.0
-    return _unique_rows(np.round((x - x.min(axis=0)) / (share * size)).astype(np.int64))
+    cells = np.asarray((x - x.min(axis=0)) / (share * size), dtype=np.float64)
+    return _unique_rows(np.rint(cells).astype(np.int64))
 
 
 def _unique_rows(key: Ints) -> tuple[Ints, Ints]:

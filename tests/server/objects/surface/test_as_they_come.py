@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,7 @@ def off() -> str:
 
 
 TEXTS = {".stl": ascii_stl(), ".obj": obj(), ".ply": ply(), ".off": off()}
-DISGUISES = {
+DISGUISES: dict[str, Callable[[str], bytes]] = {
     "as it is": lambda text: text.encode(),
     "old line ends": lambda text: text.replace("\n", "\r").encode(),
     "Windows' line ends": lambda text: text.replace("\n", "\r\n").encode(),

@@ -185,21 +185,21 @@ def test_data_beside_a_file_or_in_it_is_found(tmp_path: Path) -> None:
         assert is_the_cube(read_surface(path))
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"asset": {"version": "1.0"}}, "glTF 1.0, which is not read"),
-        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "compressed by Draco"),
-        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "compressed by meshopt"),
-        ({"extensionsRequired": ["ACME_bent_space"]}, "requires the extension 'ACME_bent_space'"),
-        ({"nodes": [{"mesh": 0, "children": [0]}]}, "two parents, or is its own"),
-        ({"nodes": [{"children": [1, 1]}, {"mesh": 0}]}, "two parents"),
-        ({"nodes": [{"mesh": 7}]}, "number 7 of 1 meshes"),
-        ({"nodes": [{"mesh": -1}]}, "no mesh that can be read"),
-        ({"scenes": [{"nodes": [True]}]}, "no mesh that can be read"),
-        ({"scenes": [{}]}, "there is no triangle in it"),
-    ],
-)
+CHANGES: list[tuple[dict[str, Any], str]] = [
+    ({"asset": {"version": "1.0"}}, "glTF 1.0, which is not read"),
+    ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "compressed by Draco"),
+    ({"extensionsRequired": ["EXT_meshopt_compression"]}, "compressed by meshopt"),
+    ({"extensionsRequired": ["ACME_bent_space"]}, "requires the extension 'ACME_bent_space'"),
+    ({"nodes": [{"mesh": 0, "children": [0]}]}, "two parents, or is its own"),
+    ({"nodes": [{"children": [1, 1]}, {"mesh": 0}]}, "two parents"),
+    ({"nodes": [{"mesh": 7}]}, "number 7 of 1 meshes"),
+    ({"nodes": [{"mesh": -1}]}, "no mesh that can be read"),
+    ({"scenes": [{"nodes": [True]}]}, "no mesh that can be read"),
+    ({"scenes": [{}]}, "there is no triangle in it"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), CHANGES)
 def test_what_cannot_be_read_is_named(change: dict[str, Any], words: str, tmp_path: Path) -> None:
     made = scene()
     made.document |= change
