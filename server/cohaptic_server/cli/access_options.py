@@ -7,6 +7,7 @@ module also reads durations, such as 10m.
 from __future__ import annotations
 
 import ipaddress
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,7 +21,6 @@ from cohaptic_server.guard.proxies import NETWORK, network_of
 
 if TYPE_CHECKING:
     from cohaptic_server.shell.gate import Protection
-import re
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _LONGEST = 400 * 86400.0  # s; a key is rotated sooner

@@ -1,4 +1,4 @@
-"""Checks the recent traffic of each connection and of each source against its budgets.
+"""Checks traffic and log lines of each connection and of each source against their budgets.
 
 `Meter` checks the messages of one connection. `LogLines` limits the rate of log lines about each
 source, so that no source fills a disk. `Sources` checks the requests of each source. The number of

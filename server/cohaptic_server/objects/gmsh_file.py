@@ -18,7 +18,6 @@ from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import say_once
 
-REST = "rest"  # name of the part that has the elements of no group
 # Number of nodes of each type of element; the first four nodes of a tetrahedron are its corners.
 _NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18,
           14: 14, 15: 1, 16: 8, 17: 20, 18: 15, 19: 13, 20: 9, 21: 10, 22: 12, 23: 15, 24: 15,
@@ -27,6 +26,8 @@ _TETRAHEDRA = (4, 11, 29, 30, 31)
 _SOLIDS = {5: "hexahedron", 6: "wedge", 7: "pyramid", 12: "hexahedron27", 13: "wedge18",
            14: "pyramid14", 17: "hexahedron20", 18: "wedge15", 19: "pyramid13",
            92: "hexahedron64", 93: "hexahedron125"}  # fmt: skip
+_FACES = {2: "triangle", 3: "quad", 9: "triangle6", 10: "quad9", 16: "quad8", 20: "triangle9",
+          21: "triangle10"}  # fmt: skip
 _VOLUME = 3  # dimension of a volume
 _SECTION = re.compile(rb"\$(\w+)[ \t]*\r?\n")
 
@@ -38,8 +39,8 @@ class GmshMesh(NamedTuple):
         x: Nodes, shape (n, 3).
         tets: Corners of each tetrahedron, shape (m, 4).
         groups: Number of each tetrahedron's group, 0 for none, shape (m,).
-        names: Names of groups of volumes, by number; `REST` for 0.
-        others: How many solid elements of other kinds there are, by kind.
+        names: Names of groups of volumes, by number.
+        others: How many elements there are of each other kind that has an area or a volume.
     """
 
     x: Floats
@@ -58,7 +59,7 @@ def read_gmsh(path: Path) -> GmshMesh:
     """Read a file for whose first bytes `is_gmsh` holds.
 
     Raises:
-        BodyError: The mesh is partitioned.
+        BodyError: The mesh is partitioned, or has elements of an unknown type.
         Exception: The file is damaged; errors of many kinds.
     """
     sections = _sections(path.read_bytes())
@@ -76,9 +77,9 @@ def read_gmsh(path: Path) -> GmshMesh:
     group_of = {} if old or "Entities" not in sections else _entities(path, cursor("Entities"))
     tets, groups = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     others = Counter[str]()
-    for kind, entity, group, nodes in read_elements(cursor("Elements")):
-        if kind in _SOLIDS:
-            others[_SOLIDS[kind]] += len(nodes)
+    for kind, entity, group, nodes in _naming(path, read_elements(cursor("Elements"))):
+        if kind in _SOLIDS or kind in _FACES:
+            others[_SOLIDS.get(kind) or _FACES[kind]] += len(nodes)
         if kind in _TETRAHEDRA:
             tets.append(nodes[:, :4])
             groups.append(group if old else np.full(len(nodes), group_of.get(entity, 0)))
@@ -88,6 +89,14 @@ def read_gmsh(path: Path) -> GmshMesh:
     if (tags[order][np.minimum(at, len(tags) - 1)] != corners).any():
         raise ValueError("an element names a node that is not there")
     return GmshMesh(x, order[at], np.concatenate(groups), _names(sections), others)
+
+
+def _naming(path: Path, runs: Any) -> Any:
+    """The same runs of elements; an error of theirs gets the name of the file."""
+    try:
+        yield from runs
+    except BodyError as error:
+        raise BodyError(f"{path}: {error}") from error
 
 
 def _sections(data: bytes) -> dict[str, bytes]:
@@ -175,7 +184,8 @@ def _elements_2(at: _Cursor) -> Any:
         return
     while left > 0:
         kind, count, marks = at.take("i", 3).tolist()
-        numbers = at.take("i", count * (1 + marks + _NODES[kind])).reshape(count, -1)
+        width = 1 + _checked(marks) + _nodes_of(kind)
+        numbers = at.take("i", count * width).reshape(count, width)
         groups = numbers[:, 1] if marks else np.zeros(count, dtype=np.int64)
         yield kind, 0, groups, numbers[:, 1 + marks :]
         left -= max(count, 1)
@@ -186,7 +196,7 @@ def _lines_2(at: _Cursor, count: int) -> Any:
     start, rows = 1, dict[int, list[Any]]()
     for _ in range(count):
         kind, marks = numbers[start + 1 : start + 3].tolist()
-        end = start + 3 + marks + _NODES[kind]
+        end = start + 3 + _checked(marks) + _nodes_of(kind)
         rows.setdefault(kind, []).append((numbers[start + 3] if marks else 0,
                                           numbers[end - _NODES[kind] : end]))  # fmt: skip
         start = end
@@ -199,8 +209,24 @@ def _elements_4(at: _Cursor) -> Any:
     for _ in range(blocks):
         dimension, entity, kind = at.take("i", 3).tolist()
         count = int(at.take("t", 1)[0])
-        numbers = at.take("t", count * (1 + _NODES[kind])).reshape(count, -1)
+        width = 1 + _nodes_of(kind)
+        numbers = at.take("t", count * width).reshape(count, width)
         yield kind, entity if dimension == _VOLUME else -1, None, numbers[:, 1:]
+
+
+def _nodes_of(kind: int) -> int:
+    if kind not in _NODES:
+        raise BodyError(
+            f"its elements of Gmsh's type {kind} are not read. Save it with elements of order 1 or"
+            " 2"
+        )
+    return _NODES[kind]
+
+
+def _checked(marks: int) -> int:
+    if marks < 0:
+        raise ValueError(f"an element with {marks} tags")
+    return marks
 
 
 def _entities(path: Path, at: _Cursor) -> dict[int, int]:
@@ -224,6 +250,7 @@ def _entities(path: Path, at: _Cursor) -> dict[int, int]:
 
 
 def _names(sections: dict[str, bytes]) -> dict[int, str]:
-    lines = re.findall(rb'^\s*(\d+)\s+(\d+)\s+"(.*)"', sections.get("PhysicalNames", b""), re.M)
-    names = {int(n): text.decode(errors="replace") for dim, n, text in lines if int(dim) == _VOLUME}
-    return {0: REST, **names}
+    lines = re.findall(
+        rb'^[ \t]*(\d+)[ \t]+(\d+)[ \t]+"(.*)"', sections.get("PhysicalNames", b""), re.M
+    )
+    return {int(n): name.decode(errors="replace") for dim, n, name in lines if int(dim) == _VOLUME}

@@ -120,8 +120,9 @@ class ObjectFile:
     def to_arguments(self) -> list[str]:
         """Options of the command line that describe the same object, without the path itself.
 
-        Numbers are always among them, so that another version with other defaults makes the same
-        object. The material comes first, then the mesh, then the held region.
+        Numbers are always among them, but for a density that nothing has, so that another version
+        with other defaults makes the same object. The material comes first, then the mesh, then the
+        held region.
         """
         given = {option.name: option.given(self) for option in OPTIONS}
         written = [

@@ -39,6 +39,9 @@ def mended(path: Path, x: Floats, tets: Ints) -> tuple[Floats, Ints, Ints]:
     used, renumbered = np.unique(tets, return_inverse=True)
     x, tets = x[used], renumbered.reshape(tets.shape).astype(np.int64)
     first, inverse = equal_points(x, SAME)
+    # Two near points may lie in two cells of a grid; those of a grid that is shifted are one.
+    again, place = equal_points(x[first], SAME, shift=0.5)
+    first, inverse = first[again], place[inverse]
     if len(first) < len(x):
         count = f"{len(x) - len(first):,} points lie at the place of another one"
         say_once(path, f"{count} (within {SAME:g} of its size) and are merged with it")
@@ -71,17 +74,21 @@ def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
             f"{path}: {(counts > 2).sum():,} faces have three tetrahedra or more, so they overlap;"
             f" one is {_at(x[each[counts > 2][0]])}. Mesh the object anew"
         )
-    if pieces(tets, len(x)).max() == 0:  # else the pieces are named by `TetMesh`
-        of = face_pieces(tets)
-        if of.max() > 0:
-            hinge = _shared(tets, of == of[0])
-            raise BodyError(
-                f"{path}: its {of.max() + 1} pieces hang together by edges or corners only, about"
-                f" which they would turn without a force; one is {_at(x[hinge])}. Join them by"
-                " faces, or take one of them out"
-            )
+    if pieces(tets, len(x)).max() > 0:
+        return  # `TetMesh` refuses several pieces
+    of = face_pieces(tets)
+    if of.max() > 0:
+        hinge = _shared(tets, of == of[0])
+        raise BodyError(
+            f"{path}: its {of.max() + 1} pieces hang together by edges or corners only, about which"
+            f" they would turn without a force; one is {_at(x[hinge[:1]])}. Join them by faces, or"
+            " take one of them out"
+        )
     outside = boundary(tets)
-    crossing = intersecting(x - x.mean(axis=0), outside)
+    try:
+        crossing = intersecting(x - x.mean(axis=0), outside)
+    except BodyError as error:
+        raise BodyError(f"{path}: {error}") from error
     if crossing.any():
         raise BodyError(
             f"{path}: {crossing.sum():,} faces cross others or lie on them without being shared, as"

@@ -92,6 +92,7 @@ def _parts(path: Path, name: str, values: Any, names: dict[int, str]) -> Parts |
 
 _START = 4096  # bytes at the start of a file that show its format
 _TETRAHEDRA = ("tetra", "tetra10")
+REST = "rest"  # name of the part that has the elements of no group
 
 
 class VolumeMesh(NamedTuple):
@@ -133,7 +134,10 @@ def read_volume(path: Path) -> VolumeMesh:
     others = [f"{n:,} of {kind}" for kind, n in sorted(counts.items()) if _is_solid(kind) and n]
     if not len(tets):
         kinds = ", ".join(sorted(counts)) or "-"
-        raise BodyError(f"{path}: there is no tetrahedron in it, only: {kinds}")
+        raise BodyError(
+            f"{path}: there is no tetrahedron in it, only: {kinds}. Mesh its volume first (in Gmsh:"
+            " Mesh, 3D), or save it as STL"
+        )
     if others:
         raise BodyError(
             f"{path}: beside tetrahedra it has cells that would be lost: {', '.join(others)}."
@@ -159,7 +163,10 @@ def _of_gmsh(path: Path) -> _Read:
     """Vertices, tetrahedra, parts, and the number of cells by kind."""
     with reading_limited(path):
         mesh = read_gmsh(path)
-    parts = _parts(path, "gmsh:physical", mesh.groups, mesh.names) if mesh.groups.any() else None
+    names, grouped = dict(mesh.names), mesh.groups != 0
+    if grouped.any() and not grouped.all():
+        names[0] = REST if REST not in names.values() else f"{REST} without a group"
+    parts = _parts(path, "gmsh:physical", mesh.groups, names) if grouped.any() else None
     return mesh.x, mesh.tets, parts, mesh.others
 
 
@@ -253,7 +260,8 @@ def _is_solid(kind: str) -> bool:
 def _check(path: Path, x: Floats, tets: Ints) -> None:
     """Refuse tetrahedra with invalid or repeated vertices."""
     if tets.min() < 0 or tets.max() >= len(x):
-        raise BodyError(f"{path}: a tetrahedron names vertex {tets.max()} of {len(x)}")
+        wrong = tets.min() if tets.min() < 0 else tets.max()
+        raise BodyError(f"{path}: a tetrahedron names vertex {wrong} of {len(x)}")
     if not np.isfinite(x).all():
         raise BodyError(f"{path}: a vertex has a coordinate that is not a number")
     corners = np.sort(tets, axis=1)

@@ -254,8 +254,8 @@ def complementarity(M: Floats, q: Floats) -> Floats:
     return exact if (exact >= 0.0).all() else f
 
 
-_CHANGE = 1e-7  # N; upper bound of the change of any force in the last step
-_MAX_ITERATIONS = 50  # of Newton's method
+_NEWTON_CHANGE = 1e-7  # N; upper bound of the change of any force in the last step
+_NEWTON_STEPS = 50
 _MAX_TOUCH_DOWN_STEPS = 200
 _GAP_TOLERANCE = 1e-7  # m between a tip and the surface on which it has landed
 _MIN_FACING = 0.1  # cosine between the path and the inward normal; below it the path only grazes
@@ -314,7 +314,7 @@ def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> StickingEquilib
     if not hands:
         return StickingEquilibrium(force, force, None)
     response: Response | None = None
-    for _ in range(_MAX_ITERATIONS):
+    for _ in range(_NEWTON_STEPS):
         presses = [_press(h.contact, f) for h, f in zip(hands, force, strict=True)]
         response = body.respond([load for p in presses for load in p.loads()], response)
         residual = _tips(hands, force) - np.array(
@@ -323,7 +323,7 @@ def solve_sticking(body: Body, hands: Sequence[StickingHand]) -> StickingEquilib
         C = _in_space(response.compliance, presses)
         C += np.diag(np.repeat([1.0 / hand.stiffness for hand in hands], 3))
         change = -np.linalg.solve(C, residual.ravel()).reshape(n, 3)
-        if np.abs(change).max() < _CHANGE:
+        if np.abs(change).max() < _NEWTON_CHANGE:
             return StickingEquilibrium(force, _normals(body, hands, presses, response), response)
         force = force + change
     raise BodyError("body and hands that stick found no equilibrium")

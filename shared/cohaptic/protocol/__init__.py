@@ -1,8 +1,8 @@
 """Messages on the wire; each message is checked when it is read.
 
-Binary frames are laid out in one table (`layout.py`), from which the codecs here, the page's and
-the tables of docs/protocol.md are made (`make protocol`). Control messages are JSON; `messages.py`
-has those of a participant, `watch_messages.py` those of a page that watches.
+Binary frames are laid out in one table (`layout.py`). The codecs here read it, and `make protocol`
+writes the page's constants and the tables of docs/protocol.md from it. Control messages are JSON;
+`messages.py` has those of a participant, `watch_messages.py` those of a page that watches.
 
 Terms:
     frame: one binary message: a head with its kind, then its fields.

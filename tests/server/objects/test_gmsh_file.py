@@ -138,6 +138,7 @@ def test_the_newer_version_in_binary_is_the_same(tmp_path: Path, order: str) -> 
         (("$EndElements", ""), "no mesh that can be read"),
         (("3 2 4 6", "3 2 4 60"), "no mesh that can be read"),
         (("3 2 4 6", "3 2 5 6"), "no mesh that can be read"),
+        (("3 2 4 6", "3 2 62 6"), "elements of Gmsh's type 62 are not read"),
         ((" 95 ", " 94 "), "no mesh that can be read"),
         (("$Entities", "$PartitionedEntities\n$EndPartitionedEntities\n$Entities"), "partitioned"),
     ],
@@ -147,4 +148,38 @@ def test_a_damaged_file_is_refused(tmp_path: Path, change: tuple[str, str], word
     assert text != newer()
     (tmp_path / "a.msh").write_text(text)
     with pytest.raises(BodyError, match=words):
+        read_volume(tmp_path / "a.msh")
+
+
+def test_a_name_that_is_taken_is_not_that_of_what_has_no_group(tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text(newer("1 1").replace('"liver"', '"rest"'))
+    found = read_volume(tmp_path / "a.msh").parts
+    assert found is not None
+    assert sorted(found.names) == ["rest", "rest without a group"]
+
+
+def test_an_empty_block_is_no_damage(tmp_path: Path) -> None:
+    text = newer("1 1").replace("$Elements\n3 13", "$Elements\n4 13")
+    (tmp_path / "a.msh").write_text(text.replace("$EndElements", "3 2 5 0\n$EndElements"))
+    assert len(read_volume(tmp_path / "a.msh").tets) == 12
+
+
+def test_a_mesh_of_triangles_says_what_to_do(tmp_path: Path) -> None:
+    text = newer("1 1").replace("3 1 4 6", "3 1 4 0").replace("3 2 4 6", "3 2 4 0")
+    start, end = text.index("3 1 4 0"), text.index("$EndElements")
+    (tmp_path / "a.msh").write_text(text[:start] + "3 1 4 0\n3 2 4 0\n" + text[end:])
+    with pytest.raises(BodyError, match=r"no tetrahedron in it, only: triangle\. Mesh its volume"):
+        read_volume(tmp_path / "a.msh")
+
+
+def test_blank_lines_among_the_names_are_read_in_one_pass(tmp_path: Path) -> None:
+    text = newer("1 1").replace("$PhysicalNames\n2", "$PhysicalNames\n2" + "\n" * 300_000)
+    (tmp_path / "a.msh").write_text(text)
+    assert read_volume(tmp_path / "a.msh").parts is not None
+
+
+def test_an_element_without_end_is_refused(tmp_path: Path) -> None:
+    text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n"
+    (tmp_path / "a.msh").write_text(f"{text}$Elements\n40000\n99 15 -4 0 0 0\n$EndElements\n")
+    with pytest.raises(BodyError, match="no mesh that can be read"):
         read_volume(tmp_path / "a.msh")

@@ -2,7 +2,7 @@
  * The local models that a client may run, and the one function that runs them; `control/law.py` in TypeScript.
  *
  * A law computes the normal force on the hand from the surface at the probe; its memory is an argument and a result.
- * It has no clock, no log and no clamp: limits are applied once, last, by `touch/safety.ts`.
+ * It has no clock, no log and no clamp: limits are applied once, last, by `touch/loop/safety.ts`.
  */
 
 import { answersOwnDent, type LawName } from "../model/laws";

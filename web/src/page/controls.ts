@@ -80,6 +80,7 @@ export function attachKeys(page: PageActions): void {
     else page.wake();
   });
   addEventListener("pagehide", () => {
+    page.hide();
     page.own.stop();
   });
 }

@@ -28,17 +28,15 @@ export const gamepad: Panel = {
     button.hidden = hid === null;
     put("tools", button);
     put("dialogs", place);
-    const rest = (): void => { desk?.pause(); };
-    addEventListener("pagehide", rest);
     lazily(() => page.graphics.then(() => import("../ui/rumble")), ({ Rumble }) => { rumble = new Rumble(); })();
     return {
-      rest,
+      rest: () => { desk?.pause(); },
       paint: (now) => {
         desk?.frame(now);
         // A gamepad that moves the hand gives the force by its own motors.
         if (desk?.used !== true) rumble?.feel(page.own.state?.force ?? [0, 0, 0], 1000 * now);
       },
-      dispose: () => { page.own.steer(null); },
+      dispose: () => { desk?.release(); },
     };
   },
 };

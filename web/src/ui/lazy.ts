@@ -1,7 +1,9 @@
 /** Code that is loaded when it is first asked for. */
 
+const AGAIN = 3000; // ms until code that did not come is asked for again; some panels ask ten times a second
+
 /**
- * A function that loads code once; after a failure the code can be asked for again.
+ * A function that loads code once; some seconds after a failure the code can be asked for again.
  *
  * @param done Called once, with the loaded code.
  * @param failed Called after each failure.
@@ -12,7 +14,7 @@ export function lazily<T>(load: () => Promise<T>, done: (code: T) => void, faile
     if (asked) return;
     asked = true;
     load().then(done, () => {
-      asked = false;
+      setTimeout(() => { asked = false; }, AGAIN);
       failed();
     });
   };

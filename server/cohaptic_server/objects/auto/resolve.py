@@ -32,7 +32,7 @@ from cohaptic_server.objects.scan.choose import labels_together, listed
 from cohaptic_server.objects.scan.read import is_scan, read_scan
 from cohaptic_server.objects.scan.scan_surfaces import FEWER, scan_surfaces
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
-from cohaptic_server.objects.store.store import load_or_prepare
+from cohaptic_server.objects.store.store import READERS, load_or_prepare
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.progress import Progress
@@ -135,7 +135,8 @@ def resolve(
     """
     check_file(source.path)
     rubber = demand if demand is not None and demand.nonlinear else None
-    options = repr((_FORM, scale_given, rubber, *astuple(source))).encode()
+    reader = READERS.get(source.path.suffix.lower(), 1)
+    options = repr((_FORM, reader, scale_given, rubber, *astuple(source))).encode()
     path = entry_path(options, source.path.read_bytes())
     kept = load_entry(path, "findings", mapped=False)
     if kept is not None:

@@ -6,6 +6,7 @@ checked. The closed nodes of a GLB or glTF scene are read as parts with material
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy.typing as npt
 
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fix_rule import inside
 from cohaptic_server.objects.parts.parts import (
     MAX_PARTS,
@@ -28,6 +29,7 @@ from cohaptic_server.objects.surface.checks import edge_counts
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.surface_file import (
     SCENES,
+    as_one,
     joined,
     merge_vertices,
     read_surface,
@@ -122,21 +124,33 @@ def read_surfaces(path: Path) -> tuple[PartSurface, ...]:
     return closed_nodes(nodes) or (PartSurface("", *joined(path, nodes)),)
 
 
+def _closed(x: Floats, faces: Ints) -> tuple[Floats, Ints] | None:
+    """The surface with equal vertices merged; None if it is not closed."""
+    x, faces = merge_vertices(x, faces)
+    return (x, faces) if len(faces) and (edge_counts(faces) == 2).all() else None
+
+
 def closed_nodes(nodes: Sequence[Node]) -> tuple[PartSurface, ...]:
     """Nodes of a scene as parts; empty unless there are several nodes, all of them closed.
 
     A scene with an open node, or with very many nodes, is taken for one surface that was stored in
     pieces.
     """
-    if not 2 <= len(nodes) <= MAX_PARTS:
+    if not 2 <= len(nodes) <= MAX_PARTS or not all(np.isfinite(node.x).all() for node in nodes):
         return ()
     found: list[PartSurface] = []
-    for name, x, faces in nodes:
-        if not np.isfinite(x).all():
-            return ()
-        x, faces = merge_vertices(x, faces)
-        if not len(faces) or (edge_counts(faces) != 2).any():
-            return ()
-        found.append(PartSurface(name, x, faces))
+    for _, group in itertools.groupby(nodes, key=lambda node: node.number):
+        primitives = list(group)
+        closed = [_closed(node.x, node.faces) for node in primitives]
+        if len(primitives) > 1 and None not in closed:
+            names_of = [f"{node.name} {node.material}".strip() for node in primitives]
+        else:  # a mesh may be cut into primitives where its materials meet
+            closed, names_of = [_closed(*as_one(primitives))], [primitives[0].name]
+        for name, surface in zip(names_of, closed, strict=True):
+            if surface is None:
+                return ()
+            found.append(PartSurface(name, *surface))
+    if len(found) < 2:
+        return ()
     names = distinct([surface.name or "node" for surface in found])
     return tuple(one._replace(name=name) for name, one in zip(names, found, strict=True))

@@ -137,6 +137,9 @@ class Checkpoint:
 _TETS_FORM = 8
 _REPAIRED_FORM = 2  # additional version of tetrahedra from surfaces that are repaired
 _PARTS_FORM = 6
+# Additional version of what was read from files of these kinds, whose readers once gave another
+# shape: instances, sparse or normalised values, objects in parts, groups.
+READERS = {".glb": 2, ".gltf": 2, ".3mf": 2, ".msh": 2, ".vtk": 2, ".vtu": 2}
 
 _FAR = "twin/"  # prefix of the far field's arrays in an entry
 
@@ -257,7 +260,9 @@ def tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of an existing file."""
     options = [option.value(source) for option in OPTIONS if option.tets]
     form = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
-    key = repr((*form, source.path.suffix.lower(), *options)).encode()
+    kind = source.path.suffix.lower()
+    form += (READERS[kind],) if kind in READERS else ()
+    key = repr((*form, kind, *options)).encode()
     return entry_path(key, source.path.read_bytes())
 
 

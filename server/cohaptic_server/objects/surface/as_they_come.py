@@ -12,18 +12,26 @@ import re
 import struct
 from pathlib import Path
 
+import numpy as np
+
 from cohaptic.errors import BodyError
+from cohaptic_server.numeric import Mask
 from cohaptic_server.objects.memory_limit import say_once
 
 _HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
+_MOST = 0.5  # least share of records that are triangles, in a file whose count is wrong
 _LINES = 100  # lines of numbers that show whether decimal commas are used
 _START = 4096  # bytes that show whether a file is text
 # Two marks, then the codec; without a mark UTF-16 shows by the zeros between its letters.
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
-_NUMBER = rb"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+# A line of coordinates, after its keyword in STL and OBJ files. No two parts of the expressions
+# take the same letters, so that a line of a megabyte is read in one pass.
+_NUMBER = rb"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"
 # A line with three numbers or more, and the word before them in STL and OBJ files.
-_POINTS = re.compile(rb"^[ \t]*(?:vertex|v)?[ \t]*(" + _NUMBER + rb"(?:[ \t]+" + _NUMBER
-                     + rb"){2,})[ \t]*$", re.M)  # fmt: skip
+_POINTS = re.compile(
+    rb"^[ \t]*(?:(?:vertex|vn|vt|v)[ \t]+)?(" + _NUMBER + rb"(?:[ \t]+" + _NUMBER + rb")+)[ \t]*$",
+    re.M,
+)
 _COMMA = re.compile(rb"(?<=\d),(?=\d)")
 
 
@@ -65,11 +73,11 @@ def _is_text_stl(data: bytes) -> bool:
     if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE * _declared(data):
         return False
     start = _decoded(data[:_START]).lstrip().lower()
-    return start.startswith(b"solid") and b"\0" not in start
+    return b"\0" not in start and (start.startswith(b"solid") or b"facet" in start)
 
 
-def _declared(data: bytes) -> int:
-    return int(struct.unpack_from("<I", data, 80)[0])
+def _declared(data: bytes, start: int = 0) -> int:
+    return int(struct.unpack_from("<I", data, start + 80)[0])
 
 
 def _binary_stl(path: Path, data: bytes) -> bytes:
@@ -78,12 +86,30 @@ def _binary_stl(path: Path, data: bytes) -> bytes:
     if there < 1:
         return data
     said = _declared(data)
-    if not 0 < said <= there:
+    end = _HEADER + _TRIANGLE * said
+    if len(data) >= end + _HEADER and _declared(data, end) == (
+        (len(data) - end - _HEADER) / _TRIANGLE
+    ):
+        raise BodyError(f"{path}: it has several STL files, one after another. Give each alone")
+    # Bytes behind the last triangle are common; triangles behind it are not to be lost.
+    if not 0 < said <= there or _are_triangles(data, said, said + 1).any():
         words = f"its header counts {said:,} triangles; the {there:,} that it has are read"
         say_once(path, words)
+        if _are_triangles(data, 0, there).mean() < _MOST:
+            raise BodyError(f"{path}: it is neither text that begins with `solid` nor a binary STL")
         said = there
-    end = _HEADER + _TRIANGLE * said
-    return data[:80] + struct.pack("<I", said) + data[_HEADER:end]
+    return data[:80] + struct.pack("<I", said) + data[_HEADER : _HEADER + _TRIANGLE * said]
+
+
+def _are_triangles(data: bytes, first: int, last: int) -> Mask:
+    """Whether records of a binary STL can be triangles; empty where the file has none there."""
+    last = min(last, (len(data) - _HEADER) // _TRIANGLE)
+    shape, start = (max(0, last - first), 12), _HEADER + _TRIANGLE * first
+    values = np.ndarray(shape, "<f4", data, min(start, len(data)), (_TRIANGLE, 4))
+    with np.errstate(all="ignore"):  # other bytes are numbers of any size
+        normal = np.linalg.norm(values[:, :3].astype(np.float64), axis=1)
+        corners = np.ptp(values[:, 3:].reshape(-1, 3, 3), axis=1).max(axis=1, initial=0.0)
+        return (normal <= 1.01) & (corners > 0.0) & (corners < 1e12)
 
 
 def _text(data: bytes, *, lower: bool) -> bytes:

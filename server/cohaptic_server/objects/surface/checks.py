@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.csgraph
 
+from cohaptic.errors import BodyError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints, Mask, cross
 
@@ -102,7 +103,8 @@ def facing_outwards(x: Floats, faces: Ints) -> Ints:
 # Margin in barycentric coordinates. Files store coordinates with 24 bits, and the rounding may make
 # coplanar neighbours seem to intersect.
 _MARGIN = 1e-5
-_BLOCK = 2000  # triangles tested at once; bounds the memory
+_PAIRS = 200_000  # pairs of triangles that are tested at once; bounds the memory
+_MOST_PAIRS = 10**8  # a scan of 300,000 triangles has a tenth of that
 # Distance from a common plane that counts as coplanar, as a share of the surface's size: it allows
 # for the rounding to 24 bits.
 _OUT_OF_PLANE = 3e-7
@@ -122,6 +124,9 @@ def intersecting(x: Floats, faces: Ints) -> Mask:
     Args:
         x: Vertices, shape (n, 3).
         faces: Triangles, shape (m, 3).
+
+    Raises:
+        BodyError: So many triangles overlap that testing them would not end.
     """
     corners = x[faces]
     center = corners.mean(axis=1)
@@ -137,10 +142,19 @@ def intersecting(x: Floats, faces: Ints) -> Mask:
 
         tree = cKDTree(center[large])
         others = np.flatnonzero(size_class <= k)
-        for start in range(0, len(others), _BLOCK):
-            small = others[start : start + _BLOCK]
+        query: Any = tree.query_ball_point  # its return type depends on the argument's shape
+        reaches = radius[others] + radius[large].max()
+        pairs = np.cumsum(query(center[others], reaches, return_length=True))
+        if pairs[-1] > _MOST_PAIRS:
+            raise BodyError(
+                f"its triangles lie in {pairs[-1]:,} pairs close to each other: they overlap nearly"
+                " everywhere, or are needles. Mesh it anew"
+            )
+        blocks = np.arange(0, int(pairs[-1]) + _PAIRS, _PAIRS)
+        for small in np.split(others, np.unique(np.searchsorted(pairs, blocks[1:]))):
+            if not len(small):
+                continue
             reach = radius[small] + radius[large].max()
-            query: Any = tree.query_ball_point  # its return type depends on the argument's shape
             near: list[list[int]] = list(query(center[small], reach))
             counts = np.fromiter(map(len, near), np.int64, len(near))
             i = np.repeat(small, counts)

@@ -42,21 +42,34 @@ _TYPES: dict[int, type[np.generic]] = {
     5126: np.float32,
 }  # fmt: skip
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_FLOAT = 5126
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6  # modes of a primitive that make triangles
 _MAX_NODES = 100_000  # nodes with all their instances
-_MAX_VALUES = 3 * MAX_READ  # of one accessor; each triangle has three corners
+_MAX_VALUES = 10 * MAX_READ  # of all accessors; three corners of each triangle, and their vertices
 
 
 class Node(NamedTuple):
-    """The triangles of one node, or of one instance of a node.
+    """The triangles of one primitive of a node, or of an instance of a node.
 
     Args:
+        number: Number of the node or instance; primitives of one mesh have one number.
         name: Name of the node, else of its mesh; empty if the file names neither.
+        material: Name of the primitive's material; empty if it has none.
         x: Vertices in the file's frame, shape (n, 3) [m].
         faces: Triangles, shape (m, 3).
     """
 
+    number: int
     name: str
+    material: str
+    x: Floats
+    faces: Ints
+
+
+class _Primitive(NamedTuple):
+    """Triangles of a primitive: name of its material, vertices (n, 3) and triangles (m, 3)."""
+
+    material: str
     x: Floats
     faces: Ints
 
@@ -69,7 +82,7 @@ def read_nodes(path: Path) -> list[Node]:
             its buffers, or has more than `MAX_READ` triangles.
     """
     try:
-        with reading_limited(path):
+        with reading_limited(path), np.errstate(all="ignore"):  # of absurd transforms
             document, blob = _opened(path)
             _check_version(path, document)
             return list(_File(path, document, blob).nodes())
@@ -87,12 +100,14 @@ def _opened(path: Path) -> tuple[dict[str, Any], bytes | None]:
     version = struct.unpack_from("<I", data, 4)[0]
     if version != 2:
         raise BodyError(f"{path}: {_OLD.format(version)}")
+    length = struct.unpack_from("<I", data, 8)[0]
+    if length > len(data):
+        raise BodyError(f"{path}: it ends after {len(data):,} of {length:,} bytes: it was cut off")
+    data = data[:length]
     chunks: dict[bytes, bytes] = {}
     start = 12
     while start + 8 <= len(data):
         size, kind = struct.unpack_from("<I4s", data, start)
-        if start + 8 + size > len(data):
-            raise BodyError(f"{path}: it ends within a chunk of {size:,} bytes: it was cut off")
         chunks.setdefault(kind, data[start + 8 : start + 8 + size])
         start += 8 + size
     return dict(json.loads(chunks[b"JSON"])), chunks.get(b"BIN\0", b"")
@@ -106,9 +121,11 @@ _OLD = (
 
 def _check_version(path: Path, document: dict[str, Any]) -> None:
     """Refuse another version of the format, and an unknown extension that the file requires."""
-    asset = document.get("asset", {})
+    if "asset" not in document:
+        raise BodyError(f"{path}: it is no glTF: it does not say of which version it is")
+    asset = document["asset"]
     version = str(asset.get("minVersion", asset.get("version", "1.0")))
-    if not version.startswith("2."):
+    if version.partition(".")[0] != "2":
         raise BodyError(f"{path}: {_OLD.format(version[:20])}")
     for name in document.get("extensionsRequired", ()):
         if name in _COMPRESSED:
@@ -141,7 +158,8 @@ class _File:
     def __init__(self, path: Path, document: dict[str, Any], blob: bytes | None) -> None:
         self._path, self._document, self._blob = path, document, blob
         self._buffers: dict[int, bytes] = {}
-        self._triangles = self._nodes = 0
+        self._meshes: dict[int, list[_Primitive]] = {}
+        self._triangles = self._nodes = self._decoded = 0
 
     def nodes(self) -> Iterator[Node]:
         """Nodes of the shown scene with triangles, in the order of the file."""
@@ -169,15 +187,17 @@ class _File:
         return [number for number in range(len(nodes)) if number not in below]
 
     def _of_node(self, node: dict[str, Any], matrix: Floats) -> Iterator[Node]:
-        mesh = self._item("meshes", node["mesh"])
+        number = _whole(node["mesh"])
+        mesh = self._item("meshes", number)
         if "skin" in node or any("targets" in one for one in mesh["primitives"]):
             words = "skins and morph targets are left out: the shape is the modelled one"
             say_once(self._path, words)
-        x, faces = self._mesh(mesh)
+        if number not in self._meshes:
+            self._meshes[number] = list(self._primitives(mesh, skinned="skin" in node))
         name = str(node.get("name", mesh.get("name", "")))
         for instance in self._instances(node):
             self._nodes += 1
-            self._triangles += len(faces)
+            self._triangles += sum(len(one.faces) for one in self._meshes[number])
             if self._triangles > MAX_READ or self._nodes > _MAX_NODES:
                 raise BodyError(
                     f"{self._path}: it would have more than {MAX_READ:,} triangles, or"
@@ -185,32 +205,42 @@ class _File:
                 )
             placed = matrix @ instance
             turned = np.linalg.det(placed[:3, :3]) < 0.0  # a mirror turns every triangle
-            if len(faces):
+            for material, x, faces in self._meshes[number]:
                 moved = x @ placed[:3, :3].T + placed[:3, 3]
-                yield Node(name, moved, faces[:, ::-1] if turned else faces)
+                faces = faces[:, ::-1] if turned else faces
+                yield Node(self._nodes, name, material, moved, faces)
 
-    def _mesh(self, mesh: dict[str, Any]) -> tuple[Floats, Ints]:
-        """Vertices and triangles of a mesh in its own frame."""
-        points, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    def _primitives(self, mesh: dict[str, Any], *, skinned: bool) -> Iterator[_Primitive]:
+        """Primitives of a mesh with triangles, in the mesh's own frame."""
         for primitive in mesh["primitives"]:
-            if primitive.get("mode", _TRIANGLES) not in (_TRIANGLES, _STRIP, _FAN):
+            mode = primitive.get("mode", _TRIANGLES)
+            if mode not in (_TRIANGLES, _STRIP, _FAN):
                 continue  # points and lines
             accessor = primitive["attributes"]["POSITION"]
+            described = self._item("accessors", accessor)
             for extension in primitive.get("extensions", {}):
-                unpacked = "bufferView" in self._item("accessors", accessor)
-                if extension in _COMPRESSED and not unpacked:
+                if extension in _COMPRESSED and "bufferView" not in described:
                     raise BodyError(f"{self._path}: {_compressed(extension)}")
+            if skinned and described["componentType"] != _FLOAT:
+                raise BodyError(
+                    f"{self._path}: its skinned mesh has quantised positions, whose size is in its"
+                    " skin. Export it without quantisation, or without the skin"
+                )
             x = self._values(accessor, "VEC3")
             order = np.arange(len(x))
             if "indices" in primitive:
                 order = self._values(primitive["indices"], "SCALAR").ravel().astype(np.int64)
             if len(order) and not 0 <= order.min() <= order.max() < len(x):
                 raise BodyError(f"{self._path}: a triangle names vertex {order.max()} of {len(x)}")
-            faces = _triangles(order, primitive.get("mode", _TRIANGLES))
-            points.append(x)
-            triangles.append(faces + count)
-            count += len(x)
-        return np.concatenate(points), np.concatenate(triangles)
+            # Primitives may share one buffer of vertices, of which each uses a few.
+            used, faces = np.unique(_triangles(order, mode), return_inverse=True)
+            if len(used):
+                yield _Primitive(self._material(primitive), x[used], faces.reshape(-1, 3))
+
+    def _material(self, primitive: dict[str, Any]) -> str:
+        if "material" not in primitive:
+            return ""
+        return str(self._item("materials", primitive["material"]).get("name", ""))
 
     def _instances(self, node: dict[str, Any]) -> list[Floats]:
         """Matrices of the node's instances; one identity if it has no instances of its own."""
@@ -238,10 +268,11 @@ class _File:
         if accessor["type"] != kind:
             raise BodyError(f"{self._path}: accessor {number} has {accessor['type']}, not {kind}")
         count, dtype = _whole(accessor["count"]), np.dtype(_TYPES[accessor["componentType"]])
-        if not 0 < count <= _MAX_VALUES:
+        self._decoded += count
+        if count < 1 or self._decoded > _MAX_VALUES:
             raise BodyError(
                 f"{self._path}: accessor {number} has {count:,} values; from 1 to"
-                f" {_MAX_VALUES:,} are read. Simplify it first"
+                f" {_MAX_VALUES:,} are read, those of all accessors together. Simplify it first"
             )
         width = _WIDTHS[kind]
         if "bufferView" in accessor:

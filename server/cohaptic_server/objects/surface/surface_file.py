@@ -37,14 +37,17 @@ def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return x[first][used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
 
 
-def equal_points(x: Floats, share: float) -> tuple[Ints, Ints]:
-    """Find points that are equal up to a share of the size of all.
+def equal_points(x: Floats, share: float, shift: float = 0.0) -> tuple[Ints, Ints]:
+    """Find points that are equal up to a share of the size of all: those in one cell of a grid.
+
+    Args:
+        shift: Shift of the grid, as a share of its cell.
 
     Returns:
         Index of the first point at each place, shape (k,), and the place of each point, shape (n,).
     """
     size = float(np.ptp(x, axis=0).max()) or 1.0
-    cells = np.asarray((x - x.min(axis=0)) / (share * size), dtype=np.float64)
+    cells = np.asarray((x - x.min(axis=0)) / (share * size) + shift, dtype=np.float64)
     return _unique_rows(np.rint(cells).astype(np.int64))
 
 
@@ -81,11 +84,16 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
 
 
 def joined(path: Path, nodes: Sequence[Node]) -> tuple[Floats, Ints]:
-    """One surface of all nodes of a scene."""
+    """One surface of all nodes of a scene, checked."""
+    return checked(path, *as_one(nodes))
+
+
+def as_one(nodes: Sequence[Node]) -> tuple[Floats, Ints]:
+    """Vertices, shape (n, 3), and triangles, shape (m, 3), of several nodes together."""
     starts = np.cumsum([0, *(len(node.x) for node in nodes)])
     x = np.concatenate([np.zeros((0, 3)), *(node.x for node in nodes)])
     faces = [node.faces + start for node, start in zip(nodes, starts, strict=False)]
-    return checked(path, x, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces]))
+    return x, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces])
 
 
 def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
@@ -131,7 +139,8 @@ def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats
     if not len(faces):
         raise BodyError(f"{path}: there is no triangle in it{_why_none(path, points)}")
     if faces.min() < 0 or faces.max() >= len(x):
-        raise BodyError(f"{path}: a triangle names vertex {faces.max()} of {len(x)}")
+        wrong = faces.min() if faces.min() < 0 else faces.max()
+        raise BodyError(f"{path}: a triangle names vertex {wrong} of {len(x)}")
     used, renumbered = np.unique(faces, return_inverse=True)
     x, faces = x[used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
     bad = ~np.isfinite(x).all(axis=1)

@@ -121,6 +121,44 @@ def test_bytes_behind_the_last_triangle_change_nothing(
     assert is_the_cube(read(tmp_path / "a.stl", binary_stl(header=header) + behind))
 
 
+def test_triangles_behind_a_count_that_is_too_low_are_read_and_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert is_the_cube(read(tmp_path / "a.stl", binary_stl(4)))
+    assert "counts 4 triangles; the 12" in caplog.text
+
+
+def test_several_files_in_one_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BodyError, match="several STL files, one after another"):
+        read(tmp_path / "a.stl", binary_stl() + binary_stl())
+
+
+def test_a_line_before_solid_is_no_reason_to_take_text_for_binary(tmp_path: Path) -> None:
+    assert is_the_cube(
+        read(tmp_path / "a.stl", b"; exported by a program\n" + ascii_stl().encode())
+    )
+
+
+def test_text_of_another_kind_is_no_binary_stl(tmp_path: Path) -> None:
+    step = b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('a part'),'2;1');\n" * 20
+    with pytest.raises(BodyError, match="neither text that begins with `solid` nor a binary STL"):
+        read(tmp_path / "a.stl", step)
+
+
+def test_a_decimal_comma_in_normals_does_not_matter(tmp_path: Path) -> None:
+    text = obj().replace("0.", "0,") + "vn 0,5 0,5 1,0\nvt 0,25 1,0\n"
+    assert is_the_cube(read(tmp_path / "a.obj", text.encode()))
+
+
+@pytest.mark.parametrize(
+    "line", [b"1" * 10**6 + b"x", b" " * 10**6 + b"x", b"1 1 1" + b" " * 10**6 + b"x"]
+)
+def test_a_line_of_a_megabyte_is_read_in_one_pass(tmp_path: Path, line: bytes) -> None:
+    """The time limit of a test is its judge: an expression that goes back takes days."""
+    with pytest.raises(BodyError):
+        read(tmp_path / "a.off", b"OFF\n" + line)
+
+
 @pytest.mark.parametrize(
     ("data", "words"),
     [

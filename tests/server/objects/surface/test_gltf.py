@@ -256,3 +256,64 @@ def test_no_file_is_read_but_those_beside_it(uri: str, tmp_path: Path) -> None:
     path.write_text(json.dumps(made.document))
     with pytest.raises(BodyError, match=r"not beside it\. Keep both in one folder"):
         read_surface(path)
+
+
+def two_cubes(made: Scene, *, apart: bool) -> None:
+    """A mesh of two primitives: two cubes, or the two halves of one cube's triangles."""
+    x, faces = cube()
+    first, second = (faces, faces) if apart else (faces[:6], faces[6:])
+    moved = made.accessor((x + 0.3 * apart).astype("<f4"), FLOAT, "VEC3")
+    made.document["materials"] = [{"name": "organ"}, {"name": "tumour"}]
+    made.document["meshes"][0]["primitives"] = [
+        {
+            "attributes": {"POSITION": position},
+            "indices": made.accessor(some.ravel().astype("<u4"), UINT, "SCALAR"),
+            "material": material,
+        }
+        for material, (position, some) in enumerate(((0, first), (moved, second)))
+    ]
+
+
+def test_closed_primitives_of_one_mesh_are_parts_named_by_their_materials(tmp_path: Path) -> None:
+    made = scene()
+    two_cubes(made, apart=True)
+    parts = read_surfaces(made.glb(tmp_path / "a.glb"))
+    assert [part.name for part in parts] == ["organ", "tumour"]
+    assert all(is_the_cube((part.x, part.faces)) for part in parts)
+
+
+def test_a_mesh_that_is_cut_where_materials_meet_is_one_surface(tmp_path: Path) -> None:
+    made = scene()
+    two_cubes(made, apart=False)
+    (whole,) = read_surfaces(made.glb(tmp_path / "a.glb"))
+    assert is_the_cube((whole.x, whole.faces))
+
+
+def test_vertices_that_many_nodes_would_read_again_are_read_once(tmp_path: Path) -> None:
+    """Of a file of some kilobytes: a long accessor of zeros, two indices, and many nodes."""
+    made = scene()
+    made.document["accessors"][0] = {"componentType": FLOAT, "type": "VEC3", "count": 4_000_000}
+    made.document["accessors"][1]["count"] = 2
+    made.document["nodes"] = [{"mesh": 0} for _ in range(2000)]
+    made.document["scenes"] = [{"nodes": list(range(2000))}]
+    with pytest.raises(BodyError, match="there is no triangle in it"):
+        read_surface(made.glb(tmp_path / "a.glb"))
+    made.document["meshes"] = [dict(made.document["meshes"][0]) for _ in range(2000)]
+    made.document["nodes"] = [{"mesh": k} for k in range(2000)]
+    with pytest.raises(BodyError, match="are read, those of all accessors together"):
+        read_surface(made.glb(tmp_path / "a.glb"))
+
+
+def test_bytes_behind_the_declared_length_change_nothing(tmp_path: Path) -> None:
+    path = scene().glb(tmp_path / "a.glb")
+    path.write_bytes(path.read_bytes() + bytes(100))
+    assert is_the_cube(read_surface(path))
+
+
+def test_a_skinned_mesh_whose_size_is_in_its_skin_is_refused(tmp_path: Path) -> None:
+    made = scene()
+    made.document["nodes"][0]["skin"] = 0
+    assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
+    made.document["accessors"][0]["componentType"] = SHORT
+    with pytest.raises(BodyError, match="skinned mesh has quantised positions"):
+        read_surface(made.glb(tmp_path / "a.glb"))

@@ -238,3 +238,73 @@ def test_a_file_that_is_no_zip_is_refused(tmp_path: Path) -> None:
     assert count_triangles(tmp_path / "a.3mf") == 0
     with pytest.raises(BodyError, match="this is no 3MF"):
         read_surface(tmp_path / "a.3mf")
+
+
+def test_supports_and_modifiers_are_no_flesh(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    modifier = f'<object id="3" type="other">{MESH}</object>'
+    whole = (
+        f'<object id="2"><components><component objectid="1"/><component objectid="3" {FAR}/>'
+        "</components></object>"
+    )
+    path = write(tmp_path / "a.3mf", ONE + modifier + whole, '<item objectid="2"/>')
+    assert len(read_surface(path)[1]) == count_triangles(path) == 4
+    assert "supports and modifiers of its slicer are left out" in caplog.text
+
+
+NAMED = "http://schemas.microsoft.com/3dmanufacturing/{}"
+
+
+@pytest.mark.parametrize(
+    ("extension", "read"),
+    [
+        ("production/2015/06", True),
+        ("material/2015/02", True),
+        ("beamlattice/2017/02", False),
+        ("volumetric/2022/01", False),
+    ],
+)
+def test_an_extension_that_the_file_requires_is_known_or_refused_by_name(
+    tmp_path: Path, extension: str, read: bool
+) -> None:
+    path = write(tmp_path / "a.3mf", ONE, '<item objectid="1"/>')
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("3D/3dmodel.model").decode()
+    declared = f'xmlns:e="{NAMED.format(extension)}" requiredextensions="e" unit'
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("3D/3dmodel.model", text.replace("unit", declared, 1))
+    if read:
+        assert len(read_surface(path)[1]) == 4
+    else:
+        with pytest.raises(BodyError, match=f"requires the extension .*{extension}"):
+            read_surface(path)
+
+
+def test_another_kind_of_shape_is_refused_by_name(tmp_path: Path) -> None:
+    lattice = MESH.replace("</mesh>", "<beamlattice/></mesh>")
+    path = write(tmp_path / "a.3mf", f'<object id="1">{lattice}</object>', '<item objectid="1"/>')
+    with pytest.raises(BodyError, match="it has a beamlattice, which is not read"):
+        read_surface(path)
+
+
+def test_what_an_extension_calls_a_vertex_is_none(tmp_path: Path) -> None:
+    slices = '<s:slice xmlns:s="x"><s:vertex x="1" y="2"/></s:slice>'
+    path = write(tmp_path / "a.3mf", ONE + slices, '<item objectid="1"/>')
+    assert len(read_surface(path)[1]) == 4
+
+
+@pytest.mark.parametrize("text", ["<!--{}-->", '<object id="{}">'])
+def test_a_tag_without_end_is_refused_before_it_is_read_again_and_again(
+    tmp_path: Path, text: str
+) -> None:
+    path = write(tmp_path / "a.3mf", text.format("a" * (50 * 2**20)), "")
+    with pytest.raises(BodyError, match="tag of more than a megabyte"):
+        read_surface(path)
+
+
+def test_parts_without_number_are_refused(tmp_path: Path) -> None:
+    components = "".join(f'<component objectid="1" path="/{k}"/>' for k in range(20_000))
+    path = write(tmp_path / "a.3mf", f'<object id="1">{components}</object>', "")
+    with pytest.raises(BodyError, match="names more than 10,000 parts"):
+        read_surface(path)

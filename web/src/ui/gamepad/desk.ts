@@ -115,12 +115,16 @@ export class GamepadDesk {
   }
 
   /** Move the hand off the body, and release the pad. */
-  private end(words: string): void {
+  release(): void {
     const { link, pad } = this;
     [this.link, this.pad, this.device] = [null, null, null];
     if (pad !== null) this.host.steer(pad.out);
     this.host.steer(null);
     void link?.close();
+  }
+
+  private end(words: string): void {
+    this.release();
     this.tell(words);
     // The reason is written in the dialog, so a closed dialog opens to show it.
     if (!this.root.open && document.querySelector("dialog[open]") === null) this.root.showModal();
