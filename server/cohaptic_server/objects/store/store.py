@@ -259,7 +259,7 @@ def _parts_path(
 def tets_path(source: ObjectFile) -> Path:
     """Path of the entry with the tetrahedra of an existing file."""
     options = [option.value(source) for option in OPTIONS if option.tets]
-    form = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
+    form: tuple[int, ...] = (_TETS_FORM, _REPAIRED_FORM) if source.repair else (_TETS_FORM,)
     kind = source.path.suffix.lower()
     form += (READERS[kind],) if kind in READERS else ()
     key = repr((*form, kind, *options)).encode()

@@ -109,7 +109,7 @@ def _are_triangles(data: bytes, first: int, last: int) -> Mask:
     with np.errstate(all="ignore"):  # other bytes are numbers of any size
         normal = np.linalg.norm(values[:, :3].astype(np.float64), axis=1)
         corners = np.ptp(values[:, 3:].reshape(-1, 3, 3), axis=1).max(axis=1, initial=0.0)
-        return (normal <= 1.01) & (corners > 0.0) & (corners < 1e12)
+        return np.asarray((normal <= 1.01) & (corners > 0.0) & (corners < 1e12), dtype=np.bool_)
 
 
 def _text(data: bytes, *, lower: bool) -> bytes:
