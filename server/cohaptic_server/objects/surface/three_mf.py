@@ -138,6 +138,7 @@ class _Objects:
         """Name of a part that has not been read yet; None if there is none."""
         return self._unread.pop() if self._unread else None
 
+    # Above 60 lines: the handlers of one parse share the object that is being read.
     def read(self, part: str, text: IO[bytes]) -> None:
         """Read one part as a stream, without building a tree of its XML."""
         current, own = (part, ""), ""
