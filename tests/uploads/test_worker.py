@@ -84,9 +84,7 @@ def test_a_hostile_file_is_one_sentence_within_the_memory(name: str) -> None:
     said = why(brought(name, HOSTILE[name]()))
     assert "\n" not in said
     assert "Traceback" not in said
-    assert any(
-        word in said for word in ("limit", "more than", "can be read", "cut off", "are read")
-    )
+    assert any(word in said for word in ("limit", "more than", "can be read"))
     if sys.platform != "win32":
         import resource
 

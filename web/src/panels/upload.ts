@@ -12,19 +12,21 @@ export const upload: Panel = {
     let desk: UploadDesk | null = null;
     const place = el("div");
     const button = iconButton(icon("upload"), "An object of your own", "", () => { desk?.open(); });
+    const update = (): void => {
+      const allowed = page.store.info?.allow_upload === true;
+      show(button, allowed);
+      desk?.allow(allowed);
+      if (allowed) fetch();
+    };
     const fetch = lazily(() => import("../ui/upload/desk"), ({ UploadDesk }) => {
       desk = new UploadDesk(page.settings.address, () => { page.touch(true); });
       place.append(desk.dialog.root);
+      update(); // a file may be dropped at once
     });
     put("tools", button);
     put("dialogs", place);
     return {
-      update: () => {
-        const allowed = page.store.info?.allow_upload === true;
-        show(button, allowed);
-        desk?.allow(allowed);
-        if (allowed) fetch();
-      },
+      update,
       dispose: () => { desk?.allow(false); },
     };
   },

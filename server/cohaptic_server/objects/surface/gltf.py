@@ -271,8 +271,8 @@ class _File:
         self._decoded += count
         if count < 1 or self._decoded > _MAX_VALUES:
             raise BodyError(
-                f"{self._path}: accessor {number} has {count:,} values; from 1 to"
-                f" {_MAX_VALUES:,} are read, those of all accessors together. Simplify it first"
+                f"{self._path}: accessor {number} has {count:,} values, and needs one or more; the"
+                f" limit is {_MAX_VALUES:,} for all accessors together. Simplify it first"
             )
         width = _WIDTHS[kind]
         if "bufferView" in accessor:

@@ -217,11 +217,11 @@ def test_an_extension_of_looks_changes_no_shape(tmp_path: Path) -> None:
     ("accessor", "change", "words"),
     [
         (0, {"count": 9}, "96 bytes .*; 108 are named"),
-        (0, {"count": 2**40}, "values; from 1 to"),
+        (0, {"count": 2**40}, "values, and needs one"),
         (0, {"byteOffset": 2**40}, "are named"),
         (0, {"type": "VEC2"}, "has VEC2, not VEC3"),
         (0, {"componentType": 5124}, "no mesh that can be read"),
-        (1, {"count": 0}, "values; from 1 to"),
+        (1, {"count": 0}, "values, and needs one"),
         (1, {"bufferView": 0, "count": 24}, "a triangle names vertex"),
     ],
 )
@@ -300,7 +300,7 @@ def test_vertices_that_many_nodes_would_read_again_are_read_once(tmp_path: Path)
         read_surface(made.glb(tmp_path / "a.glb"))
     made.document["meshes"] = [dict(made.document["meshes"][0]) for _ in range(2000)]
     made.document["nodes"] = [{"mesh": k} for k in range(2000)]
-    with pytest.raises(BodyError, match="are read, those of all accessors together"):
+    with pytest.raises(BodyError, match=r"the limit is .* for all accessors together"):
         read_surface(made.glb(tmp_path / "a.glb"))
 
 
