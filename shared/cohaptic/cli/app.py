@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+import traceback
 from types import FunctionType
 from typing import Any
 
@@ -19,7 +20,7 @@ import typer
 from typer.core import TyperCommand
 
 from cohaptic import __version__, compiled
-from cohaptic.errors import CohapticError, SettingError
+from cohaptic.errors import CohapticError, SettingError, one_line
 from cohaptic.extensions import ExtensionError, added, load
 from cohaptic.runtime.heeded import signals_heeded
 
@@ -68,7 +69,9 @@ def main(argv: list[str] | None = None) -> None:
         _run(sys.argv[1:] if argv is None else argv)
 
 
-def _run(arguments: list[str]) -> None:
+def _run(given: list[str]) -> None:
+    arguments = [word for word in given if word != _WHOLE]
+    whole = len(arguments) < len(given)
     try:
         _check_secrets()
         if arguments[:1] == ["touch"]:
@@ -78,11 +81,26 @@ def _run(arguments: list[str]) -> None:
         build_app(only=arguments[0] if arguments else None)(args=arguments, prog_name="cohaptic")
     except CohapticError as error:
         # An error raised on purpose is shown as one sentence, without a traceback.
-        typer.echo(f"cohaptic: {error}", err=True)
+        _tell(str(error), error, whole=whole)
         sys.exit(2)
+    except MemoryError as error:
+        _tell("the memory that this process may use does not suffice", error, whole=whole)
+        sys.exit(_BUG)
+    except Exception as error:  # no error may reach a user as a traceback that was not asked for
+        said = one_line(str(error)) or "no reason is given"
+        problem = f"this is our bug: {type(error).__name__}: {said}"
+        _tell(f"{problem}; please report it, with {_WHOLE} for the whole", error, whole=whole)
+        sys.exit(_BUG)
     except KeyboardInterrupt:
         # Ctrl-C while modules are imported; later each command handles Ctrl-C in its own way.
         sys.exit(130)
+
+
+def _tell(sentence: str, error: Exception, *, whole: bool) -> None:
+    """Print an error as one sentence, after its traceback if the user has asked for the whole."""
+    if whole:
+        traceback.print_exception(error)
+    typer.echo(f"cohaptic: {sentence}", err=True)
 
 
 def _check_secrets() -> None:
@@ -119,6 +137,9 @@ def build_app(only: str | None = None) -> typer.Typer:
         _version: bool = typer.Option(
             False, "--version", callback=version, is_eager=True, help="Print the version and exit."
         ),
+        _whole: bool = typer.Option(
+            False, _WHOLE, help="Print an error with the whole way to it, in any command."
+        ),
     ) -> None:
         """Several people touch one soft object over a network and feel each other through it."""
 
@@ -138,6 +159,8 @@ def build_app(only: str | None = None) -> typer.Typer:
     return app
 
 
+_WHOLE = "--traceback"  # taken from anywhere on a command line, before the command reads it
+_BUG = 70  # exit status of an internal error, EX_SOFTWARE of BSD's sysexits.h
 _GROUP = "cohaptic.commands"  # of entry points, each a function or a typer.Typer
 _SECRETS = ("COHAPTIC_KEYS", "COHAPTIC_TOKEN")
 _ORDER = {"demo": 0, "serve": 1, "touch": 2, "body": 3, "stability": 4}  # in a newcomer's order

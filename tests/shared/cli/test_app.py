@@ -62,3 +62,48 @@ def test_no_file_of_the_folder_where_one_happens_to_be_is_run(tmp_path: Path) ->
     assert list(tmp_path.glob("* was run")) == []
     assert "Traceback" not in output
     assert shown.returncode in (0, 1), output  # it judges what it has seen in so short a time
+
+
+BROKEN = """
+import sys, typer
+from cohaptic.cli import app
+from cohaptic.errors import SettingError
+def build_app(only):
+    made = typer.Typer()
+    made.command("run")(command)
+    made.command("other")(lambda: None)
+    return made
+app.build_app = build_app
+def command():
+    raise {error}
+app.main(sys.argv[1:])
+"""
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        ("IndexError('list index\\n out of range')", 70,
+         "cohaptic: this is our bug: IndexError: list index? out of range; please report it,"
+         " with --traceback for the whole"),
+        ("RecursionError()", 70,
+         "cohaptic: this is our bug: RecursionError: no reason is given; please report it,"
+         " with --traceback for the whole"),
+        ("MemoryError()", 70,
+         "cohaptic: the memory that this process may use does not suffice"),
+        ("SettingError('--edge', 2, 'small')", 2, "cohaptic: --edge is 2; it must be small"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("asked", [False, True])
+def test_an_error_is_one_sentence_and_the_whole_for_those_who_ask(
+    error: str, status: int, said: str, asked: bool
+) -> None:
+    """The option stands anywhere on the line, and no command has to know of it."""
+    words = ["run", "--traceback"] if asked else ["run"]
+    code = [sys.executable, "-c", BROKEN.format(error=error), *words]
+    done = subprocess.run(code, capture_output=True, text=True)
+    *before, last = done.stderr.splitlines()
+    assert done.returncode == status
+    assert last == said
+    assert any("Traceback" in line for line in before) == asked
+    assert bool(before) == asked
