@@ -101,7 +101,7 @@ def touch(
         tuple[float, float, float] | None,
         typer.Option(
             metavar="X Y Z",
-            help="Point on the surface, in place of --angle [m].",
+            help="Point on the surface, in place of --angle, in the frame of its file [m].",
             rich_help_panel=_HAND,
         ),
     ] = None,

@@ -21,6 +21,7 @@ from cohaptic.errors import (
     ServerUnreachable,
     one_line,
 )
+from cohaptic.protocol.messages import BodyInfo
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import Row
 from cohaptic_client.devices.catalogue import device_info
@@ -212,6 +213,11 @@ class Client:
                 task.cancel()
             await asyncio.gather(*work, return_exceptions=True)
             self._haptics.close()
+
+    @property
+    def body(self) -> BodyInfo | None:
+        """Body that this client touches; None before the server has admitted it."""
+        return self._haptics.body
 
     def status(self) -> TouchStatus:
         """Return the present state of this client."""

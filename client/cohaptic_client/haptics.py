@@ -15,7 +15,7 @@ from typing import Any
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import AnotherObject, DeviceError, RemoteProtocolError
-from cohaptic.protocol.messages import Welcome
+from cohaptic.protocol.messages import BodyInfo, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
 from cohaptic.status.row import Row, last_row
@@ -71,6 +71,11 @@ class Haptics:
     def running(self) -> bool:
         """Whether `start` has started the loop."""
         return self._process is not None
+
+    @property
+    def body(self) -> BodyInfo | None:
+        """Body that the loop touches; None before the server has admitted this client."""
+        return None if self._welcome is None else self._welcome.body
 
     @property
     def stopping(self) -> bool:
@@ -238,6 +243,9 @@ def loop_config(
         dead_man=settings.dead_man,
     )
     script = settings.script
+    if script.place is not None:  # given in the frame of the object's file
+        at = body.from_file(script.place.point)
+        script = replace(script, place=replace(script.place, point=at))
     if mesh is not None and script.place is None and settings.device.name == "simulated":
         place = cast(mesh, body.center, body.radius, body.contact_radius, script.angle)
         script = replace(script, place=place)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from cohaptic.errors import SettingError
 from cohaptic.status.row import COLUMNS, ROW
+from cohaptic.vec import ZERO, Vec3
 
 MAX_SECONDS = 300.0  # older rows are dropped, so that a long recording needs bounded memory
 
@@ -31,8 +32,8 @@ class Recorder:
         while self._size - len(self._blocks[0]) >= self._most:
             self._size -= len(self._blocks.popleft())
 
-    def save(self, path: Path, *, name: str, to_wall: float) -> None:
-        """Write a `.npz`: `columns` (names), `rows` (n, columns), `name`, `to_wall` [s].
+    def save(self, path: Path, *, name: str, to_wall: float, origin: Vec3 = ZERO) -> None:
+        """Write a `.npz`: `columns` (names), `rows` (n, columns), `name`, `to_wall`, `origin`.
 
         The time `t` of a row plus `to_wall` is Unix time, so that recordings made on one machine
         can be laid side by side.
@@ -40,6 +41,7 @@ class Recorder:
         Args:
             name: Name of the user.
             to_wall: Unix time less the client's clock [s].
+            origin: Origin of the rows' frame, as a point of the frame of the object's file [m].
 
         Raises:
             SettingError: The file cannot be written, as on a full disk; no part of it remains.
@@ -50,8 +52,9 @@ class Recorder:
         columns = np.array(COLUMNS)
         if path.suffix != ".npz":  # as numpy does; an error below must remove that file
             path = path.with_name(f"{path.name}.npz")
+        about = {"name": name, "to_wall": to_wall, "origin": np.array(origin)}
         try:
-            np.savez_compressed(path, columns=columns, rows=rows, name=name, to_wall=to_wall)
+            np.savez_compressed(path, columns=columns, rows=rows, **about)
         except OSError as error:
             with contextlib.suppress(OSError):
                 path.unlink()

@@ -23,6 +23,7 @@ from rich.console import Console
 
 from cohaptic.runtime.aside import Aside, aside
 from cohaptic.status.table import EVERY, Summary, status_line
+from cohaptic.vec import ZERO
 from cohaptic_client.client import Client
 from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
@@ -124,7 +125,9 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         if not json_lines and (line := summary.line(client.clock.now())):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
         if record:
-            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+            origin = ZERO if client.body is None else client.body.origin
+            to_wall = client.clock.to_wall()
+            recorder.save(record, name=settings.name, to_wall=to_wall, origin=origin)
         if isinstance(lines, Aside) and lines.left_out:
             told = f"{lines.left_out} lines of the state were left out: nobody read them"
             console.print(f"{settings.name}: {told}", highlight=False, markup=False)

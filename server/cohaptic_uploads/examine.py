@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError, SettingError
-from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.rest_mesh import MAX_VERTICES, RestMesh
 from cohaptic.protocol.upload_messages import MAX_FINDINGS, Examined, Finding
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.objects.auto.resolve import find_problems, read_outside
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import joined
-from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE, check_away
 from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_uploads.limits import SIZE
@@ -30,33 +29,28 @@ class Preview:
 
     Args:
         examined: Findings, proposed held region and proposed unit.
-        surface: Surface in metres, scaled by the proposed unit of length.
+        surface: Surface about the middle of its bounding box, scaled by the proposed unit [m].
         extent: Longest side of the bounding box [units of the file].
-        farthest: Largest absolute coordinate [units of the file].
     """
 
     examined: Examined
     surface: RestMesh
     extent: float
-    farthest: float
 
     def check_scale(self, scale: float) -> None:
-        """Check the size and position of the object for a unit of length.
+        """Check the size of the object for a unit of length.
 
         Args:
             scale: Length of one unit of the file [m].
 
         Raises:
-            SettingError: The object would be too small, too large, or too far away to be touched.
+            SettingError: The object would be too small or too large to be touched.
         """
-        size, away = scale * self.extent, scale * self.farthest
+        size = scale * self.extent
         # A file of single precision may round a size at the limit.
         if not (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
             limit = f"from {1e3 * MIN_SIZE:g} mm to {MAX_SIZE:g} m"
             raise SettingError(SIZE, f"{size:.3g} m", limit)
-        if away > 0.5 * MAX_POSITION:
-            limit = f"at most {0.5 * MAX_POSITION:g} m from the origin of its coordinates"
-            raise SettingError(SIZE, f"such that it lies {away:.3g} m away", limit)
 
 
 def examine(path: Path, triangles: int) -> Preview:
@@ -79,14 +73,12 @@ def examine(path: Path, triangles: int) -> Preview:
     found = find_problems(source)
     x, faces = joined(read_outside(found.source))
     count = len(faces)
-    extent, most = float(np.ptp(x, axis=0).max()), float(np.abs(x).max())
-    x = x * found.source.scale
-    farthest = most * found.source.scale
-    if farthest > 0.5 * MAX_POSITION:
-        raise BodyError(
-            f"{path}: it lies {farthest:.3g} m from the origin of its coordinates; the limit is"
-            f" {0.5 * MAX_POSITION:g} m. Move it there first"
-        )
+    used = x[np.unique(faces)]
+    check_away(path, used)
+    extent = float(np.ptp(used, axis=0).max())
+    # The page shows the object about its middle, as the server will serve it.
+    middle = 0.5 * (used.min(axis=0) + used.max(axis=0))
+    x = (x - middle) * found.source.scale
     findings = [
         Finding(problem=one.problem[:_LONGEST], remedy=one.remedy[:_LONGEST])
         for one in found.remedies
@@ -96,8 +88,9 @@ def examine(path: Path, triangles: int) -> Preview:
         fix=found.source.fix,
         scale=found.source.scale,
         triangles=count,
+        middle=vec3(middle * found.source.scale),
     )
-    return Preview(examined, _shown(x, faces, triangles), extent, most)
+    return Preview(examined, _shown(x, faces, triangles), extent)
 
 
 def _shown(x: Floats, faces: Ints, triangles: int) -> RestMesh:

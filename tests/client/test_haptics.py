@@ -177,6 +177,23 @@ def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() 
     assert intention(fixed) == at.point
 
 
+def test_a_place_is_given_in_the_frame_of_the_objects_file() -> None:
+    body = BODY.model_copy(update={"origin": (12.0, 0.0, -0.5)})
+    at = Place((12.05, 0.0, -0.5), (-1.0, 0.0, 0.0))
+    made = loop_config(
+        replace(SETTINGS, script=replace(SETTINGS.script, place=at)),
+        welcome(1.0 / 60.0).model_copy(update={"body": body}),
+        memory="here",
+        clock_origin=5.0,
+        rest_mesh=None,
+        mesh=None,
+        every_row=False,
+    )
+    assert made.device.intention is not None
+    assert made.device.intention.surface == pytest.approx((0.05, 0.0, 0.0))
+    assert body.to_file(body.from_file(at.point)) == pytest.approx(at.point)
+
+
 class Process:
     """Stands for the loop's process: it has a fault, and notes how it was begun."""
 

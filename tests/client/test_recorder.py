@@ -33,13 +33,14 @@ def test_a_file_holds_every_row_in_order_with_names_and_the_way_to_the_wall_cloc
     recorder.keep(b"")
     recorder.keep(block(row(3.0)))
     path = tmp_path / "left.npz"
-    recorder.save(path, name="left", to_wall=-12.5)
+    recorder.save(path, name="left", to_wall=-12.5, origin=(12.0, 0.0, -0.5))
     with np.load(path) as file:
-        assert sorted(file) == ["columns", "name", "rows", "to_wall"]
+        assert sorted(file) == ["columns", "name", "origin", "rows", "to_wall"]
         assert tuple(file["columns"]) == COLUMNS
         assert [Row._make(values) for values in file["rows"]] == [row(n) for n in (1.0, 2.0, 3.0)]
         assert str(file["name"]) == "left"
         assert float(file["to_wall"]) == -12.5
+        assert file["origin"].tolist() == [12.0, 0.0, -0.5]
 
 
 def test_a_recording_without_rows_is_a_file_too(tmp_path: Path) -> None:

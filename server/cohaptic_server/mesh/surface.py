@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cohaptic.errors import BodyError
+from cohaptic.vec import ZERO, Vec3
 from cohaptic_server.mesh.search.contact_search import ContactSearch
 from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.mesh.search.nearest_search import NearestSearch
@@ -88,6 +89,7 @@ class SurfaceMesh:
     Args:
         vertices: Resting positions, shape (n, 3) [m].
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
+        origin: Origin of the mesh's frame, as a point of the frame of the body's file [m].
 
     Attributes:
         rings: Faces round each vertex; short rows repeat their first face, shape (n, valence).
@@ -101,6 +103,7 @@ class SurfaceMesh:
 
     vertices: Floats
     faces: Ints
+    origin: Vec3 = ZERO
     rings: Ints = field(init=False)
     around: Ints = field(init=False)
     quadrature: Quadrature = field(init=False)

@@ -9,7 +9,8 @@ import scipy.sparse as sp
 import scipy.sparse.csgraph
 
 from cohaptic.errors import BodyError
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic.vec import ZERO, Vec3, add
+from cohaptic_server.numeric import Floats, Ints, vec3
 
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, in CalculiX's order
 _FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise from outside
@@ -38,10 +39,12 @@ class TetMesh:
     Args:
         vertices: Positions of the corners, shape (n, 3) [m].
         tets: Indices into `vertices`, of positive volume, shape (m, 4).
+        origin: Origin of the mesh's frame, as a point of the frame of the body's file [m].
     """
 
     vertices: Floats
     tets: Ints
+    origin: Vec3 = ZERO
 
     @classmethod
     def checked(cls, vertices: Floats, tets: Ints) -> TetMesh:
@@ -76,6 +79,16 @@ class TetMesh:
         if count > 1:
             raise SeveralPiecesError(count)
         return cls(x, t)
+
+    def centred(self) -> TetMesh:
+        """Return the mesh in a frame whose origin is the middle of the mesh's bounding box.
+
+        The new origin is rounded to whole micrometres, so that a person can read it and a mesh
+        that is centred already keeps every digit.
+        """
+        x = self.vertices
+        middle = np.round(0.5 * (x.min(axis=0) + x.max(axis=0)), 6) + 0.0  # no negative zero
+        return TetMesh(x - middle, self.tets, add(self.origin, vec3(middle)))
 
     @property
     def volume(self) -> float:

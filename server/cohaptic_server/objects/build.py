@@ -83,11 +83,12 @@ def build(
             words = f", {costs[0].words()}" if costs and phase != "storing" else ""
             progress(phase + words, share)
 
+        tets = held.tets.centred()  # users reach an object wherever it lies in its file
         parts = load_or_make_parts(
-            held.tets, held.fixed, source.material, told, accept, late=late, moduli=moduli
+            tets, held.fixed, source.material, told, accept, late=late, moduli=moduli
         )
     name = source.path.stem[:40]
-    solid = Solid(held.tets, held.fixed, source.material, name=name, parts=parts)
+    solid = Solid(tets, held.fixed, source.material, name=name, parts=parts)
     named = None if prepared.parts is None else prepared.parts.of_elements(held.parent)
     return Built(solid, prepared, named, *costs)
 

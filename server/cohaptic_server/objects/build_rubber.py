@@ -93,7 +93,13 @@ def build_affordable(
     kept = load_entry(path, "presses", mapped=False) or {}
     table = kept.get("table")
     solid = RubberSolid(
-        held.tets, held.fixed, source.material, name, damping=damping, table=table, moduli=moduli
+        held.tets.centred(),
+        held.fixed,
+        source.material,
+        name,
+        damping=damping,
+        table=table,
+        moduli=moduli,
     )
     # A server and a caller that places hands both need the table; pressing a thin part takes half a
     # minute.

@@ -26,6 +26,9 @@ _MAX_ENVELOPE = 0.04  # largest envelope, as a share of the diagonal
 # them again and again: twenty crossing cubes became 78,000 tetrahedra with 10, and 23,000 with 30.
 # The worst of the latter still has a hundredth of a regular element's volume (decision 43).
 _WORST, _WORST_OF_CROSSING = 10.0, 30.0
+# Distance from the origin, in lengths of the object, from which the object is moved for filling:
+# fTetWild kept 77 % of a ball that lay 5e6 lengths away, and all of one at 5e4.
+_FAR = 1e3
 _MOST = 0.8  # share of the volume; if one piece has more, all other pieces may be left out
 # Share of the volume below which a crumb that is joined only at a corner or an edge is left out: it
 # would turn about these without a force. Where sheets of a scan cross, two crumbs of 0.0005 arose.
@@ -96,12 +99,21 @@ def tetrahedralise(
     }
     if within is not None:
         options["disable_filtering"] = True
-    x, tets = fill(x, faces, options, memory=memory, seconds=seconds, progress=progress)
+    away = _far_origin(x)
+    filled, tets = fill(x - away, faces, options, memory=memory, seconds=seconds, progress=progress)
+    x = filled + away
     if within is not None:
         tets = tets[inside(*within, x[tets].mean(axis=1))]
     if not len(tets):
         raise NothingFitsError("no tetrahedron fits inside the surface: is there an inside?")
     return TetMesh.checked(x, largest_piece(x, tets) if largest else tets)
+
+
+def _far_origin(x: Floats) -> Floats:
+    """Return the middle of an object far from the origin, and zero for any other, shape (3,)."""
+    low, high = x.min(axis=0), x.max(axis=0)
+    is_far = float(np.abs(x).max()) > _FAR * float((high - low).max())
+    return 0.5 * (low + high) if is_far else np.zeros(3)
 
 
 def largest_piece(x: Floats, tets: Ints) -> Ints:

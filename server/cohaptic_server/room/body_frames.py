@@ -24,7 +24,11 @@ def describe(body: Body) -> BodyInfo:
     center = 0.5 * (x.min(axis=0) + x.max(axis=0))
     radius = float(((x - center) ** 2).sum(axis=1).max() ** 0.5)
     return BodyInfo(
-        name=body.name, center=vec3(center), radius=radius, contact_radius=body.contact_radius
+        name=body.name,
+        center=vec3(center),
+        radius=radius,
+        contact_radius=body.contact_radius,
+        origin=body.mesh.origin,
     )
 
 

@@ -21,6 +21,7 @@ from pydantic import ValidationError
 from cohaptic.errors import CohapticError
 from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
+from cohaptic.vec import Vec3, add
 from cohaptic_tools.demo.scene import Scene
 
 _START = 30.0  # s between two reports that a process is still starting
@@ -193,7 +194,7 @@ class Stage:
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
             "--seed", str(scene.seed + user),
-            *_placement_options(script),
+            *_placement_options(script, scene.origin),
             "--depth-mm", repr(1e3 * script.depth),
             "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
             "--drag-mm", repr(1e3 * script.drag),
@@ -231,11 +232,11 @@ class Stage:
         self.server.wait()
 
 
-def _placement_options(script: HandScript) -> list[str]:
-    """Return the options of `cohaptic touch` that say where a hand stands."""
+def _placement_options(script: HandScript, origin: Vec3) -> list[str]:
+    """Return the options of `cohaptic touch` that say where a hand stands in the object's file."""
     if script.place is None:
         return ["--angle", repr(math.degrees(script.angle))]
-    at, inward = map(repr, script.place.point), map(repr, script.place.inward)
+    at, inward = map(repr, add(script.place.point, origin)), map(repr, script.place.inward)
     return ["--at", *at, "--inward", *inward]
 
 

@@ -9,6 +9,7 @@ from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
+from cohaptic.vec import ZERO, Vec3
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import MAX_ITERATIONS, Equilibrium, RestingHand, solve
@@ -36,6 +37,7 @@ class Scene:
         duration: Duration of the demonstration [s]; None without an end.
         places: Places of the hands on the surface; if empty, the hands stand evenly around the
             body.
+        origin: Origin of the frame of `places`, as a point of the frame of the object's file [m].
         depth: Intended depth of the first hand; the others press half as deep [m].
         friction: Coefficient of friction of every finger; 0 without friction. With friction two
             hands stand side by side and press equally deep; the first drags along the surface, and
@@ -50,6 +52,7 @@ class Scene:
     seed: int = 0
     duration: float | None = None
     places: tuple[Place, ...] = ()
+    origin: Vec3 = ZERO
     depth: float = PRESS_DEPTH
     friction: float = 0.0
 

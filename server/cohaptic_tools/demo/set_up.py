@@ -84,7 +84,8 @@ def set_up(
             scene.users,
             lambda share: progress("places for the hands", share),
         )
-    scene = replace(scene, places=placement.places, depth=placement.depth)
+    origin = elastic.mesh.origin
+    scene = replace(scene, places=placement.places, depth=placement.depth, origin=origin)
     # The elastic body is returned without its mass, since an equilibrium does not depend on mass.
     return elastic, scene, describe_placement(placement, scene.names)
 

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import Clock
 from cohaptic.control.law import DEFAULT_LAW
-from cohaptic.vec import Vec3
+from cohaptic.vec import ZERO, Vec3
 from cohaptic_server.bodies.modal.modal_body import HIGHEST
 from cohaptic_server.bodies.solid.shape import SolidShape
 from cohaptic_server.bodies.solid.solid import Solid
@@ -196,7 +196,8 @@ class Inspection:
         shape, q, solid = self.solid.shape, self.quality, self.solid
         free = self.stiffness[np.isfinite(self.stiffness)]
         low, middle, high = np.percentile(free, [0.0, 50.0, 100.0])
-        softest = 1e3 * shape.mesh.vertices[int(self.stiffness.argmin())]
+        origin = np.array(shape.mesh.origin)
+        softest = 1e3 * (origin + shape.mesh.vertices[int(self.stiffness.argmin())])
         size = 1e3 * np.ptp(shape.mesh.vertices, axis=0)
         column_bytes = solid.columns.store.capacity * solid.columns.store.column_bytes
         one, many = (1e3 * t for t in self.cost.ticks)
@@ -205,6 +206,7 @@ class Inspection:
         return [
             ("file", "; ".join(describe_file(source, self.prepared))),
             ("size", f"{size[0]:.4g} x {size[1]:.4g} x {size[2]:.4g} mm"),
+            *_place(shape.mesh.origin),
             (
                 "mesh",
                 f"{len(shape.tets.tets):,} tetrahedra of order {source.material.order},"
@@ -375,6 +377,14 @@ def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
 
 def _in_parts(prepared: Prepared) -> str:
     return f" in {len(prepared.parts.names)} parts" if prepared.parts else ""
+
+
+def _place(origin: Vec3) -> list[tuple[str, str]]:
+    """Return a heading and a sentence if the file has its origin outside the middle of its box."""
+    if origin == ZERO:
+        return []
+    x, y, z = (f"{1e3 * value:.10g}" for value in origin)
+    return [("middle", f"at ({x}, {y}, {z}) mm of its file; the object is served about that point")]
 
 
 def _held(shape: SolidShape) -> str:

@@ -30,6 +30,7 @@ from cohaptic.protocol.control.message import (
 )
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.vec import ZERO, Vec3, add, sub
 
 MAX_TEXT = 4096  # characters of one control message
 MAX_WELCOME_TEXT = 8192  # characters of a server's longest message, a welcome to the fullest room
@@ -46,6 +47,9 @@ Key = Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")]
 Token = Annotated[str, Field(min_length=1, max_length=MAX_TOKEN, pattern=r"^[!-~]+$")]
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
+# Coordinate in the frame of a file [m]; no object lies farther from its origin than 1e7 times its
+# own length, which is 5 m at most (`objects/surface/accept.py` of the server).
+FileCoordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
 # Simulation rates of 10 to 200 Hz, as for the server's settings. A client that accepted any value
 # could be made to ramp its surface in no time, or for ever.
 Period = Annotated[float, Field(ge=MIN_PERIOD, le=MAX_PERIOD)]  # [s]
@@ -133,12 +137,23 @@ class BodyInfo(ControlMessage):
         center: Centre of the body's resting surface in the world frame [m].
         radius: Radius of the sphere round `center` that holds the resting surface [m].
         contact_radius: Contact radius of the pressure under a contact (science 3.5) [m].
+        origin: Point of the frame of the body's file at which the world frame has its origin, since
+            an object from a file is served in the middle of the world [m].
     """
 
     name: Annotated[str, Field(max_length=MAX_BODY_NAME)]
     center: tuple[Coordinate, Coordinate, Coordinate]
     radius: float = Field(gt=0.0, le=MAX_POSITION)
     contact_radius: float = Field(gt=0.0, le=MAX_POSITION)
+    origin: tuple[FileCoordinate, FileCoordinate, FileCoordinate] = ZERO
+
+    def to_file(self, point: Vec3) -> Vec3:
+        """Return a point of the world frame in the frame of the body's file [m]."""
+        return add(point, self.origin)
+
+    def from_file(self, point: Vec3) -> Vec3:
+        """Return a point of the frame of the body's file in the world frame [m]."""
+        return sub(point, self.origin)
 
 
 class Welcome(WithSecrets):

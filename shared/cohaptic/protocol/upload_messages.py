@@ -14,7 +14,8 @@ from typing import Annotated, Literal
 from pydantic import Field, TypeAdapter
 
 from cohaptic.protocol.control.message import ControlMessage
-from cohaptic.protocol.messages import Error, decode_text
+from cohaptic.protocol.messages import Error, FileCoordinate, decode_text
+from cohaptic.vec import ZERO
 
 SUBPROTOCOL = "cohaptic.upload.v1"
 CHUNK = 32 * 1024  # bytes of the file in one message
@@ -76,6 +77,7 @@ class Examined(ControlMessage):
         fix: Rule for the part that the server proposes to hold fixed.
         scale: Proposed length of one unit of the file [m], with which the rest mesh is in metres.
         triangles: Triangles of the surface in the file.
+        middle: Point of the file at which the rest mesh has its origin, at the proposed scale [m].
     """
 
     type: Literal["examined"] = "examined"
@@ -83,6 +85,7 @@ class Examined(ControlMessage):
     fix: str = Field(max_length=MAX_RULE)
     scale: float = Field(ge=MIN_SCALE, le=MAX_SCALE)
     triangles: int = Field(ge=1, lt=2**40)
+    middle: tuple[FileCoordinate, FileCoordinate, FileCoordinate] = ZERO
 
 
 class PrepareObject(ControlMessage):

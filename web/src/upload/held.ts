@@ -134,11 +134,14 @@ export class Painting {
    * The rule of the painted part; empty if nothing is painted, null if the rule is too long for the server.
    *
    * @param larger How many times larger the object will be than it is here.
+   * @param middle Point of the file that is the origin here [m].
    */
-  rule(larger = 1): string | null {
-    const short = (x: number): string => `${Number((larger * x).toPrecision(4))}`;
+  rule(larger = 1, middle: Vec3 = [0, 0, 0]): string | null {
+    // Digits down to a thousandth of a cell, however far from the origin of its file the object lies.
+    const digits = Math.min(20, Math.max(0, Math.ceil(3 - Math.log10(larger * this.cell))));
+    const short = (x: number, k: number): string => `${Number((larger * (x + (middle[k] ?? 0))).toFixed(digits))}`;
     const one = ({ low, high }: Box): string =>
-      [0, 1, 2].map((k) => `${AXES[k] ?? "x"}>${short(low[k] ?? 0)} and ${AXES[k] ?? "x"}<${short(high[k] ?? 0)}`).join(" and ");
+      [0, 1, 2].map((k) => `${AXES[k] ?? "x"}>${short(low[k] ?? 0, k)} and ${AXES[k] ?? "x"}<${short(high[k] ?? 0, k)}`).join(" and ");
     const rule = this.boxes().map(one).join(" or ");
     return rule.length > MAX_RULE ? null : rule;
   }

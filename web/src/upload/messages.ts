@@ -1,7 +1,8 @@
 /** Messages of a connection that brings a mesh file (docs/protocol.md, "An upload"). */
 
+import type { Vec3 } from "../model/vec";
 import { ProtocolError } from "../protocol/frame";
-import { checkKeys, type Fields, integer, isFields, list, number, parseFields, text } from "../protocol/json";
+import { checkKeys, type Fields, integer, isFields, list, number, parseFields, text, vector } from "../protocol/json";
 
 export const UPLOAD_SUBPROTOCOL = "cohaptic.upload.v1";
 /** Bytes of the file in one message. */
@@ -31,6 +32,8 @@ export interface Examined {
   /** Proposed scale: metres in one unit of the file; the mesh that follows is in metres at this scale. */
   readonly scale: number;
   readonly triangles: number;
+  /** Point of the file at which the surface that is shown has its origin, at `scale` [m]. */
+  readonly middle: Vec3;
 }
 
 /** The choice that a refusal is about; "file" if it is about no single choice. */
@@ -71,7 +74,14 @@ function decode(type: string, f: Fields): UploadAnswer {
         max_seconds: number(f, "max_seconds", 0, 1e9),
       };
     case "examined":
-      return { type, findings: list(f, "findings").map(finding), fix: text(f, "fix"), scale: number(f, "scale", 1e-9, 1e9), triangles: integer(f, "triangles") };
+      return {
+        type,
+        findings: list(f, "findings").map(finding),
+        fix: text(f, "fix"),
+        scale: number(f, "scale", 1e-9, 1e9),
+        triangles: integer(f, "triangles"),
+        middle: vector(f, "middle", 1e8),
+      };
     case "progress":
       return { type, phase: text(f, "phase"), share: number(f, "share", 0, 1) };
     case "refused":

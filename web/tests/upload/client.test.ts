@@ -4,7 +4,7 @@ import { CHUNK } from "../../src/upload/messages";
 import { MESH, meshFrame } from "../watch/scenes";
 
 const OFFER = { type: "upload_offer", kinds: [".stl"], max_bytes: 3 * CHUNK, max_memory: 1, max_seconds: 1 };
-const EXAMINED = { type: "examined", findings: [], fix: "z < 5%", scale: 0.001, triangles: 12 };
+const EXAMINED = { type: "examined", findings: [], fix: "z < 5%", scale: 0.001, triangles: 12, middle: [0, 0, 0] };
 
 /** The end of a socket that a server holds. */
 class Line {

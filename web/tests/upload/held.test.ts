@@ -73,6 +73,17 @@ describe("a painting", () => {
     }
   });
 
+  test("far from the origin of its file holds the same cells, at any size", () => {
+    const [larger, middle] = [100, [5e5, -12, 0.25]] as const;
+    const painting = new Painting(BOX);
+    painting.paint([0.1, 0.05, 0.3]);
+    const [here, there] = [painting.rule() ?? "", painting.rule(larger, middle) ?? ""];
+    for (let i = 0; i < 300; i++) {
+      const point = [0.1 + 0.04 * Math.cos(i), 0.05 + 0.04 * Math.cos(2 * i), 0.3 + 0.04 * Math.cos(3 * i)];
+      expect(holds(there, point.map((x, k) => larger * (x + (middle[k] ?? 0))))).toBe(holds(here, point));
+    }
+  });
+
   test("holds the point that was painted, and is gone when it is cleared", () => {
     const painting = new Painting(BOX);
     expect(painting.paint([0.1, 0.05, 0.3])).toBe(true);

@@ -5,7 +5,7 @@ import { decodeUploadAnswer, encodeUploadRequest } from "../../src/upload/messag
 describe("an answer of the server", () => {
   test.each([
     { type: "upload_offer", kinds: [".stl"], max_bytes: 10, max_memory: 20, max_seconds: 3.5 },
-    { type: "examined", findings: [{ problem: "p", remedy: "r" }], fix: "z < 5%", scale: 0.001, triangles: 12 },
+    { type: "examined", findings: [{ problem: "p", remedy: "r" }], fix: "z < 5%", scale: 0.001, triangles: 12, middle: [5e5, 0, -0.5] },
     { type: "refused", about: "size", message: "too small", tries: 3 },
     { type: "progress", phase: "factoring", share: 0.5 },
     { type: "prepared", command: "cohaptic serve" },

@@ -187,7 +187,7 @@ def shape_of(
     nodes, elements, faces, all_fixed = _nodes(tets, fixed, settings.order)
     _check_fixed(nodes, all_fixed)
     surface = np.unique(faces)
-    mesh = SurfaceMesh(nodes[surface], np.searchsorted(surface, faces))
+    mesh = SurfaceMesh(nodes[surface], np.searchsorted(surface, faces), tets.origin)
     radius = settings.contact_radius or fitting_radius(mesh)
     return SolidShape(tets, nodes, elements, all_fixed, surface, mesh, radius, moduli)
 

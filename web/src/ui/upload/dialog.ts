@@ -137,7 +137,7 @@ export class UploadDialog {
   }
 
   private examined(news: Extract<UploadNews, { type: "shown" }>): void {
-    const { findings, fix, scale, triangles } = news.examined;
+    const { findings, fix, scale, triangles, middle } = news.examined;
     const lines = findings.map(({ problem, remedy }) => el("li", { text: sentence(`${problem}: ${remedy}`) }));
     this.findings.replaceChildren(el("li", { text: `${triangles.toLocaleString("en")} triangles.` }), ...lines);
     for (const part of [this.host, this.work]) show(part, true);
@@ -146,7 +146,7 @@ export class UploadDialog {
     this.shown = scale;
     this.size.propose(scale, [high[0] - low[0], high[1] - low[1], high[2] - low[2]]);
     this.soft.propose();
-    this.held.propose(fix);
+    this.held.propose(fix, middle);
   }
 
   private refused({ about, why, tries }: Extract<UploadNews, { type: "refused" }>): void {

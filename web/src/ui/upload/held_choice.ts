@@ -1,5 +1,6 @@
 /** Choice of the held part of the object: a layer at one of its sides, or the painted part. */
 
+import type { Vec3 } from "../../model/vec";
 import { layerOf, layerRule, type Layer, type Painting } from "../../upload/held";
 import { choice, el, say, show } from "../dom";
 import { Section } from "./section";
@@ -31,6 +32,7 @@ export class HeldChoice extends Section {
   private readonly paintRow: HTMLElement;
   private layer: Layer = PROPOSED;
   private painting: Painting | null = null;
+  private middle: Vec3 = [0, 0, 0];
   private painted = false;
 
   constructor(private readonly actions: HeldActions) {
@@ -43,8 +45,9 @@ export class HeldChoice extends Section {
     this.control = this.share;
   }
 
-  /** Begin with another object, with the held part that the server proposes. */
-  propose(rule: string): void {
+  /** Begin with another object that is shown about `middle` of its file [m], with the held part that the server proposes. */
+  propose(rule: string, middle: Vec3): void {
+    this.middle = middle;
     const layer = layerOf(rule) ?? PROPOSED;
     this.sides.set(sideOf(layer));
     this.painted = false;
@@ -64,7 +67,7 @@ export class HeldChoice extends Section {
 
   /** Rule for the server, for an object `larger` times as large as shown; null if it is too long for the server. */
   rule(larger: number): string | null {
-    return this.painted ? (this.painting?.rule(larger) ?? null) : layerRule(this.layer);
+    return this.painted ? (this.painting?.rule(larger, this.middle) ?? null) : layerRule(this.layer);
   }
 
   override focus(): void {

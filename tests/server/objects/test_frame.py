@@ -1,0 +1,115 @@
+"""An object is served about its middle, and the frame of its file is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.errors import BodyError
+from cohaptic.protocol.frame import MAX_POSITION
+from cohaptic_server.bodies.solid.shape import SolidSettings
+from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.mesh.tetrahedra import TetMesh
+from cohaptic_server.objects.build import build_solid
+from cohaptic_server.objects.build_rubber import build_rubber_solid
+from cohaptic_server.objects.cost import Demand
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.surface.accept import MAX_AWAY_SIZES, check_size
+from cohaptic_server.room.body_frames import BodyFrames, describe
+from cohaptic_server.testing.blocks import block
+from tests.examples_of_laws import examples
+from tests.server.objects.files import write
+
+meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
+
+BLOCK = block((0.06, 0.06, 0.06), (3, 3, 3))
+FAR = st.floats(-1e6, 1e6, allow_nan=False)
+
+
+def moved(path: Path, by: tuple[float, float, float], fix: str = "x <= 0%") -> ObjectFile:
+    """A block in a file, `by` away from where the others lie."""
+    meshio.Mesh(BLOCK.vertices + np.array(by), [("tetra", BLOCK.tets)]).write(path)
+    return ObjectFile(path, fix, material=SolidSettings(order=1))
+
+
+def in_file(body: Solid) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.asarray(body.mesh.vertices + np.array(body.mesh.origin))
+
+
+@given(FAR, FAR, FAR)
+@settings(max_examples=examples(40))
+def test_a_mesh_is_centred_to_a_micrometre_and_keeps_its_place(
+    x: float, y: float, z: float
+) -> None:
+    tets = TetMesh(BLOCK.vertices + np.array((x, y, z)), BLOCK.tets)
+    centred = tets.centred()
+    low, high = centred.vertices.min(axis=0), centred.vertices.max(axis=0)
+    digits = 4.0 * np.spacing(np.abs((x, y, z)).max() + 1.0)
+    assert np.abs(low + high).max() <= 1e-6 + digits
+    back = centred.vertices + np.array(centred.origin)
+    assert np.abs(back - tets.vertices).max() <= digits
+    assert centred.tets is tets.tets
+
+
+@pytest.mark.parametrize(
+    "by", [(0.0, 0.0, 0.0), (9.95, 0.0, 0.0), (12.0, -3.0, 0.5), (5e5, -2e5, 0.0)]
+)
+def test_an_object_is_the_same_wherever_it_lies_in_its_file(
+    by: tuple[float, float, float], tmp_path: Path
+) -> None:
+    here = build_solid(moved(tmp_path / "here.vtu", (0.0, 0.0, 0.0)))
+    there = build_solid(moved(tmp_path / "there.vtu", by))
+    digits = 1e-15 * (1.0 + np.abs(by).max())
+    assert np.abs(in_file(there) - in_file(here) - np.array(by)).max() <= 4.0 * digits
+    # Every digit of a coordinate counts a thousand times in a compliance.
+    wanted = here.vertex_compliance()
+    found = there.vertex_compliance()
+    assert np.abs(found - wanted).max() <= (1e-9 + 1e4 * digits) * wanted.max()
+    about = describe(there)
+    assert np.abs(about.center).max() <= 1e-6
+    assert about.to_file(about.center) == pytest.approx(
+        np.array(by) + 0.5 * (BLOCK.vertices.min(axis=0) + BLOCK.vertices.max(axis=0)), rel=1e-12
+    )
+    frames = BodyFrames(TouchedBody(there))
+    assert frames.touch_mesh()
+    assert frames.rest_mesh()
+
+
+def test_a_rule_for_the_held_region_is_in_the_frame_of_the_file(tmp_path: Path) -> None:
+    body = build_solid(moved(tmp_path / "there.vtu", (12.0, 0.0, 0.0), "x < 11.98"))
+    held = in_file(body)[body.shape.held]
+    assert held[:, 0].max() == pytest.approx(11.98, abs=2e-5)  # where the bisection ends
+    assert held[:, 0].min() == pytest.approx(11.97)
+
+
+def test_a_nonlinear_object_is_served_about_its_middle_too(tmp_path: Path) -> None:
+    source = moved(tmp_path / "there.vtu", (12.0, 0.0, 0.0))
+    body = build_rubber_solid(source, demand=Demand(nonlinear=True))
+    assert np.abs(body.mesh.vertices).max() <= 0.0301
+    assert body.mesh.origin == pytest.approx((12.0, 0.0, 0.03))
+
+
+def test_an_object_without_digits_for_its_own_shape_is_refused() -> None:
+    path, x = Path("far.ply"), BLOCK.vertices
+    check_size(path, x + 0.05 * MAX_AWAY_SIZES, 1.0)
+    with pytest.raises(BodyError, match=r"lies 2e\+07 times its own length from the origin"):
+        check_size(path, x + 0.06 * 2.0 * MAX_AWAY_SIZES, 1.0)
+
+
+@pytest.mark.live
+@pytest.mark.parametrize("away", [2.0 * MAX_POSITION, 5e5])
+def test_a_surface_far_from_its_origin_is_filled_whole(away: float, tmp_path: Path) -> None:
+    """At 5e5 m fTetWild lost a quarter of a ball."""
+    trimesh: Any = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(2, 0.05)
+    path = write(tmp_path / "ball.off", ball.vertices + np.array((away, 0.0, -away)), ball.faces)
+    source = ObjectFile(path, "y < 10%", edge=0.15, material=SolidSettings(order=1))
+    solid = build_solid(source)
+    assert solid.shape.tets.volume == pytest.approx(ball.volume, rel=0.02)
+    assert solid.mesh.origin == pytest.approx((away, 0.0, -away), abs=1e-3)
