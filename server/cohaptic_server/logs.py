@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from enum import Enum
 from typing import Any
 
+from cohaptic.errors import one_line
 from cohaptic.runtime.aside import Aside, aside
 
 
@@ -36,6 +37,7 @@ class LogStyle:
 
 
 PLAIN = LogStyle()
+_LONGEST = 4000  # characters of a line
 
 
 class JsonLines(logging.Formatter):
@@ -66,6 +68,14 @@ class JsonLines(logging.Formatter):
         if record.exc_info:
             line["traceback"] = self.formatException(record.exc_info)
         return json.dumps(line)
+
+
+class TextLines(logging.Formatter):
+    """Log formatter: one printable line per record, whatever the names of people and files hold."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - the name of logging's
+        """Return the line of a record, without a traceback."""
+        return one_line(super().formatMessage(record), _LONGEST)
 
 
 class Beside(logging.StreamHandler[Any]):
@@ -100,7 +110,7 @@ def set_up_log(style: LogStyle, room: str | None = None) -> None:
         room: Name of the room that this process serves; None for the process of a whole server.
     """
     whose = "" if room is None else f" [{room}]"
-    formatter = logging.Formatter(f"%(asctime)s{whose} %(message)s", "%H:%M:%S")
+    formatter = TextLines(f"%(asctime)s{whose} %(message)s", "%H:%M:%S")
     handler = Beside(JsonLines(room) if style.format is LogFormat.JSON else formatter)
     logging.basicConfig(level=style.level, handlers=[handler], force=True)
     # The websockets library logs nothing, since the server's own lines report connections.

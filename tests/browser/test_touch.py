@@ -64,6 +64,10 @@ def known(visitor: Visitor, read: Callable[[], float]) -> float:
     return seen[0]
 
 
+def _shows(visitor: Visitor, felt: object) -> bool:
+    return visitor.from_others == felt
+
+
 def test_two_pages_feel_each_other(visitors: Open, room: Room, body: Balloon) -> None:
     ann, bob = visitors(), visitors()
     for visitor in (ann, bob):
@@ -90,8 +94,9 @@ def test_two_pages_feel_each_other(visitors: Open, room: Room, body: Balloon) ->
     assert together == pytest.approx(truth.force[0], rel=SHARE, abs=LEAST)
     assert bobs == pytest.approx(truth.force[1], rel=SHARE, abs=LEAST)
     for visitor, felt in zip((ann, bob), truth.felt_from_others, strict=True):
-        shown = known(visitor, partial(getattr, visitor, "from_others"))
-        assert shown == pytest.approx(felt, rel=SHARE, abs=LEAST)
+        # A page that draws seldom beside others shows it later than the own force.
+        near = pytest.approx(felt, rel=SHARE, abs=LEAST)
+        visitor.until(partial(_shows, visitor, near), f"{felt:.3f} N from the other")
     # Each page shows the other's force too.
     assert known(ann, lambda: ann.force_of("bob")) == pytest.approx(bobs, abs=LEAST)
     assert known(bob, lambda: bob.force_of("ann")) == pytest.approx(together, abs=LEAST)

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from cohaptic.clock import SystemClock
+from cohaptic.errors import one_line
 from cohaptic_server.progress import TimeLeft
 
 
@@ -84,6 +85,7 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
     Args:
         title: Words in front of the name of each phase.
     """
+    title = one_line(title)
     console = Console(stderr=True)
     bar = Progress(
         TextColumn("{task.description}"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,13 +82,15 @@ class TetMesh:
         return cls(x, t)
 
     def centred(self) -> TetMesh:
-        """Return the mesh in a frame whose origin is the middle of the mesh's bounding box.
+        """Return the mesh in a frame whose origin is about the middle of the mesh's bounding box.
 
-        The new origin is rounded to whole micrometres, so that a person can read it and a mesh
-        that is centred already keeps every digit.
+        The new origin has few digits, so that a person can read it, and a mesh that is centred
+        already stays where it is: it is rounded to a power of ten below a tenth of the size.
         """
         x = self.vertices
-        middle = np.round(0.5 * (x.min(axis=0) + x.max(axis=0)), 6) + 0.0  # no negative zero
+        low, high = x.min(axis=0), x.max(axis=0)
+        digits = math.ceil(-math.log10(0.1 * float((high - low).max())))
+        middle = np.round(0.5 * (low + high), digits) + 0.0  # no negative zero
         return TetMesh(x - middle, self.tets, add(self.origin, vec3(middle)))
 
     @property

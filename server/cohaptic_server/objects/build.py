@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from cohaptic.clock import SystemClock
+from cohaptic.errors import one_line
 from cohaptic_server.bodies.solid.parts import plan_of_solid
 from cohaptic_server.bodies.solid.shape import Moduli, shape_of
 from cohaptic_server.bodies.solid.solid import Solid
@@ -87,7 +88,7 @@ def build(
         parts = load_or_make_parts(
             tets, held.fixed, source.material, told, accept, late=late, moduli=moduli
         )
-    name = source.path.stem[:40]
+    name = one_line(source.path.stem, 40)
     solid = Solid(tets, held.fixed, source.material, name=name, parts=parts)
     named = None if prepared.parts is None else prepared.parts.of_elements(held.parent)
     return Built(solid, prepared, named, *costs)

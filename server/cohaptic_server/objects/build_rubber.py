@@ -6,7 +6,7 @@ import math
 from dataclasses import astuple, replace
 from pathlib import Path
 
-from cohaptic.errors import BodyError
+from cohaptic.errors import BodyError, one_line
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import Moduli
 from cohaptic_server.mesh.tetrahedra import TetMesh, quadratic
@@ -88,7 +88,7 @@ def build_affordable(
     progress("tetrahedra", 0.0)
     source, prepared, held = affordable(source, demand, progress)
     moduli = moduli_of(source, prepared, held)
-    name = source.path.stem[:40]
+    name = one_line(source.path.stem, 40)
     path = _table_path(source, held, moduli, damping)
     kept = load_entry(path, "presses", mapped=False) or {}
     table = kept.get("table")

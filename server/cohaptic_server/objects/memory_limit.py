@@ -77,7 +77,7 @@ def address_space() -> int:
 @lru_cache(maxsize=64)
 def say_once(path: Path, words: str) -> None:
     """Log how a file was read otherwise than it is written; only once, though it is read again."""
-    log.warning("%s: %s", path, words)
+    log.warning("%s: %s", one_line(str(path), 1000), words)
 
 
 # The texts of these errors describe the program, such as "list index out of range", or are empty:

@@ -127,7 +127,8 @@ def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
     check_surface(f"{path}: {culprit}", report, repair=source.repair)
     outwards = [one._replace(faces=facing_outwards(one.x, one.faces)) for one in surfaces]
     tets = _filled(source, outwards, report, progress)
-    check_volume(source, tets, report)
+    if len(outwards) == 1:  # parts, which may overlap, are checked one by one
+        check_volume(source, tets, report)
     parts, deviation = _parts_of(source, originals, outwards, tets)
     return Prepared(tets, report, triangles, simplified, deviation, parts)
 

@@ -366,17 +366,16 @@ def describe_file(source: ObjectFile, prepared: Prepared) -> list[str]:
         phrases.append(f"{each}closed, free of crossings, in one piece: nothing was repaired")
     if prepared.surface.volume < 0.0:
         phrases.append("turned outside out")
-    enclosed = abs(prepared.surface.volume) * source.scale**3
-    change = prepared.tets.volume / enclosed - 1.0
-    phrases.append(
-        f"its tetrahedra follow it within {1e3 * prepared.deviation:.2g} mm and its volume"
-        f" to {change:+.1%}"
-    )
-    return phrases
+    follows = f"its tetrahedra follow it within {1e3 * prepared.deviation:.2g} mm"
+    if prepared.parts is None or prepared.words:  # the parts of a surface may overlap
+        enclosed = abs(prepared.surface.volume) * source.scale**3
+        follows += f" and its volume to {prepared.tets.volume / enclosed - 1.0:+.1%}"
+    return [*phrases, follows]
 
 
 def _in_parts(prepared: Prepared) -> str:
-    return f" in {len(prepared.parts.names)} parts" if prepared.parts else ""
+    count = len(prepared.parts.names) if prepared.parts else 0
+    return f" in {count} parts" if count > 1 else ""
 
 
 def _place(origin: Vec3) -> list[tuple[str, str]]:

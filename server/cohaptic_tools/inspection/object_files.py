@@ -11,6 +11,7 @@ from rich.text import Text
 
 from cohaptic.cli.output import check_output
 from cohaptic.clock import SystemClock
+from cohaptic.errors import one_line
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved, wanted
@@ -49,8 +50,9 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
     if built.cost is not None:
         memory += f" ({built.cost.memory / 1e9:.2f} expected)"
     print(
-        f"{file}: {len(solid.shape.tets.tets):,} tetrahedra, {len(solid.mesh.vertices):,} vertices"
-        f" of surface, {solid.factor_bytes / 1e6:,.0f} MB; ready in {cache_folder()} after"
+        f"{_shown(file)}: {len(solid.shape.tets.tets):,} tetrahedra,"
+        f" {len(solid.mesh.vertices):,} vertices of surface, {solid.factor_bytes / 1e6:,.0f} MB;"
+        f" ready in {cache_folder()} after"
         f" {clock.now() - start:.1f} s{memory}"
     )
 
@@ -100,7 +102,12 @@ def show_object(
     console = Console(highlight=False)
     console.print(table)
     for picture in written:
-        console.print(f"written to {picture}")
+        console.print(f"written to {_shown(picture)}", markup=False)
+
+
+def _shown(path: Path) -> str:
+    """Return a path as one printable line: its name may hold anything."""
+    return one_line(str(path), 1000)
 
 
 def _list_labels(file: Path, labels: LabelMap) -> None:
@@ -114,7 +121,7 @@ def _list_labels(file: Path, labels: LabelMap) -> None:
     console = Console(highlight=False)
     spacing = " x ".join(f"{1e3 * side:.3g}" for side in labels.spacing.tolist())
     shape = " x ".join(str(n) for n in labels.numbers.shape)
-    console.print(f"{file}: {shape} voxels of {spacing} mm", markup=False)
+    console.print(f"{_shown(file)}: {shape} voxels of {spacing} mm", markup=False)
     console.print(table)
     example = f"--label {labels.labels[0].value}=organ --young organ=5e3"
     console.print(
@@ -131,7 +138,7 @@ def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
         "contact of"
         f" {1e3 * inspection.solid.contact_radius:.1f} mm; held: {source.fix or source.fix_mesh}"
     )
-    mesh, name = inspection.solid.mesh, source.path.name
+    mesh, name = inspection.solid.mesh, one_line(source.path.name)
     draw(out, mesh, inspection.stiffness, fixed, title=name, notes=notes)
     if inspection.parts is None:
         return [out]

@@ -9,6 +9,7 @@ that the direction of imports holds and a client-only install needs no server co
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import sys
@@ -65,6 +66,10 @@ def main(argv: list[str] | None = None) -> None:
     if argv is None:
         # Child processes must not import modules from the current folder.
         os.environ["PYTHONSAFEPATH"] = "1"
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A name of a file may hold what the terminal's encoding has not.
+            stream.reconfigure(errors="replace")
     with signals_heeded():
         _run(sys.argv[1:] if argv is None else argv)
 
@@ -96,11 +101,16 @@ def _run(given: list[str]) -> None:
         sys.exit(130)
 
 
+def _printable(sentence: str) -> str:
+    """Return a sentence, which may quote the name of a file, without codes for the terminal."""
+    return "".join(c if c.isprintable() or c == "\n" else "?" for c in sentence)
+
+
 def _tell(sentence: str, error: Exception, *, whole: bool) -> None:
     """Print an error as one sentence, after its traceback if the user has asked for the whole."""
     if whole:
         traceback.print_exception(error)
-    typer.echo(f"cohaptic: {sentence}", err=True)
+    typer.echo(f"cohaptic: {_printable(sentence)}", err=True)
 
 
 def _check_secrets() -> None:
