@@ -52,9 +52,10 @@ class Recorder:
         columns = np.array(COLUMNS)
         if path.suffix != ".npz":  # as numpy does; an error below must remove that file
             path = path.with_name(f"{path.name}.npz")
-        about = {"name": name, "to_wall": to_wall, "origin": np.array(origin)}
         try:
-            np.savez_compressed(path, columns=columns, rows=rows, **about)
+            np.savez_compressed(
+                path, columns=columns, rows=rows, name=name, to_wall=to_wall, origin=origin
+            )
         except OSError as error:
             with contextlib.suppress(OSError):
                 path.unlink()

@@ -14,6 +14,8 @@ export interface BodyInfo {
   readonly radius: number;
   /** Radius of the pressure distribution of a contact [m]. */
   readonly contact_radius: number;
+  /** Point of the frame of the object's file at which the world has its origin [m]. */
+  readonly origin: Vec3;
 }
 
 /** Response of the object to the forces of the others: its lag and what determines it (science 3.8). */
