@@ -64,7 +64,7 @@ FULL = ObjectFile(
     edge=0.07,
     repair=True,
     material=SolidSettings(1e4, 0.3, 0.01, 1),
-    fix_mesh=Path("bone.stl"),
+    fix_mesh=Path("bone.stl:mm:lps"),
     simplify=500,
     parts=PartMaterials((("left lobe", 3e3), ("a=b", 5e4)), (("a=b", 0.2),)),
     labels=("3=left lobe", "4"),

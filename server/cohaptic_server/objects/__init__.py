@@ -9,5 +9,6 @@ Terms:
     part: tetrahedra with a material of their own: a node of a scene, a group, or a label.
     label: number of a structure in a segmented scan (`scan/`).
     held: fixed in space; `--fix` and `--fix-mesh` say which region is (`fix_rule.py`).
+    axes of a patient: RAS or LPS (`fix_mesh.py`); a label map is read in RAS.
     budget: memory and time that a preparation may take, known before its long part (`cost.py`).
 """

@@ -57,7 +57,8 @@ class ObjectFile:
         edge: Target edge length of a tetrahedron, as a share of the bounding box's diagonal.
         repair: Whether fTetWild may close an open surface and resolve self-intersections.
         material: Material and discretisation; also for parts without a material of their own.
-        fix_mesh: File of a closed surface in the same units; vertices inside it are fixed.
+        fix_mesh: File of a closed surface, with its unit and axes (`fix_mesh.py`); vertices inside
+            it are fixed.
         simplify: Number of triangles that the surface is simplified to first; 0 keeps them all.
         shell: Thickness given to an open sheet [m]; 0 if the surface is that of a volume.
         max_memory: Limit of the memory for preparing the object, the program included [bytes].
@@ -152,7 +153,9 @@ _ROWS = (
     ),
     Option("fix", 'Region that is held: "z < 10%", "x > 2cm".', page=True, chosen=True),
     Option(
-        "fix_mesh", "File with a closed surface: hold the region inside it, in place of --fix.",
+        "fix_mesh", "File with a closed surface: hold the region inside it, in place of --fix."
+        " FILE:mm:lps says its unit (m, cm, mm, in) and axes (ras, lps). A scan is ras, and so is"
+        " an object that says none: lps turns x and y round.",
         kind=Path, optional=True,
     ),
     Option(

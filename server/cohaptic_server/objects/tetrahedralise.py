@@ -16,7 +16,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, face_pieces, pieces, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.fill_process import fill
-from cohaptic_server.objects.fix_rule import inside
+from cohaptic_server.objects.fix_surface import inside
 
 FINEST = 0.05  # edge, as a share of the box's diagonal; shorter edges have the same envelope
 ENVELOPE = 1e-3  # envelope for edges up to `FINEST`, as a share of the diagonal

@@ -23,7 +23,9 @@ _EACH: dict[str, st.SearchStrategy[Any]] = {
     "young": _of_parts(10.0, 1e12),
     "poisson": _of_parts(0.0, 0.499),
     "fix": st.text(max_size=12),
-    "fix_mesh": st.sampled_from([Path("held.stl"), Path("a folder/-b=c.stl")]),
+    "fix_mesh": st.sampled_from(
+        [Path("held.stl"), Path("a folder/-b=c.stl"), Path("12:30.stl:cm:LPS")]
+    ),
     "scale": st.floats(1e-9, 1e9),
     "edge": st.floats(0.005, 0.5),
     "order": st.sampled_from([1, 2]),

@@ -19,7 +19,7 @@ OTHER: dict[str, Any] = {
     "young": ["7e3"],
     "poisson": ["0.41", "bone=0.3"],
     "fix": "z < 7%",
-    "fix_mesh": Path("held.stl"),
+    "fix_mesh": Path("held.stl:mm:lps"),
     "scale": 0.01,
     "edge": 0.07,
     "order": 1,

@@ -1,75 +1,143 @@
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
-import numpy as np
-import numpy.typing as npt
 import pytest
-import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import SettingError
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.objects import fix_rule
-from cohaptic_server.objects.fix_rule import fixed_vertices, fixed_within, inside, read_fix_mesh
-from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.testing.blocks import block
-from tests.examples_of_laws import examples
+from cohaptic_server.objects.fix_mesh import AXES, UNITS, FixMesh, said_axes
 from tests.server.objects.files import write
 
-X = block((0.1, 0.1, 0.1), (5, 5, 5)).vertices
+KNOWN = (*UNITS, *AXES)
+names = st.text(min_size=1, max_size=12).map(lambda name: f"{name}.stl")
+units, axes = st.sampled_from(["", *UNITS]), st.sampled_from(["", *AXES])
 
 
-@given(st.integers(0, 2**32 - 1), st.booleans())
-@settings(max_examples=examples(20), deadline=None)
-def test_inside_a_ball_is_what_is_nearer_than_its_radius(seed: int, turned: bool) -> None:
-    rng = np.random.default_rng(seed)
-    y, faces = icosphere(3, 1.0)
-    center = rng.normal(size=3)
-    x = center + rng.uniform(-1.5, 1.5, (300, 3))
-    r = np.linalg.norm(x - center, axis=1)
-    sure = (r < 0.98) | (r > 1.0)  # between them lie the facets
-    found = inside(y + center, faces[:, ::-1] if turned else faces, x)
-    assert np.array_equal(found[sure], (r < 1.0)[sure])
+@given(names, units, axes)
+def test_a_value_says_what_its_text_says(name: str, unit: str, axes: str) -> None:
+    """The text is what commands repeat, files of rooms hold and the store keeps."""
+    said = FixMesh(Path(name), unit, axes)
+    assert FixMesh.of(Path(str(said))) == said
 
 
-def test_a_tube_is_not_inside_of_a_ring_that_it_goes_through() -> None:
-    ring = trimesh.creation.torus(1.0, 0.3)  # pyright: ignore[reportUnknownMemberType]
-    x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.1], [0.0, 0.5, 0.0]])
-    found = inside(np.asarray(ring.vertices), np.asarray(ring.faces, dtype=np.int64), x)
-    assert found.tolist() == [False, True, True, False]
+@given(names, st.sampled_from(list(UNITS)), st.sampled_from(AXES), st.data())
+def test_order_and_case_do_not_matter(name: str, unit: str, axes: str, data: st.DataObject) -> None:
+    words = data.draw(st.permutations([unit, axes]))
+    upper = data.draw(st.lists(st.booleans(), min_size=2, max_size=2))
+    text = ":".join(
+        [name, *(word.upper() if up else word for word, up in zip(words, upper, strict=True))]
+    )
+    assert FixMesh.of(Path(text)) == FixMesh(Path(name), unit, axes)
 
 
-def test_a_second_surface_holds_what_lies_in_it(tmp_path: Path) -> None:
-    y, faces = icosphere(2, 40.0)
-    path = write(tmp_path / "bone.stl", y, faces)
-    wanted = ObjectFile(tmp_path / "block.stl", scale=0.001, fix_mesh=path)
-    held = fixed_vertices(wanted, X)
-    r = np.linalg.norm(X, axis=1)
-    assert held[r < 0.037].all()
-    assert not held[r > 0.04].any()
-    with pytest.raises(SettingError, match="given without --fix"):
-        fixed_vertices(replace(wanted, fix="z < 10%"), X)
-
-
-def held_within(path: Path) -> npt.NDArray[np.bool_]:
-    return fixed_within(path, *read_fix_mesh(path, 1.0), X)
-
-
-def test_a_surface_that_cannot_hold_says_why(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("text", "path", "unit", "axes"),
+    [
+        ("bone.stl", "bone.stl", "", ""),
+        (r"C:\scans\bone.stl", r"C:\scans\bone.stl", "", ""),
+        (r"C:\scans\bone.stl:mm:lps", r"C:\scans\bone.stl", "mm", "lps"),
+        ("12:30 bone.stl:RAS", "12:30 bone.stl", "", "ras"),
+        ("bone.stl:km", "bone.stl:km", "", ""),
+        ("bone.stl:mm:", "bone.stl:mm:", "", ""),
+        ("bone.stl:", "bone.stl:", "", ""),
+        (":mm", ":mm", "", ""),
+        ("mm:lps", "mm", "", "lps"),
+    ],
+)
+def test_only_known_words_behind_the_last_colons_are_taken(
+    text: str, path: str, unit: str, axes: str
 ) -> None:
-    y, faces = icosphere(1, 0.03)
-    with pytest.raises(BodyError, match="there is no such file"):
-        read_fix_mesh(tmp_path / "none.stl", 1.0)
-    with pytest.raises(BodyError, match="not closed: 3 of its edges do not have two triangles"):
-        held_within(write(tmp_path / "open.stl", y, faces[1:]))
-    with pytest.raises(SettingError, match=r"float away; it has x 0.97 to 1.03 m, .*the object"):
-        held_within(write(tmp_path / "far.stl", y + 1.0, faces))
-    with pytest.raises(SettingError, match="leaves something free to move"):
-        held_within(write(tmp_path / "all.stl", 10.0 * y, faces))
-    monkeypatch.setattr(fix_rule, "MAX_FIX_TRIANGLES", 79)
-    with pytest.raises(BodyError, match="80 triangles; to say what is held 79 must do"):
-        held_within(write(tmp_path / "fine.stl", y, faces))
+    assert FixMesh.of(Path(text)) == FixMesh(Path(path), unit, axes)
+    assert str(PureWindowsPath(text)) == text  # so it is a path there as well
+
+
+def test_a_file_that_exists_is_taken_by_its_whole_name(tmp_path: Path) -> None:
+    odd = tmp_path / "bone:mm"
+    try:
+        odd.touch()
+    except OSError:
+        pytest.skip("this system has no colons in names")
+    assert FixMesh.of(odd) == FixMesh(odd)
+    assert FixMesh.of(Path(f"{odd}:cm:lps")) == FixMesh(odd, "cm", "lps")
+
+
+@pytest.mark.parametrize("rest", ["mm:cm", "mm:mm", "ras:lps", "lps:mm:LPS"])
+def test_a_unit_or_axes_said_twice_are_refused(tmp_path: Path, rest: str) -> None:
+    for path in (tmp_path / "none.stl", write(tmp_path / "bone.stl", *icosphere(1, 1.0))):
+        with pytest.raises(SettingError, match=r"FILE\[:UNIT\]\[:AXES\].*each once at most"):
+            FixMesh.of(Path(f"{path}:{rest}"))
+
+
+@pytest.mark.parametrize("rest", ["km", "mm:las", "m m", "", "mm:", "millimetre:lps", ":mm"])
+def test_rubbish_behind_a_file_that_exists_is_named(tmp_path: Path, rest: str) -> None:
+    path = write(tmp_path / "bone.stl", *icosphere(1, 1.0))
+    with pytest.raises(SettingError) as caught:
+        FixMesh.of(Path(f"{path}:{rest}"))
+    for word in KNOWN:
+        assert word in caught.value.limit
+    assert caught.value.limit.endswith(" is neither")
+
+
+def test_words_of_a_user_are_kept_by_a_value_that_says_more() -> None:
+    said = FixMesh(Path("a.stl"), "mm")
+    assert FixMesh(Path("a.stl"), "mm", "lps").keeps(said)
+    assert not FixMesh(Path("a.stl"), "cm", "lps").keeps(said)
+    assert not said.keeps(FixMesh(Path("a.stl"), "mm", "ras"))
+
+
+def test_an_option_is_quoted_where_its_path_has_spaces() -> None:
+    assert FixMesh(Path("a b.stl"), "mm").option == '--fix-mesh "a b.stl:mm"'
+    assert FixMesh(Path("a.stl"), "", "lps").option == "--fix-mesh a.stl:lps"
+
+
+def header(kind: str, words: str) -> bytes:
+    """The start of a file of a kind that says some words, as 3D Slicer writes it."""
+    binary: dict[str, bytes] = {
+        "stl": words.encode().ljust(80, b"\0") + b"P\0\0\0" + bytes(50),
+        "text.stl": f"solid {words}\nfacet normal 0 0 1\n".encode(),
+        "ply": f"ply\nformat ascii 1.0\ncomment {words}\nelement vertex 3\n".encode(),
+        "obj": f"# {words}\nv 0 0 0\n".encode(),
+        "vtk": f"# vtk DataFile Version 5.1\n{words}\nASCII\n".encode(),
+        "utf16.obj": f"# {words}\nv 0 0 0\n".encode("utf-16"),
+    }
+    return binary[kind]
+
+
+@pytest.mark.parametrize("kind", ["stl", "text.stl", "ply", "obj", "vtk", "utf16.obj"])
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("3D Slicer output. SPACE=LPS", "lps"),
+        ("3D Slicer output. SPACE=RAS;", "ras"),
+        ("space = lps", "lps"),
+        ("SPACE=LPSX", ""),
+        ("NOSPACE=LPS", ""),
+        ("SPACE=LAS", ""),
+        ("SPACE=LPS SPACE=RAS", ""),
+        ("SPACE=LPS SPACE=LPS", "lps"),
+        ("", ""),
+    ],
+)
+def test_axes_are_found_where_a_file_says_them(
+    tmp_path: Path, kind: str, words: str, expected: str
+) -> None:
+    path = tmp_path / f"a.{kind}"
+    path.write_bytes(header(kind, words))
+    assert said_axes(path) == expected
+
+
+def test_axes_are_looked_for_at_the_start_alone(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_bytes(b"# " + b"x" * 1024 + b" SPACE=LPS\n")
+    assert said_axes(path) == ""
+    for missing in (tmp_path / "none.stl", tmp_path):
+        assert said_axes(missing) == ""
+
+
+def test_bytes_that_are_no_text_say_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    path.write_bytes(bytes(range(256)) * 8)
+    assert said_axes(path) == ""

@@ -31,8 +31,8 @@ def test_its_arguments_name_every_option_once() -> None:
         "--max-time": "1800.0",
         "--fix": "z < 5%",
     }
-    bone = ObjectFile(Path("a.stl"), fix_mesh=Path("bone.stl")).to_arguments()
-    assert bone[-2:] == ["--fix-mesh", "bone.stl"]
+    bone = ObjectFile(Path("a.stl"), fix_mesh=Path("bone.stl:mm:lps")).to_arguments()
+    assert bone[-2:] == ["--fix-mesh", "bone.stl:mm:lps"]
     assert "--fix" not in bone
 
 

@@ -12,16 +12,20 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, replace
+from pathlib import Path
 
 import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.diagnose import Diagnosis, Remedy, diagnose
 from cohaptic_server.objects.build import expected_cost
 from cohaptic_server.objects.build_rubber import TooFineError, affordable
 from cohaptic_server.objects.cost import Demand, edge_that_fits, growth_between
-from cohaptic_server.objects.fix_rule import fixed_vertices
+from cohaptic_server.objects.fix_mesh import FixMesh
+from cohaptic_server.objects.fix_rule import check_fix_given, fixed_by_rule
+from cohaptic_server.objects.fix_surface import FixSurface, UnfitSurfaceError
 from cohaptic_server.objects.object_file import MAX_READ, OPTIONS, ObjectFile
 from cohaptic_server.objects.option import Option
 from cohaptic_server.objects.parts.nodes import read_surfaces
@@ -68,8 +72,36 @@ def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis
     # A mistyped part or rule is reported before the slow steps.
     if not is_volume:
         source.parts.check([one.name for one in surfaces if one.name])
-    x, faces = joined(surfaces)
-    fixed_vertices(found.source, x[np.unique(faces)] * found.source.scale)
+    return _held(found, *joined(surfaces))
+
+
+def _held(found: Diagnosis, x: Floats, faces: Ints) -> Diagnosis:
+    """Check what holds the object; propose unit and axes of a surface that holds nothing, or all.
+
+    Args:
+        x: Vertices of the object, shape (n, 3), in units of the file.
+        faces: Triangles of its outer surface, shape (m, 3).
+
+    Raises:
+        SettingError: Nothing or everything is held, and no unit and axes that the user and the
+            files leave open mend it, or several do.
+    """
+    source = found.source
+    check_fix_given(source)
+    if source.fix_mesh is None:
+        fixed_by_rule(source.fix, x[np.unique(faces)] * source.scale)
+        return found
+    surface = FixSurface.of(source)
+    used, outside = np.unique(faces, return_inverse=True)
+    try:
+        surface.fixed(x[used] * source.scale, outside.reshape(-1, 3))
+    except UnfitSurfaceError as error:
+        if len(error.ways) != 1 or not surface.leaves_open(error.ways[0]):
+            raise
+        (way,) = error.ways
+        mended = replace(source, fix_mesh=Path(str(way)))
+        remedy = Remedy(error.problem, f"taken {way.words()}", way.option)
+        return Diagnosis(mended, (*found.remedies, remedy))
     return found
 
 
@@ -137,7 +169,7 @@ def resolve(
     rubber = demand if demand is not None and demand.nonlinear else None
     reader = READERS.get(source.path.suffix.lower(), 1)
     options = repr((_FORM, reader, scale_given, rubber, *astuple(source))).encode()
-    path = entry_path(options, source.path.read_bytes())
+    path = entry_path(options, source.path.read_bytes(), *_second_file(source))
     kept = load_entry(path, "findings", mapped=False)
     if kept is not None:
         return _from_text(source, kept["text"].tobytes().decode())
@@ -147,6 +179,12 @@ def resolve(
     found = _within(found, progress) if rubber is None else _as_rubber(found, rubber, progress)
     save_entry(path, "findings", {"text": np.frombuffer(_to_text(found).encode(), np.uint8)})
     return found
+
+
+def _second_file(source: ObjectFile) -> list[bytes]:
+    """The bytes of the surface that holds the object, if the user gives one that exists."""
+    path = None if source.fix_mesh is None else FixMesh.of(source.fix_mesh).path
+    return [path.read_bytes()] if path is not None and path.is_file() else []
 
 
 def _within(found: Diagnosis, progress: Progress) -> Diagnosis:
@@ -228,12 +266,17 @@ def _longer(tried: Sequence[tuple[float, float]], memory: float) -> float:
 def _to_text(found: Diagnosis) -> str:
     source = found.source
     chosen = {_key(one): one.value(source) for one in OPTIONS if one.chosen}
+    # This option is not marked as `chosen`, since the process that reads an upload would then name
+    # a file which the server reads.
+    if source.fix_mesh is not None:
+        chosen["fix_mesh"] = str(source.fix_mesh)
     return json.dumps({"chosen": chosen, "remedies": [asdict(one) for one in found.remedies]})
 
 
 def _from_text(source: ObjectFile, text: str) -> Diagnosis:
     known = json.loads(text)
-    chosen = {one.attribute: one.typed(known["chosen"][_key(one)]) for one in OPTIONS if one.chosen}
+    values = known["chosen"]
+    chosen = {one.attribute: one.typed(values[_key(one)]) for one in OPTIONS if _key(one) in values}
     remedies = tuple(Remedy(**one) for one in known["remedies"])
     return Diagnosis(source.changed(chosen), remedies)
 

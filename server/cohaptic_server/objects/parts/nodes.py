@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.fix_rule import inside
+from cohaptic_server.objects.fix_surface import inside
 from cohaptic_server.objects.parts.parts import (
     MAX_PARTS,
     MAX_VOLUME_LOSS,

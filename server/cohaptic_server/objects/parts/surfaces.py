@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cohaptic_server.mesh.enclosed_volume import volume
-from cohaptic_server.objects.fix_rule import inside
+from cohaptic_server.objects.fix_surface import inside
 from cohaptic_server.objects.parts.parts import PartSurface, joined
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine
 from cohaptic_server.objects.surface.simplify import simplify
