@@ -27,6 +27,7 @@ from cohaptic.written import at_home, text_of
 from cohaptic_ops.rooms.config_errors import ConfigError, KeyProblem, problems_of
 from cohaptic_ops.rooms.tables import AccessTable, AdminTable, Table
 from cohaptic_server.guard.limits import Limits
+from cohaptic_server.objects.fix_mesh import FixMesh
 from cohaptic_server.objects.object_file import OPTIONS
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.touchable import is_file
@@ -244,10 +245,10 @@ def load_config(path: Path) -> RoomsConfig:
         update={key: path.parent / at_home(file) for key, file in files.items() if file is not None}
     )
     missing = [
-        f"rooms.{name}.{key} is {file}; it must be a file that exists"
+        f"rooms.{name}.{key} is {file}; it must be {expected}"
         for name, table in placed.items()
         for key, file in _files(table)
-        if not file.is_file()
+        if (expected := _expected(file, in_frame=key == "object.fix_mesh"))
     ]
     if missing:
         raise ConfigError(path, missing)
@@ -320,6 +321,19 @@ def _placed(table: RoomTable, folder: Path) -> RoomTable:
 def _files(table: RoomTable) -> list[tuple[str, Path]]:
     files = [("body", Path(table.body))] if is_file(table.body) else []
     return files + [(f"object.{name}", path) for name, path in _object_files(table.object)]
+
+
+def _expected(file: Path, *, in_frame: bool) -> str:
+    """What a file that is not there should be; empty for one that exists.
+
+    Args:
+        in_frame: Whether a unit and axes may follow the name, as with `--fix-mesh`.
+    """
+    try:
+        path = FixMesh.of(file).path if in_frame else file
+    except SettingError as error:
+        return error.limit
+    return "" if path.is_file() else "a file that exists"
 
 
 def _object_files(table: ObjectTable) -> list[tuple[str, Path]]:

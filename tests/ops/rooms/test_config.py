@@ -66,6 +66,34 @@ def test_rooms_have_each_their_body_law_limits_rate_and_capacity(tmp_path: Path)
     assert dict(config.rooms["liver"].object)["young"] == ["3e3", "tumour=60e3"]
 
 
+HELD = "[rooms.main]\nbody = 'liver.stl'\n[rooms.main.object]\nfix_mesh = '{}'\n"
+
+
+@pytest.mark.parametrize("rest", ["", ":mm", ":LPS:cm"])
+def test_a_second_surface_is_looked_for_by_its_name_without_unit_and_axes(
+    tmp_path: Path, rest: str
+) -> None:
+    (tmp_path / "bone.stl").touch()
+    config = load_config(written(tmp_path, HELD.format(f"bone.stl{rest}")))
+    assert dict(config.rooms["main"].object)["fix_mesh"] == tmp_path / f"bone.stl{rest}"
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("none.stl:mm", r"none\.stl:mm; it must be a file that exists"),
+        ("bone.stl:km", r"bone\.stl:km; it must be FILE.*: 'km' is neither"),
+        ("bone.stl:mm:cm", r"bone\.stl:mm:cm; it must be FILE.*, each once at most"),
+    ],
+)
+def test_a_second_surface_that_cannot_be_meant_is_told_at_once(
+    tmp_path: Path, name: str, told: str
+) -> None:
+    (tmp_path / "bone.stl").touch()
+    with pytest.raises(ConfigError, match=rf"rooms\.main\.object\.fix_mesh is .*{told}"):
+        load_config(written(tmp_path, HELD.format(name)))
+
+
 def test_the_environment_goes_before_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
