@@ -4,12 +4,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from cohaptic.errors import CohapticError
+from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.testing.blocks import block
 from cohaptic_tools.body_cli import body
+from cohaptic_tools.inspection import object_files
+from tests.server.objects.files import write
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 HOLD = ["--fix", "z <= 0%", "--order", "1"]
@@ -69,6 +73,32 @@ def test_inspect_says_what_a_cube_is_like(run: Run, cube: str, tmp_path: Path) -
     ):
         assert words in told
     assert picture.stat().st_size > 20_000
+
+
+def test_a_surface_that_holds_is_read_in_its_unit_and_drawn(
+    run: Run, cube: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
+    y, faces = icosphere(2, 50.0)
+    bone = write(tmp_path / "bone.stl", y, faces)  # about the middle of the lower side [mm]
+    seen: dict[str, Any] = {}
+
+    def look(*_: object, **more: Any) -> None:
+        seen.update(more)
+
+    monkeypatch.setattr(object_files, "draw", look)
+    picture = ["--order", "1", "--out", str(tmp_path / "cube.png")]
+    with pytest.raises(
+        CohapticError, match=r"With --fix-mesh .*bone\.stl:mm: taken in millimetres"
+    ):
+        run("inspect", cube, "--fix-mesh", str(bone), *picture)
+    told = run("inspect", cube, "--fix-mesh", f"{bone}:mm", *picture)
+    assert "% of the vertices of the surface" in told
+    x, triangles = seen["holding"]
+    assert np.abs(x).max() == pytest.approx(0.05, rel=0.01)
+    assert len(triangles) == len(faces)
+    assert seen["axes_of_file"] == ""
+    assert seen["notes"].endswith("bone.stl:mm")
 
 
 @pytest.mark.parametrize(

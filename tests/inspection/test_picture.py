@@ -2,13 +2,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
+from cohaptic_server.numeric import Floats, Ints
 from cohaptic_tools.inspection.picture import draw
 
 MESH = SurfaceMesh(*icosphere(2, 0.05))
@@ -57,3 +60,96 @@ def test_nothing_of_a_tall_object_is_cut_off(tmp_path: Path) -> None:
         for left in (0.01, 0.44):
             part = rows[:, round((left + 0.1) * width) : round((left + 0.42) * width)]
             assert (part > 0.99).all()
+
+
+def drawn(path: Path, **more: Any) -> npt.NDArray[Any]:
+    """The picture of the ball, as shares of red, green and blue."""
+    matplotlib = pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
+    draw(path, MESH, 100.0 + 4000.0 * (HEIGHT + 0.06), HELD, title="ball", notes="", **more)
+    return np.asarray(matplotlib.image.imread(path))[:, :, :3]
+
+
+def orange(image: npt.NDArray[Any]) -> Floats:
+    """Pixels of the outline in the view from above, as shares of its width and height, (n, 2)."""
+    height, width = image.shape[:2]
+    left, right = (round(share * width) for share in (0.01, 0.43))
+    top, bottom = (round(share * height) for share in (0.54, 0.95))
+    view = image[top:bottom, left:right]
+    seen = np.argwhere((view[..., 0] > 0.7) & (view[..., 1] < 0.5) & (view[..., 2] < 0.25))
+    return np.asarray(seen[:, ::-1] / np.array([right - left, bottom - top]))
+
+
+def moved(x: float, y: float, radius: float = 0.01) -> tuple[Floats, Ints]:
+    surface, faces = icosphere(2, radius)
+    return surface + np.array([x, y, 0.0]), faces
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.02, 0.02), (-0.02, -0.02), (0.02, -0.02)])
+def test_the_surface_that_holds_is_outlined_where_it_lies(
+    tmp_path: Path, x: float, y: float
+) -> None:
+    """A surface in the mirrored place is seen there: from above x is to the right, and y is up."""
+    seen = orange(drawn(tmp_path / "a.png", holding=moved(x, y)))
+    assert len(seen) > 100
+    across, down = seen.mean(axis=0)
+    assert (across > 0.5) == (x > 0.0)
+    assert (down < 0.5) == (y > 0.0)
+    # The outline of a ball is a circle as large as the ball.
+    assert np.ptp(seen[:, 0]) == pytest.approx(0.2 / 1.03 * 0.72, rel=0.1)
+
+
+def test_without_a_surface_there_is_no_outline(tmp_path: Path) -> None:
+    assert len(orange(drawn(tmp_path / "a.png"))) == 0
+
+
+def test_a_surface_beside_the_object_is_in_the_picture(tmp_path: Path) -> None:
+    assert len(orange(drawn(tmp_path / "a.png", holding=moved(0.08, 0.0)))) > 100
+
+
+def test_a_surface_far_larger_than_the_object_leaves_the_object_in_sight(tmp_path: Path) -> None:
+    image = drawn(tmp_path / "a.png", holding=moved(0.0, 0.0, 5.0))
+    assert len(orange(image)) == 0  # its outline is outside of the views
+    green = (image[..., 1] > image[..., 0] + 0.05) & (image[..., 1] > image[..., 2] + 0.05)
+    assert green[:, : int(0.85 * image.shape[1])].mean() > 0.02
+
+
+def texts(monkeypatch: pytest.MonkeyPatch, axes: str) -> list[dict[str, Any]]:
+    """The texts in each view, with their places in it."""
+    figure = pytest.importorskip("matplotlib.figure", reason="pip install 'cohaptic[objects]'")
+    kept: list[Any] = []
+
+    def keep(self: object, *_: object, **__: object) -> None:
+        kept.append(self)
+
+    monkeypatch.setattr(figure.Figure, "savefig", keep)
+    stiffness = 100.0 + 4000.0 * (HEIGHT + 0.06)
+    draw(Path("a.png"), MESH, stiffness, HELD, title="", notes="", axes_of_file=axes)
+    return [{text.get_text(): text for text in view.texts} for view in kept[0].axes[:4]]
+
+
+def test_an_object_without_axes_of_a_patient_has_no_letters(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    behind, front, above, below = texts(monkeypatch, "")
+    assert [set(each) for each in (behind, front, below)] == [{"front"}, {"back"}, {"below"}]
+    assert len(above) == 2  # its name, and the length of the scale bar
+
+
+@pytest.mark.parametrize("axes", ["ras", "lps"])
+def test_letters_stand_at_the_ends_of_the_axes_of_a_patient(
+    monkeypatch: pytest.MonkeyPatch, axes: str
+) -> None:
+    found = texts(monkeypatch, axes)
+    right, forwards = (1.0, 1.0) if axes == "ras" else (-1.0, -1.0)
+    for name, view in zip(("front", "back", "above", "below"), found, strict=True):
+        place = {letter: np.array(text.get_position()) for letter, text in view.items()}
+        towards = {"front": right, "back": -right, "above": right, "below": right}[name]
+        assert np.sign(place["R"] - place["L"])[0] == towards
+        assert {"A", "P"} <= set(place)
+        if name in ("front", "back"):
+            assert place["S"][1] > place["I"][1]
+            assert ("from the front" in view) == ((name == "front") == (axes == "lps"))
+        else:
+            ahead = forwards if name == "above" else -forwards
+            assert np.sign(place["A"] - place["P"])[1] == ahead
+            assert "S" not in place  # it points at the eye

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,3 +36,27 @@ def test_a_picture_is_written(tmp_path: Path) -> None:
     parts = Parts(("soft", "hard"), upper.astype(np.int64))
     draw_sections(tmp_path / "a.png", BLOCK, parts, ["soft: 1", "hard: 2"], title="block")
     assert (tmp_path / "a.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("axes", "names"),
+    [
+        ("", ["x [mm]", "y [mm]", "z [mm]"]),
+        ("ras", ["x [mm], L to R", "y [mm], P to A", "z [mm], I to S"]),
+        ("lps", ["x [mm], R to L", "y [mm], A to P", "z [mm], I to S"]),
+    ],
+)
+def test_axes_of_a_patient_say_where_they_lead_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, axes: str, names: list[str]
+) -> None:
+    figure = pytest.importorskip("matplotlib.figure")
+    kept: list[Any] = []
+
+    def keep(self: object, *_: object, **__: object) -> None:
+        kept.append(self)
+
+    monkeypatch.setattr(figure.Figure, "savefig", keep)
+    parts = Parts(("whole",), np.zeros(len(BLOCK.tets), dtype=np.int64))
+    draw_sections(tmp_path / "a.png", BLOCK, parts, ["whole"], title="", axes_of_file=axes)
+    shown = {one.get_xlabel() for one in kept[0].axes} | {one.get_ylabel() for one in kept[0].axes}
+    assert shown == set(names)

@@ -16,6 +16,7 @@ from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved, wanted
 from cohaptic_server.objects.build import build
+from cohaptic_server.objects.fix_surface import FixSurface, axes_of_object
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import check_file
 from cohaptic_server.objects.scan.label_map import LabelMap
@@ -139,10 +140,18 @@ def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
         f" {1e3 * inspection.solid.contact_radius:.1f} mm; held: {source.fix or source.fix_mesh}"
     )
     mesh, name = inspection.solid.mesh, one_line(source.path.name)
-    draw(out, mesh, inspection.stiffness, fixed, title=name, notes=notes)
+    axes, surface = axes_of_object(source.path), None
+    if source.fix_mesh is not None:
+        surface = FixSurface.of(source)
+    holding = None if surface is None else (surface.placed() - mesh.origin, surface.faces)
+    draw(
+        out, mesh, inspection.stiffness, fixed, title=name, notes=notes, holding=holding,
+        axes_of_file=axes,
+    )  # fmt: skip
     if inspection.parts is None:
         return [out]
     sections = out.with_name(f"{out.stem}-parts{out.suffix}")
     words = part_words(source, inspection.parts)
-    draw_sections(sections, inspection.solid.shape.tets, inspection.parts, words, title=name)
+    tets = inspection.solid.shape.tets
+    draw_sections(sections, tets, inspection.parts, words, title=name, axes_of_file=axes)
     return [out, sections]

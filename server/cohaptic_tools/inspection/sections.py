@@ -12,6 +12,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.parts.parts import Parts
+from cohaptic_tools.inspection.picture import LETTERS
 
 _INK, _DIM = "#1F2937", "#6B7280"
 # Okabe and Ito's colours, which colour-blind people can tell apart, too; further parts repeat them.
@@ -19,7 +20,15 @@ _COLORS = ("#C9D6DF", "#E69F00", "#0072B2", "#CC79A7", "#009E73", "#D55E00", "#5
 _LISTED = 12  # parts in the legend
 
 
-def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, title: str) -> None:
+def draw_sections(
+    path: Path,
+    tets: TetMesh,
+    parts: Parts,
+    words: list[str],
+    *,
+    title: str,
+    axes_of_file: str = "",
+) -> None:
     """Draw sections normal to x, y and z, each through the middle of a small part, to a PNG file.
 
     Args:
@@ -28,6 +37,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
         parts: Parts of these tetrahedra.
         words: Texts of the legend, one for each part.
         title: Title of the picture.
+        axes_of_file: Axes of a patient that the mesh has, `ras` or `lps`; empty for none.
 
     Raises:
         BodyError: matplotlib is not installed, or the file cannot be written.
@@ -48,6 +58,7 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
     within = order[:0:-1] or order
     middles = [_middle(tets, parts.of == within[k % len(within)]) for k in range(3)]
     figure = Figure(figsize=(10.0, 4.6), facecolor="white")
+    names = _axis_names(axes_of_file)
     low, high = 1e3 * tets.vertices.min(axis=0), 1e3 * tets.vertices.max(axis=0)
     for k, (axis, middle) in enumerate(zip((1, 0, 2), middles, strict=True)):
         axes = figure.add_axes((0.06 + 0.32 * k, 0.24, 0.26, 0.58))
@@ -60,8 +71,8 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
         axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
         axes.margins(0.05)
         axes.set_aspect("equal")
-        axes.set_xlabel(f"{'xyz'[across]} [mm]", fontsize=9, color=_INK)
-        axes.set_ylabel(f"{'xyz'[up]} [mm]", fontsize=9, color=_INK, labelpad=1)
+        axes.set_xlabel(names[across], fontsize=9, color=_INK)
+        axes.set_ylabel(names[up], fontsize=9, color=_INK, labelpad=1)
         axes.tick_params(labelsize=8, colors=_DIM)
         axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.1f} mm", fontsize=9, color=_DIM)
         for spine in axes.spines.values():
@@ -73,6 +84,13 @@ def draw_sections(path: Path, tets: TetMesh, parts: Parts, words: list[str], *, 
         figure.savefig(path, dpi=160)
     except (OSError, ValueError) as error:
         raise BodyError(f"{path}: the picture cannot be written ({error})") from error
+
+
+def _axis_names(axes_of_file: str) -> list[str]:
+    """Names of x, y and z; in the axes of a patient with the directions that they lead to."""
+    ends = LETTERS.get(axes_of_file)
+    told = [""] * 3 if ends is None else [f", {start} to {end}" for end, start in ends]
+    return [f"{name} [mm]{words}" for name, words in zip("xyz", told, strict=True)]
 
 
 def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
