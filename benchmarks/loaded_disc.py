@@ -21,7 +21,7 @@ def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> 
 
     Args:
         mesh: Resting surface, flat at the disc.
-        height: z of the disc [m].
+        height: z of the disc in the frame of the object's file [m].
         radius: Radius of the disc [m].
         power: Above -1.
     """
@@ -31,10 +31,11 @@ def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> 
     angle = 2.0 * np.pi * (np.arange(_SPOKES) + 0.5) / _SPOKES
     points = np.stack([np.outer(r, np.cos(angle)).ravel(), np.outer(r, np.sin(angle)).ravel()], 1)
     weights = np.repeat(shares / shares.sum() / _SPOKES, _SPOKES)
-    on_top = np.abs(mesh.vertices[mesh.faces][:, :, 2] - height).max(axis=1) < 0.05 * radius
+    x = mesh.vertices + np.array(mesh.origin)
+    on_top = np.abs(x[mesh.faces][:, :, 2] - height).max(axis=1) < 0.05 * radius
     area = face_area_vectors(mesh.vertices, mesh.faces)
     faces = mesh.faces[on_top & (area[:, 2] > 0.9 * np.linalg.norm(area, axis=1))]
-    face, corner_shares = _within(mesh.vertices[:, :2], faces, points)
+    face, corner_shares = _within(x[:, :2], faces, points)
     total = np.zeros(len(mesh.vertices))
     np.add.at(total, faces[face], weights[:, None] * corner_shares)
     loaded = np.flatnonzero(total)
@@ -42,10 +43,11 @@ def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> 
 
 
 def pressed(solid: Solid, *places: tuple[float, float, float]) -> Floats:
-    """Compliance between fingertips' presses at some places, shape (k, k) [m/N]."""
-    free = np.zeros_like(solid.mesh.vertices)
+    """Compliance between fingertips' presses at some places of its file, shape (k, k) [m/N]."""
+    free, origin = np.zeros_like(solid.mesh.vertices), np.array(solid.mesh.origin)
     contacts = [
-        locate(solid.mesh, np.array(at), free, radius=solid.contact_radius) for at in places
+        locate(solid.mesh, np.array(at) - origin, free, radius=solid.contact_radius)
+        for at in places
     ]
     return solid.respond([contact.load(1.0) for contact in contacts]).compliance
 

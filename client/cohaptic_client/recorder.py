@@ -22,33 +22,41 @@ class Recorder:
 
     def __init__(self, loop_hz: float) -> None:
         self._most = int(MAX_SECONDS * loop_hz) * ROW.size  # bytes
-        self._blocks: deque[bytes] = deque()
+        self._blocks: deque[tuple[bytes, Vec3]] = deque()
         self._size = 0
 
-    def keep(self, rows: bytes) -> None:
-        """Add a block of rows, as bytes of `cohaptic.status.row.ROW`."""
-        self._blocks.append(rows)
-        self._size += len(rows)
-        while self._size - len(self._blocks[0]) >= self._most:
-            self._size -= len(self._blocks.popleft())
+    def keep(self, rows: bytes, origin: Vec3 = ZERO) -> None:
+        """Add a block of rows, as bytes of `cohaptic.status.row.ROW`.
 
-    def save(self, path: Path, *, name: str, to_wall: float, origin: Vec3 = ZERO) -> None:
+        Args:
+            origin: Origin of the rows' frame, as a point of the scaled file of the object [m].
+        """
+        self._blocks.append((rows, origin))
+        self._size += len(rows)
+        while self._size - len(self._blocks[0][0]) >= self._most:
+            self._size -= len(self._blocks.popleft()[0])
+
+    def save(self, path: Path, *, name: str, to_wall: float) -> None:
         """Write a `.npz`: `columns` (names), `rows` (n, columns), `name`, `to_wall`, `origin`.
 
-        The time `t` of a row plus `to_wall` is Unix time, so that recordings made on one machine
-        can be laid side by side.
+        `origin` (n, 3) is that of each row, since the object may change in a recording. The time
+        `t` of a row plus `to_wall` is Unix time, so that recordings made on one machine can be laid
+        side by side.
 
         Args:
             name: Name of the user.
             to_wall: Unix time less the client's clock [s].
-            origin: Origin of the rows' frame, as a point of the frame of the object's file [m].
 
         Raises:
             SettingError: The file cannot be written, as on a full disk; no part of it remains.
         """
         import numpy as np  # only here, so that a client without a recording starts faster
 
-        rows = np.frombuffer(b"".join(self._blocks)[-self._most :]).reshape(-1, len(COLUMNS))
+        whole = b"".join(rows for rows, _ in self._blocks)
+        rows = np.frombuffer(whole[-self._most :]).reshape(-1, len(COLUMNS))
+        counts = [len(block) // ROW.size for block, _ in self._blocks]
+        points = np.array([point for _, point in self._blocks]).reshape(-1, 3)
+        origin = np.repeat(points, counts, axis=0)[-len(rows) :] if len(rows) else points[:0]
         columns = np.array(COLUMNS)
         if path.suffix != ".npz":  # as numpy does; an error below must remove that file
             path = path.with_name(f"{path.name}.npz")

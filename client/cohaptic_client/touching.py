@@ -104,10 +104,14 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
     # A stopped terminal or a pipe without a reader must not hold up the network.
     terminal, lines = aside(sys.stderr, _UNREAD), aside(sys.stdout, _UNREAD, lambda count: "")
     console = Console(file=cast(IO[str], terminal))
+
+    def keep(rows: bytes) -> None:
+        recorder.keep(rows, ZERO if client.body is None else client.body.origin)
+
     client = Client(
         settings,
         tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
-        keep=recorder.keep if record else None,
+        keep=keep if record else None,
     )
     summary = Summary(client.clock.now())
     shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None, summary))
@@ -125,9 +129,7 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         if not json_lines and (line := summary.line(client.clock.now())):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
         if record:
-            origin = ZERO if client.body is None else client.body.origin
-            to_wall = client.clock.to_wall()
-            recorder.save(record, name=settings.name, to_wall=to_wall, origin=origin)
+            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
         if isinstance(lines, Aside) and lines.left_out:
             told = f"{lines.left_out} lines of the state were left out: nobody read them"
             console.print(f"{settings.name}: {told}", highlight=False, markup=False)

@@ -37,7 +37,7 @@ class LogStyle:
 
 
 PLAIN = LogStyle()
-_LONGEST = 4000  # characters of a line
+_LONGEST = 2**16  # characters of a line; a command with a painted rule has 17,000
 
 
 class JsonLines(logging.Formatter):
@@ -59,7 +59,8 @@ class JsonLines(logging.Formatter):
             "time": when.isoformat(timespec="milliseconds").replace("+00:00", "Z"),
             "level": record.levelname.lower(),
             "event": getattr(record, "event", "") or "message",
-            "message": record.getMessage(),
+            # A name of a file may hold bytes that are no text, which strict readers refuse.
+            "message": record.getMessage().encode("utf-8", "replace").decode(),
         }
         for key in ("room", "user", "source"):
             value = getattr(record, key, "") or (self._room if key == "room" else None)

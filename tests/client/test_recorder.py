@@ -29,24 +29,25 @@ def test_a_file_holds_every_row_in_order_with_names_and_the_way_to_the_wall_cloc
     tmp_path: Path,
 ) -> None:
     recorder = Recorder(1000.0)
-    recorder.keep(block(row(1.0), row(2.0)))
+    recorder.keep(block(row(1.0), row(2.0)), (12.0, 0.0, -0.5))
     recorder.keep(b"")
     recorder.keep(block(row(3.0)))
     path = tmp_path / "left.npz"
-    recorder.save(path, name="left", to_wall=-12.5, origin=(12.0, 0.0, -0.5))
+    recorder.save(path, name="left", to_wall=-12.5)
     with np.load(path) as file:
         assert sorted(file) == ["columns", "name", "origin", "rows", "to_wall"]
         assert tuple(file["columns"]) == COLUMNS
         assert [Row._make(values) for values in file["rows"]] == [row(n) for n in (1.0, 2.0, 3.0)]
         assert str(file["name"]) == "left"
         assert float(file["to_wall"]) == -12.5
-        assert file["origin"].tolist() == [12.0, 0.0, -0.5]
+        assert file["origin"].tolist() == [[12.0, 0.0, -0.5]] * 2 + [[0.0, 0.0, 0.0]]
 
 
 def test_a_recording_without_rows_is_a_file_too(tmp_path: Path) -> None:
     Recorder(1000.0).save(tmp_path / "none.npz", name="left", to_wall=0.0)
     with np.load(tmp_path / "none.npz") as file:
         assert file["rows"].shape == (0, len(COLUMNS))
+        assert file["origin"].shape == (0, 3)
 
 
 @given(st.lists(st.integers(0, 40), max_size=6))
@@ -56,12 +57,14 @@ def test_of_a_long_session_the_last_rows_are_kept(
 ) -> None:
     recorder, count = Recorder(SLOW), 0
     for batch in batches:
-        recorder.keep(block(*map(row, range(count, count + batch))))
+        recorder.keep(block(*map(row, range(count, count + batch))), (float(count), 0.0, 0.0))
         count += batch
     path = tmp_path_factory.getbasetemp() / "long.npz"
     recorder.save(path, name="left", to_wall=0.0)
     with np.load(path) as file:
         assert file["rows"][:, 0].tolist() == list(range(max(0, count - LIMIT), count))
+        starts = [sum(batches[:k]) for k, batch in enumerate(batches) for _ in range(batch)]
+        assert file["origin"][:, 0].tolist() == starts[-LIMIT:]
 
 
 @pytest.mark.live

@@ -82,11 +82,11 @@ REFUSED = {
     "zeros.glb": COLLAPSED,
     "zeros.stl": COLLAPSED,
 }
-OTHERS = {"phantom.nii.gz", "bone_lps.stl"}  # tests/server/objects/test_fix_mesh.py
+HELD = {"phantom.nii.gz", "bone_lps.stl"}  # a label map, and a surface that holds it
 
 
 def test_every_file_is_tried() -> None:
-    assert READ.keys() | REFUSED.keys() | OTHERS == {path.name for path in GIVEN.iterdir()}
+    assert READ.keys() | REFUSED.keys() | HELD == {path.name for path in GIVEN.iterdir()}
 
 
 def inspected(path: Path) -> str:
@@ -153,6 +153,7 @@ def test_what_is_an_object_is_read_as_it_is_meant(
     with caplog.at_level(logging.WARNING):
         said = inspected(GIVEN / name)
     assert wanted.said in caplog.text
+    assert wanted.said or not caplog.text
     built = build(ObjectFile.of(GIVEN / name, {"fix": HOLD[1], "order": 1, "edge": 0.15}))
     # A filled surface may swell by its envelope, of a hundredth of the diagonal.
     assert 1e6 * built.solid.shape.tets.volume == pytest.approx(wanted.volume, rel=0.01)
@@ -175,6 +176,20 @@ def test_an_upload_shows_the_same_object_and_prepares_it(name: str) -> None:
         if name.endswith((".vtu", ".msh")):  # filling a surface takes ten seconds
             tets = build(prepared(worker)).solid.shape.tets
             assert 1e6 * tets.volume == pytest.approx(READ[name].volume)
+
+
+def test_a_surface_in_millimetres_and_other_axes_holds_the_place_that_is_meant() -> None:
+    labels = ("--label", "1", "--order", "1", "--edge", "0.15")
+    phantom, bone = GIVEN / "phantom.nii.gz", GIVEN / "bone_lps.stl"
+
+    def held_by(surface: str) -> str:
+        words = ["inspect", str(phantom), *labels, "--fix-mesh", surface]
+        said = CliRunner().invoke(body, words, env={"COLUMNS": "300"})
+        return str(said.exception) if said.exception else said.output
+
+    assert f"{bone}:mm:ras" in held_by(str(bone))
+    assert f"{bone}:mm:lps" in held_by(str(bone))
+    assert "nodes, " in held_by(f"{bone}:mm:lps")
 
 
 @pytest.mark.parametrize("name", [b"Sch\344del.vtu", b"a\nb\033[31mred.vtu"])

@@ -88,7 +88,7 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
     title = one_line(title)
     console = Console(stderr=True)
     bar = Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),  # names of files are no markup
         BarColumn(),
         TextColumn("{task.fields[share]}"),
         TimeElapsedColumn(),

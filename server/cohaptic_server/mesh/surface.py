@@ -89,7 +89,7 @@ class SurfaceMesh:
     Args:
         vertices: Resting positions, shape (n, 3) [m].
         faces: Indices into `vertices`, counter-clockwise seen from outside, shape (m, 3).
-        origin: Origin of the mesh's frame, as a point of the frame of the body's file [m].
+        origin: Origin of the mesh's frame, as a point of the scaled file of the body [m].
 
     Attributes:
         rings: Faces round each vertex; short rows repeat their first face, shape (n, valence).

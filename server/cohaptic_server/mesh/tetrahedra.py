@@ -40,7 +40,7 @@ class TetMesh:
     Args:
         vertices: Positions of the corners, shape (n, 3) [m].
         tets: Indices into `vertices`, of positive volume, shape (m, 4).
-        origin: Origin of the mesh's frame, as a point of the frame of the body's file [m].
+        origin: Origin of the mesh's frame, as a point of the scaled file of the body [m].
     """
 
     vertices: Floats

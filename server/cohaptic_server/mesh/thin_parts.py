@@ -24,7 +24,7 @@ layer are split and not those through its thickness, which are shorter.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -284,7 +284,8 @@ def _split_once(mesh: Bisected, excess: float) -> Bisected | None:
     new = np.concatenate([x, x[edges[split]].mean(axis=1)])
     parent = np.concatenate([mesh.parent[~hit], mesh.parent[hit], mesh.parent[hit]])
     wanted = np.concatenate([mesh.wanted, mesh.wanted[edges[split]].mean(axis=1)])
-    return Bisected(TetMesh(new, np.concatenate([t[~hit], *halves])), parent, wanted, mesh.excess)
+    finer = replace(mesh.tets, vertices=new, tets=np.concatenate([t[~hit], *halves]))
+    return Bisected(finer, parent, wanted, mesh.excess)
 
 
 def _on_the_way(of: Ints, longest: Ints, over: Mask) -> Mask:

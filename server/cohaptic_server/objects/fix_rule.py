@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -83,7 +83,8 @@ def cut_at(tets: TetMesh, inside: Mask, region: Region) -> Cut:
     rank = {(a, b): k for k, (a, b) in enumerate(ends)}
     new, parent = _split(t, side, rank, len(x))
     fixed = np.concatenate([side != _FREE, np.ones(len(edges), dtype=np.bool_)])
-    return Cut(TetMesh(np.concatenate([x, middles[order]]), new), fixed, parent)
+    split = replace(tets, vertices=np.concatenate([x, middles[order]]), tets=new)
+    return Cut(split, fixed, parent)
 
 
 def _leaves(start: Floats, end: Floats, region: Region) -> Floats:

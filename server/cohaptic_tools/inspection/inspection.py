@@ -379,11 +379,12 @@ def _in_parts(prepared: Prepared) -> str:
 
 
 def _place(origin: Vec3) -> list[tuple[str, str]]:
-    """Return a heading and a sentence if the file has its origin outside the middle of its box."""
+    """Return a heading and a sentence if the object is not served about its file's origin."""
     if origin == ZERO:
         return []
     x, y, z = (f"{1e3 * value:.10g}" for value in origin)
-    return [("middle", f"at ({x}, {y}, {z}) mm of its file; the object is served about that point")]
+    told = f"served about the point ({x}, {y}, {z}) mm of its file, times --scale"
+    return [("origin", told)]
 
 
 def _held(shape: SolidShape) -> str:

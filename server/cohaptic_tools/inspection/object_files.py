@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,7 @@ def show_object(
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="dim")
     for heading, sentence in inspection.lines(source):
-        table.add_row(heading, sentence)
+        table.add_row(heading, Text(sentence))
     console = Console(highlight=False)
     console.print(table)
     for picture in written:
@@ -153,5 +154,6 @@ def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
     sections = out.with_name(f"{out.stem}-parts{out.suffix}")
     words = part_words(source, inspection.parts)
     tets = inspection.solid.shape.tets
+    tets = replace(tets, vertices=tets.vertices + tets.origin)  # axes as in the file
     draw_sections(sections, tets, inspection.parts, words, title=name, axes_of_file=axes)
     return [out, sections]

@@ -99,8 +99,10 @@ def draw(
     figure = Figure(figsize=(10.0, 7.4), facecolor="white")
     _views(figure, (x, faces, normals, colors), holding, LETTERS.get(axes_of_file, ()))
     _legend(figure, norm, with_surface=holding is not None)
-    figure.text(0.03, 0.955, title, fontsize=14, color=_INK, weight="bold", va="center")
-    figure.text(0.03, 0.915, notes, fontsize=9, color=_DIM, va="center")
+    figure.text(
+        0.03, 0.955, title, fontsize=14, color=_INK, weight="bold", va="center", parse_math=False
+    )
+    figure.text(0.03, 0.915, notes, fontsize=9, color=_DIM, va="center", parse_math=False)
     try:
         figure.savefig(path, dpi=160)
     except (OSError, ValueError) as error:

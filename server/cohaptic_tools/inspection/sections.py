@@ -77,9 +77,11 @@ def draw_sections(
         axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.1f} mm", fontsize=9, color=_DIM)
         for spine in axes.spines.values():
             spine.set_visible(False)
-    handles = [Patch(color=colors[k], label=words[k]) for k in order[:_LISTED]]
+    handles = [Patch(color=colors[k], label=words[k].replace("$", r"\$")) for k in order[:_LISTED]]
     figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=9)
-    figure.text(0.03, 0.93, title, fontsize=14, color=_INK, weight="bold", va="center")
+    figure.text(
+        0.03, 0.93, title, fontsize=14, color=_INK, weight="bold", va="center", parse_math=False
+    )
     try:
         figure.savefig(path, dpi=160)
     except (OSError, ValueError) as error:

@@ -69,14 +69,15 @@ def main(argv: list[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A name of a file may hold what the terminal's encoding has not.
-            stream.reconfigure(errors="replace")
+            stream.reconfigure(errors="backslashreplace")
     with signals_heeded():
         _run(sys.argv[1:] if argv is None else argv)
 
 
 def _run(given: list[str]) -> None:
-    arguments = [word for word in given if word != _WHOLE]
-    whole = len(arguments) < len(given)
+    own = given[: given.index("--")] if "--" in given else given
+    arguments = [word for word in own if word != _WHOLE] + given[len(own) :]
+    whole = _WHOLE in own
     try:
         _check_secrets()
         if arguments[:1] == ["touch"]:
@@ -90,11 +91,15 @@ def _run(given: list[str]) -> None:
         sys.exit(2)
     except MemoryError as error:
         _tell("the memory that this process may use does not suffice", error, whole=whole)
-        sys.exit(_BUG)
+        sys.exit(2)
+    except OSError as error:
+        named = f": {error.filename}" if error.filename is not None else ""
+        _tell(f"the system says: {error.strerror or error}{named}", error, whole=whole)
+        sys.exit(2)
     except Exception as error:  # no error may reach a user as a traceback that was not asked for
         said = one_line(str(error)) or "no reason is given"
         problem = f"this is our bug: {type(error).__name__}: {said}"
-        _tell(f"{problem}; please report it, with {_WHOLE} for the whole", error, whole=whole)
+        _tell(f"{problem}; please report it; {_WHOLE} prints the traceback too", error, whole=whole)
         sys.exit(_BUG)
     except KeyboardInterrupt:
         # Ctrl-C while modules are imported; later each command handles Ctrl-C in its own way.
@@ -107,7 +112,7 @@ def _printable(sentence: str) -> str:
 
 
 def _tell(sentence: str, error: Exception, *, whole: bool) -> None:
-    """Print an error as one sentence, after its traceback if the user has asked for the whole."""
+    """Print an error as one sentence, after its traceback if the user has asked for that."""
     if whole:
         traceback.print_exception(error)
     typer.echo(f"cohaptic: {_printable(sentence)}", err=True)
@@ -148,7 +153,7 @@ def build_app(only: str | None = None) -> typer.Typer:
             False, "--version", callback=version, is_eager=True, help="Print the version and exit."
         ),
         _whole: bool = typer.Option(
-            False, _WHOLE, help="Print an error with the whole way to it, in any command."
+            False, _WHOLE, help="Print the traceback of an error, in any command."
         ),
     ) -> None:
         """Several people touch one soft object over a network and feel each other through it."""

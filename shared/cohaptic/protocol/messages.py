@@ -8,12 +8,14 @@ server -> client    place, called, welcome, named, user_joined, user_left, restr
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
     Field,
+    SerializerFunctionWrapHandler,
     TypeAdapter,
     ValidationError,
+    model_serializer,
 )
 
 from cohaptic.control.law import DEFAULT_LAW, Law
@@ -137,8 +139,9 @@ class BodyInfo(ControlMessage):
         center: Centre of the body's resting surface in the world frame [m].
         radius: Radius of the sphere round `center` that holds the resting surface [m].
         contact_radius: Contact radius of the pressure under a contact (science 3.5) [m].
-        origin: Point of the frame of the body's file at which the world frame has its origin, since
-            an object from a file is served in the middle of the world [m].
+        origin: Point of the body's file, times its scale, at which the world frame has its origin,
+            since an object from a file is served in the middle of the world [m]. Not on the wire
+            if zero.
     """
 
     name: Annotated[str, Field(max_length=MAX_BODY_NAME)]
@@ -146,6 +149,13 @@ class BodyInfo(ControlMessage):
     radius: float = Field(gt=0.0, le=MAX_POSITION)
     contact_radius: float = Field(gt=0.0, le=MAX_POSITION)
     origin: tuple[FileCoordinate, FileCoordinate, FileCoordinate] = ZERO
+
+    @model_serializer(mode="wrap")
+    def _without_zero(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = handler(self)
+        if self.origin == ZERO:
+            del fields["origin"]  # a peer that does not know the field needs it only elsewhere
+        return fields
 
     def to_file(self, point: Vec3) -> Vec3:
         """Return a point of the world frame in the frame of the body's file [m]."""

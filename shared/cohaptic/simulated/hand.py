@@ -146,7 +146,8 @@ class Place:
     """A point of a body's resting surface, with the direction into the body.
 
     Args:
-        point: Point of the surface [m].
+        point: Point of the surface [m]; in the settings of a client in the frame of the object's
+            file, in a session of the experiments in that of the world.
         inward: Unit vector into the body at that point.
     """
 

@@ -84,12 +84,14 @@ app.main(sys.argv[1:])
     ("error", "status", "said"),
     [
         ("IndexError('list index\\n out of range')", 70,
-         "cohaptic: this is our bug: IndexError: list index? out of range; please report it,"
-         " with --traceback for the whole"),
+         "cohaptic: this is our bug: IndexError: list index? out of range; please report it;"
+         " --traceback prints the traceback too"),
         ("RecursionError()", 70,
-         "cohaptic: this is our bug: RecursionError: no reason is given; please report it,"
-         " with --traceback for the whole"),
-        ("MemoryError()", 70,
+         "cohaptic: this is our bug: RecursionError: no reason is given; please report it;"
+         " --traceback prints the traceback too"),
+        ("OSError(28, 'No space left on device', '/dev/full')", 2,
+         "cohaptic: the system says: No space left on device: /dev/full"),
+        ("MemoryError()", 2,
          "cohaptic: the memory that this process may use does not suffice"),
         ("SettingError('--edge', 2, 'small')", 2, "cohaptic: --edge is 2; it must be small"),
     ],

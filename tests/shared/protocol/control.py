@@ -92,7 +92,13 @@ CONTROL: dict[str, Any] = {
     "watching": Watching(
         simulation_period=0.0625,
         to_wall=1.75e9,
-        body=BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02),
+        body=BodyInfo(
+            name="balloon",
+            center=(0.0, 0.0, 0.0),
+            radius=0.1,
+            contact_radius=0.02,
+            origin=(12.0, 0.0, -0.5),
+        ),
         model="00112233445566778899aabbccddeeff",
         users=(WatchedUser(user=1, name="left"), WatchedUser(user=2, name="right")),
         allow_latency=True,

@@ -5,7 +5,7 @@ import type { Vec3 } from "./vec";
 /** Compliance of a contact in all directions, symmetric, world frame: xx, yy, zz, xy, xz, yz [m/N]. */
 export type Compliance3 = readonly [number, number, number, number, number, number];
 
-/** The body, as in `welcome` and `watching`. */
+/** The body, as in `welcome` and `watching`; its `origin` in a file is of no use to the page. */
 export interface BodyInfo {
   readonly name: string;
   /** Centre of the resting surface, world frame [m]. */
@@ -14,8 +14,6 @@ export interface BodyInfo {
   readonly radius: number;
   /** Radius of the pressure distribution of a contact [m]. */
   readonly contact_radius: number;
-  /** Point of the frame of the object's file at which the world has its origin [m]. */
-  readonly origin: Vec3;
 }
 
 /** Response of the object to the forces of the others: its lag and what determines it (science 3.8). */

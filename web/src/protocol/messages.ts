@@ -292,6 +292,5 @@ function bodyInfo(f: Fields): BodyInfo {
     center: vector(f, "center", MAX_POSITION),
     radius: positive(f, "radius", MAX_POSITION),
     contact_radius: positive(f, "contact_radius", MAX_POSITION),
-    origin: vector(f, "origin", 1e8),
   };
 }

@@ -10,6 +10,7 @@ export const CHUNK = 32 * 1024;
 /** Largest length of a rule for the held part, in characters. */
 export const MAX_RULE = 16_384;
 const MAX_TEXT = 24_576;
+const MAX_PLACE = 1e8; // m, of a coordinate in a file
 
 export interface Finding {
   readonly problem: string;
@@ -80,7 +81,7 @@ function decode(type: string, f: Fields): UploadAnswer {
         fix: text(f, "fix"),
         scale: number(f, "scale", 1e-9, 1e9),
         triangles: integer(f, "triangles"),
-        middle: vector(f, "middle", 1e8),
+        middle: vector(f, "middle", MAX_PLACE),
       };
     case "progress":
       return { type, phase: text(f, "phase"), share: number(f, "share", 0, 1) };

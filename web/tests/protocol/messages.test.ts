@@ -44,7 +44,10 @@ describe("golden vectors", () => {
   });
 
   test.each(written.filter(({ name }) => !fromClient.has(name)))("we understand $name", ({ text }) => {
-    expect(decodeServerControl(text)).toEqual(JSON.parse(text));
+    const { body, ...said } = JSON.parse(text) as { body?: Record<string, unknown> };
+    const known = { ...body };
+    delete known.origin; // the page has no use for coordinates of a file
+    expect(decodeServerControl(text)).toEqual(body === undefined ? said : { ...said, body: known });
   });
 });
 

@@ -19,7 +19,7 @@ export const WELCOME = {
   name: "page",
   simulation_period: PERIOD,
   to_wall: 0,
-  body: { name: "plane", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02, origin: [0, 0, 0] },
+  body: { name: "plane", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },
   users: ["other"],
 };
 

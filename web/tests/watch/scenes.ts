@@ -119,7 +119,7 @@ export const WATCHING = {
   protocol: 4,
   simulation_period: 1 / 60,
   to_wall: 0,
-  body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02, origin: [0, 0, 0] },
+  body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },
   model: "0123456789abcdef0123456789abcdef",
   users: [{ user: 1, name: "ana" }],
   allow_latency: true,
