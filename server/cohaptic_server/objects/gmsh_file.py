@@ -1,8 +1,9 @@
-"""Reads the tetrahedra and physical groups of a Gmsh file, version 2.2 or 4.1, text or binary.
+"""Reads the tetrahedra and physical groups of a Gmsh file, version 2.2, 4.0 or 4.1, text or binary.
 
 People save meshes in which some volumes have no physical group, or several. meshio refuses the
-first, and gives the elements of the second twice. Gmsh's own library is under the GPL. The two
-versions differ in little but their headers, so a reader of one's own is shorter than a patch.
+first, and gives the elements of the second twice; and it reads behind the end of a file as often as
+a damaged count says. Gmsh's own library is under the GPL. The versions differ in little but their
+headers, so a reader of one's own is shorter than a patch.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cohaptic.errors import BodyError
+from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import say_once
 
@@ -29,6 +30,7 @@ _SOLIDS = {5: "hexahedron", 6: "wedge", 7: "pyramid", 12: "hexahedron27", 13: "w
 _FACES = {2: "triangle", 3: "quad", 9: "triangle6", 10: "quad9", 16: "quad8", 20: "triangle9",
           21: "triangle10"}  # fmt: skip
 _VOLUME = 3  # dimension of a volume
+_MOST = 2**53  # up to which doubles tell whole numbers apart
 _SECTION = re.compile(rb"\$(\w+)[ \t]*\r?\n")
 
 
@@ -51,15 +53,16 @@ class GmshMesh(NamedTuple):
 
 
 def is_gmsh(start: bytes) -> bool:
-    """Whether the first bytes of a file are those of a version that is read here."""
-    return re.match(rb"\s*\$MeshFormat\s+(2(\.\d+)?|4\.1)\s", start) is not None
+    """Whether the first bytes of a file are those of a file of Gmsh, of any version."""
+    return start.lstrip().startswith(b"$")
 
 
 def read_gmsh(path: Path) -> GmshMesh:
     """Read a file for whose first bytes `is_gmsh` holds.
 
     Raises:
-        BodyError: The mesh is partitioned, or has elements of an unknown type.
+        BodyError: The version is unknown, the mesh is partitioned, or it has elements of an
+            unknown type.
         Exception: The file is damaged; errors of many kinds.
     """
     sections = _sections(path.read_bytes())
@@ -67,14 +70,21 @@ def read_gmsh(path: Path) -> GmshMesh:
     if "PartitionedEntities" in sections:
         raise BodyError(f"{path}: it is partitioned. Save it from Gmsh without partitions")
     old = version.startswith(b"2")
+    if not old and version not in _NEWER:
+        raise BodyError(
+            f"{path}: it is of version {one_line(version.decode(errors='replace'), 10)} of Gmsh's"
+            " format; 2.2, 4.0 and 4.1 are read. Export it anew as one of these"
+        )
     swapped = binary == b"1" and sections["MeshFormat"].split(b"\n", 1)[1][:4] == b"\0\0\0\1"
 
     def cursor(name: str) -> _Cursor:
         return _Cursor(sections[name], binary == b"1", int(size), ">" if swapped else "<")
 
-    read_nodes, read_elements = (_nodes_2, _elements_2) if old else (_nodes_4, _elements_4)
+    read_nodes, read_elements = (_nodes_2, _elements_2) if old else _NEWER[version]
     tags, x = read_nodes(cursor("Nodes"))
-    group_of = {} if old or "Entities" not in sections else _entities(path, cursor("Entities"))
+    group_of: dict[int, int] = {}
+    if not old and "Entities" in sections:
+        group_of = _entities(path, cursor("Entities"), 3 if version == b"4.1" else 6)
     tets, groups = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     others = Counter[str]()
     for kind, entity, group, nodes in _naming(path, read_elements(cursor("Elements"))):
@@ -141,7 +151,7 @@ class _Cursor:
             self._start += count * dtype.itemsize
         if count < 0 or len(found) < count:
             raise ValueError(f"a section has {len(found)} numbers of {count}")
-        return found if kind == "d" else found.astype(np.int64)
+        return found if kind == "d" else _whole(found)
 
     def records(self, kinds: tuple[tuple[str, int], ...], count: int) -> list[Any]:
         """The next `count` records of several numbers: an array (count, n) for each of `kinds`."""
@@ -155,8 +165,17 @@ class _Cursor:
             rows = np.frombuffer(self._data, np.dtype(fields), count, self._start)
             self._start += rows.nbytes
             parts = [rows[f"f{k}"] for k in range(len(kinds))]
-        return [p if kind == "d" else p.astype(np.int64)
+        return [p if kind == "d" else _whole(p)
                 for (kind, _), p in zip(kinds, parts, strict=True)]  # fmt: skip
+
+
+def _whole(numbers: Any) -> Ints:
+    """Counts and tags as whole numbers; those of a text are read as doubles."""
+    if numbers.dtype.kind == "f" and not (np.floor(numbers) == numbers).all():
+        raise ValueError("a count or a tag is no whole number")
+    if len(numbers) and not -_MOST < numbers.min() <= numbers.max() < _MOST:
+        raise ValueError("a count or a tag is beyond 2^53")
+    return np.asarray(numbers, dtype=np.int64)
 
 
 def _nodes_2(at: _Cursor) -> tuple[Ints, Floats]:
@@ -176,6 +195,17 @@ def _nodes_4(at: _Cursor) -> tuple[Ints, Floats]:
     return np.concatenate(tags), np.concatenate(points)
 
 
+def _nodes_40(at: _Cursor) -> tuple[Ints, Floats]:
+    tags, points = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))]
+    for _ in range(int(at.take("t", 2)[0])):
+        _, dimension, parametric = at.take("i", 3).tolist()
+        width = 3 + (dimension if parametric else 0)
+        some, x = at.records((("i", 1), ("d", width)), int(at.take("t", 1)[0]))
+        tags.append(some[:, 0])
+        points.append(x[:, :3])
+    return np.concatenate(tags), np.concatenate(points)
+
+
 def _elements_2(at: _Cursor) -> Any:
     """Kind, entity, group of each and nodes (m, n), for runs of elements of one kind."""
     left = at.head()
@@ -192,7 +222,7 @@ def _elements_2(at: _Cursor) -> Any:
 
 
 def _lines_2(at: _Cursor, count: int) -> Any:
-    numbers = at.text.astype(np.int64)
+    numbers = _whole(at.text)
     start, rows = 1, dict[int, list[Any]]()
     for _ in range(count):
         kind, marks = numbers[start + 1 : start + 3].tolist()
@@ -205,13 +235,29 @@ def _lines_2(at: _Cursor, count: int) -> Any:
 
 
 def _elements_4(at: _Cursor) -> Any:
-    blocks = int(at.take("t", 4)[0])
-    for _ in range(blocks):
+    for _ in range(int(at.take("t", 4)[0])):
         dimension, entity, kind = at.take("i", 3).tolist()
-        count = int(at.take("t", 1)[0])
-        width = 1 + _nodes_of(kind)
-        numbers = at.take("t", count * width).reshape(count, width)
-        yield kind, entity if dimension == _VOLUME else -1, None, numbers[:, 1:]
+        yield _run(at, "t", dimension, entity, kind)
+
+
+def _elements_40(at: _Cursor) -> Any:
+    for _ in range(int(at.take("t", 2)[0])):
+        entity, dimension, kind = at.take("i", 3).tolist()
+        yield _run(at, "i", dimension, entity, kind)
+
+
+def _run(at: _Cursor, word: str, dimension: int, entity: int, kind: int) -> Any:
+    """Elements of one kind on one entity, whose numbers are of type `word`."""
+    count, width = int(at.take("t", 1)[0]), 1 + _nodes_of(kind)
+    numbers = at.take(word, count * width).reshape(count, width)
+    return kind, entity if dimension == _VOLUME else -1, None, numbers[:, 1:]
+
+
+_NEWER = {
+    b"4": (_nodes_40, _elements_40),
+    b"4.0": (_nodes_40, _elements_40),
+    b"4.1": (_nodes_4, _elements_4),
+}  # readers of nodes and elements
 
 
 def _nodes_of(kind: int) -> int:
@@ -229,14 +275,18 @@ def _checked(marks: int) -> int:
     return marks
 
 
-def _entities(path: Path, at: _Cursor) -> dict[int, int]:
-    """Group of each volume by the volume's number: the first, if it has several."""
+def _entities(path: Path, at: _Cursor, of_point: int) -> dict[int, int]:
+    """Group of each volume by the volume's number: the first, if it has several.
+
+    Args:
+        of_point: Number of coordinates that a point has here.
+    """
     found: dict[int, int] = {}
     several: list[int] = []
     for dimension, count in enumerate(at.take("t", 4).tolist()):
         for _ in range(count):
             tag = int(at.take("i", 1)[0])
-            at.take("d", 3 if dimension == 0 else 6)
+            at.take("d", of_point if dimension == 0 else 6)
             groups = at.take("i", int(at.take("t", 1)[0])).tolist()
             if dimension > 0:
                 at.take("i", int(at.take("t", 1)[0]))

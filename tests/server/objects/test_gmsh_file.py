@@ -36,6 +36,65 @@ def saved(path: Path, form: str, binary: bool) -> Path:
     return path
 
 
+def in_4_0(path: Path, binary: bool) -> Path:
+    """The same in version 4.0, written by hand: entities, and a group for each of two volumes."""
+    x, tets = block((4, 1, 1))
+    formats = {"i": "i", "t": "Q", "d": "d"}
+
+    def numbers(kind: str, *values: float) -> bytes:
+        if not binary:
+            return " ".join(map(str, values)).encode() + b"\n"
+        return struct.pack(f"<{len(values)}{formats[kind]}", *values)
+
+    box = numbers("d", 0, 0, 0, 1, 1, 1)
+    entities = numbers("t", 1, 0, 0, 2) + numbers("i", 9) + box + numbers("t", 0)
+    for volume, group in ((4, 1), (5, 7)):
+        entities += numbers("i", volume) + box + numbers("t", 1) + numbers("i", group)
+        entities += numbers("t", 0)
+    nodes = numbers("t", 1, len(x)) + numbers("i", 4, 3, 0) + numbers("t", len(x))
+    nodes += b"".join(
+        numbers("i", 3 * k + 2) + numbers("d", *row) for k, row in enumerate(x.tolist())
+    )
+    elements = numbers("t", 2, len(tets))
+    for volume, some in ((4, tets[:12]), (5, tets[12:])):
+        elements += numbers("i", volume, 3, 4) + numbers("t", len(some))
+        elements += b"".join(numbers("i", 1, *row) for row in (3 * some + 2).tolist())
+    data = f"$MeshFormat\n4.0 {int(binary)} 8\n".encode() + (numbers("i", 1) if binary else b"")
+    names = b'$PhysicalNames\n2\n3 1 "liver"\n3 7 "tumour"\n$EndPhysicalNames\n'
+    data += b"\n$EndMeshFormat\n" + names
+    for name, section in (("Entities", entities), ("Nodes", nodes), ("Elements", elements)):
+        data += f"${name}\n".encode() + section + f"\n$End{name}\n".encode()
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_version_4_0_is_the_same(tmp_path: Path, binary: bool) -> None:
+    found = read_volume(in_4_0(tmp_path / "a.msh", binary))
+    older = read_volume(saved(tmp_path / "b.msh", "gmsh22", binary=False))
+    assert (found.x == older.x).all()
+    assert (found.tets == older.tets).all()
+    assert found.parts is not None
+    assert found.parts.names == ("liver", "tumour")
+    assert np.bincount(found.parts.of).tolist() == [12, 12]
+
+
+@pytest.mark.parametrize("count", [b"2147483648", b"-1"])
+def test_results_behind_the_mesh_are_not_looked_at(tmp_path: Path, count: bytes) -> None:
+    """A library looped over this count; a field of results decides nothing about the shape."""
+    path = in_4_0(tmp_path / "a.msh", binary=True)
+    path.write_bytes(path.read_bytes() + b"$ElementData\n" + count + b"\n$EndElementData\n")
+    assert len(read_volume(path).tets) == 24
+
+
+@pytest.mark.parametrize("version", ["1", "3.0", "4.2", "\x1b[2J"])
+def test_another_version_is_named(tmp_path: Path, version: str) -> None:
+    (tmp_path / "a.msh").write_text(newer().replace("4.1", version))
+    with pytest.raises(BodyError, match=r"it is of version .* 2\.2, 4\.0 and 4\.1 are") as error:
+        read_volume(tmp_path / "a.msh")
+    assert str(error.value).isprintable()
+
+
 @pytest.mark.parametrize("binary", [False, True])
 def test_groups_of_the_older_version_are_parts(tmp_path: Path, binary: bool) -> None:
     path = saved(tmp_path / "a.msh", "gmsh22", binary)
@@ -140,6 +199,9 @@ def test_the_newer_version_in_binary_is_the_same(tmp_path: Path, order: str) -> 
         (("3 2 4 6", "3 2 5 6"), "no mesh that can be read"),
         (("3 2 4 6", "3 2 62 6"), "elements of Gmsh's type 62 are not read"),
         ((" 95 ", " 94 "), "no mesh that can be read"),
+        ((" 95 ", " nan "), "a count or a tag is no whole number"),
+        ((" 95 ", " 95.5 "), "a count or a tag is no whole number"),
+        ((" 95 ", " 1e38 "), r"a count or a tag is beyond 2\^53"),
         (("$Entities", "$PartitionedEntities\n$EndPartitionedEntities\n$Entities"), "partitioned"),
     ],
 )
