@@ -17,6 +17,8 @@ from collections.abc import Generator
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
 from cohaptic.errors import BodyError, one_line
 
 log = logging.getLogger("cohaptic.server")
@@ -31,13 +33,15 @@ def reading_limited(path: Path) -> Generator[None]:
     """Limit the memory that the code in the `with` block may take, by the size of the file.
 
     The limit exists on Linux only. A lower limit that the process already has stays in force.
+    Warnings of numpy about numbers beyond their types are off, since the checks behind a reader
+    say in words what is wrong with them.
 
     Raises:
         BodyError: Reading the file needs more memory than the limit allows.
     """
     allowed = _LEAST + _PER_BYTE * path.stat().st_size
     try:
-        with _address_space(allowed):
+        with _address_space(allowed), np.errstate(all="ignore"):
             yield
     except MemoryError as error:
         raise BodyError(

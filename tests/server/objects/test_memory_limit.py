@@ -48,6 +48,15 @@ def test_a_surface_with_a_lying_count_is_one_sentence(tmp_path: Path) -> None:
         read_surface(path)
 
 
+def test_numbers_beyond_their_type_are_no_warnings(tmp_path: Path) -> None:
+    """The checks behind a reader say in words what a damaged number means."""
+    (tmp_path / "small").write_bytes(b"1")
+    with reading_limited(tmp_path / "small"):
+        assert np.array([np.nan, 1e38]).astype(np.int64).max() < 0
+    with pytest.warns(RuntimeWarning, match="invalid value"):
+        np.array([np.nan]).astype(np.int64)
+
+
 def test_the_limit_ends_with_the_block(tmp_path: Path) -> None:
     import resource
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.nifti import read_nifti
 from cohaptic_server.objects.scan.nrrd_file import read_nrrd
@@ -21,4 +23,6 @@ def read_scan(path: Path) -> LabelMap:
     Raises:
         BodyError: The file is not a label map that can be read.
     """
-    return read_nrrd(path) if path.suffix.lower() == ".nrrd" else read_nifti(path)
+    # Numbers of a damaged header are beyond their types; what they mean is checked in words.
+    with np.errstate(all="ignore"):
+        return read_nrrd(path) if path.suffix.lower() == ".nrrd" else read_nifti(path)

@@ -82,7 +82,7 @@ def read_nodes(path: Path) -> list[Node]:
             its buffers, or has more than `MAX_READ` triangles.
     """
     try:
-        with reading_limited(path), np.errstate(all="ignore"):  # of absurd transforms
+        with reading_limited(path):
             document, blob = _opened(path)
             _check_version(path, document)
             return list(_File(path, document, blob).nodes())
