@@ -244,7 +244,7 @@ def _instead(path: Path) -> str:
     kind = re.search(rb"^DATASET\s+(\w+)", start, re.M | re.I)
     if kind is None:
         return ""
-    name = kind[1].decode().upper()
+    name = kind[1][:40].decode().upper()
     if name == "POLYDATA":
         return ": it has a surface (POLYDATA). Save that as STL or PLY"
     if name == "UNSTRUCTURED_GRID":

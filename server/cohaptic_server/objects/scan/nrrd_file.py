@@ -18,6 +18,7 @@ import numpy as np
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.memory_limit import unreadable
+from cohaptic_server.objects.parts.parts import MAX_NAME
 from cohaptic_server.objects.scan.label_map import LabelMap, check_size
 from cohaptic_server.objects.scan.voxels import library, read_voxels
 
@@ -82,7 +83,7 @@ def _described(
     sizes = tuple(int(n) for n in np.asarray(header["sizes"]).reshape(-1))
     name = str(header["type"]).lower().removesuffix("_t")
     if name not in _KINDS:
-        raise BodyError(f"{path}: its voxels are {name!r}; a label map has whole numbers")
+        raise BodyError(f"{path}: its voxels are {name[:20]!r}; a label map has whole numbers")
     order = ">" if str(header.get("endian", "little")).lower() == "big" else "<"
     kind = np.dtype(order + _KINDS[name])
     vectors = header.get("space directions")
@@ -114,7 +115,7 @@ def _unpacked(path: Path, file: IO[bytes], encoding: str) -> IO[bytes]:
         return file
     if encoding in ("gzip", "gz"):
         return cast("IO[bytes]", gzip.GzipFile(fileobj=file))
-    raise BodyError(f"{path}: its voxels are stored as {encoding!r}; raw and gzip are read")
+    raise BodyError(f"{path}: its voxels are stored as {encoding[:20]!r}; raw and gzip are read")
 
 
 def _names(header: Mapping[str, Any]) -> dict[int, str]:
@@ -123,5 +124,5 @@ def _names(header: Mapping[str, Any]) -> dict[int, str]:
     for key, value in header.items():
         match = re.fullmatch(r"segment(\d+)_labelvalue", key)
         if match is not None and f"segment{match[1]}_name" in header:
-            found[int(value)] = one_line(str(header[f"segment{match[1]}_name"]))
+            found[int(value)] = one_line(str(header[f"segment{match[1]}_name"]), MAX_NAME)
     return found

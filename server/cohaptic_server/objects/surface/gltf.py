@@ -21,7 +21,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from cohaptic.errors import BodyError
+from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import reading_limited, say_once, unreadable
 from cohaptic_server.objects.object_file import MAX_READ
@@ -126,7 +126,7 @@ def _check_version(path: Path, document: dict[str, Any]) -> None:
     asset = document["asset"]
     version = str(asset.get("minVersion", asset.get("version", "1.0")))
     if version.partition(".")[0] != "2":
-        raise BodyError(f"{path}: {_OLD.format(version[:20])}")
+        raise BodyError(f"{path}: {_OLD.format(one_line(version, 20))}")
     for name in document.get("extensionsRequired", ()):
         if name in _COMPRESSED:
             raise BodyError(f"{path}: {_compressed(name)}")
@@ -266,7 +266,8 @@ class _File:
         """Values of an accessor, sparse and normalised ones included, shape (count, width)."""
         accessor = self._item("accessors", number)
         if accessor["type"] != kind:
-            raise BodyError(f"{self._path}: accessor {number} has {accessor['type']}, not {kind}")
+            found = one_line(str(accessor["type"]), 20)
+            raise BodyError(f"{self._path}: accessor {number} has {found}, not {kind}")
         count, dtype = _whole(accessor["count"]), np.dtype(_TYPES[accessor["componentType"]])
         self._decoded += count
         if count < 1 or self._decoded > _MAX_VALUES:
@@ -346,8 +347,8 @@ class _File:
 
 
 def _whole(value: Any) -> int:
-    """A count or an index of the file; anything but a whole number from 0 on is an error."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+    """A count or an index of the file; anything but a whole number from 0 to 2^53 is an error."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 2**53:
         raise ValueError(f"{value!r:.40} in place of a whole number")
     return value
 

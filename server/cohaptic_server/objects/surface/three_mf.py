@@ -113,7 +113,7 @@ def _read(path: Path) -> tuple[Model, _Objects]:
             f" {MAX_READ:,} and {_MAX_NAMED:,}. Simplify it first"
         )
     if whole.unit not in _METRES:
-        raise BodyError(f"{path}: its unit is {whole.unit!r}; known are: {', '.join(_METRES)}")
+        raise BodyError(f"{path}: its unit is {whole.unit[:20]!r}; known are: {', '.join(_METRES)}")
     return Model(_METRES[whole.unit], triangles), whole
 
 

@@ -220,6 +220,8 @@ def test_an_extension_of_looks_changes_no_shape(tmp_path: Path) -> None:
         (0, {"count": 2**40}, "values, and needs one"),
         (0, {"byteOffset": 2**40}, "are named"),
         (0, {"type": "VEC2"}, "has VEC2, not VEC3"),
+        (0, {"type": "SC" * 900}, r"has (SC){10}\.\.\., not VEC3"),
+        (0, {"count": 10**4000}, "no mesh that can be read"),
         (0, {"componentType": 5124}, "no mesh that can be read"),
         (1, {"count": 0}, "values, and needs one"),
         (1, {"bufferView": 0, "count": 24}, "a triangle names vertex"),
