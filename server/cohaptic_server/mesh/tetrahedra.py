@@ -11,7 +11,7 @@ import scipy.sparse.csgraph
 
 from cohaptic.errors import BodyError
 from cohaptic.vec import ZERO, Vec3, add
-from cohaptic_server.numeric import Floats, Ints, vec3
+from cohaptic_server.numeric import Floats, Ints, Mask, vec3
 
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, in CalculiX's order
 _FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))  # counter-clockwise from outside
@@ -68,13 +68,11 @@ class TetMesh:
             raise BodyError(f"{bad.sum()} vertices have a coordinate that is not a number")
         inverted = volumes(x, t) < 0.0
         t[inverted] = t[inverted][:, [0, 2, 1, 3]]
-        edges = x[t[:, [a for a, _ in EDGES]]] - x[t[:, [b for _, b in EDGES]]]
-        longest = np.sqrt(np.einsum("mei,mei->me", edges, edges).max(axis=1))
-        flat = volumes(x, t) <= _FLAT * longest**3
-        if flat.any():
+        without = flat(x, t)
+        if without.any():
             raise BodyError(
-                f"{flat.sum()} of {len(t)} tetrahedra are flat (volume below {_FLAT:g} of the cube"
-                " of their longest edge): mesh the object anew"
+                f"{without.sum()} of {len(t)} tetrahedra are flat (volume below {_FLAT:g} of the"
+                " cube of their longest edge): mesh the object anew"
             )
         count = int(pieces(t, len(x)).max()) + 1
         if count > 1:
@@ -103,6 +101,13 @@ def volumes(x: Floats, tets: Ints) -> Floats:
     """Return the signed volume of each tetrahedron, shape (m,) [m^3]."""
     a, b, c = (x[tets[:, k]] - x[tets[:, 0]] for k in (1, 2, 3))
     return np.asarray(np.einsum("mi,mi->m", np.cross(a, b), c) / 6.0)
+
+
+def flat(x: Floats, tets: Ints) -> Mask:
+    """Return whether each tetrahedron, of either orientation, has practically no volume, (m,)."""
+    edges = x[tets[:, [a for a, _ in EDGES]]] - x[tets[:, [b for _, b in EDGES]]]
+    longest = np.sqrt(np.einsum("mei,mei->me", edges, edges).max(axis=1))
+    return np.asarray(np.abs(volumes(x, tets)) <= _FLAT * longest**3, dtype=np.bool_)
 
 
 def boundary(tets: Ints) -> Ints:

@@ -90,7 +90,7 @@ def prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) 
 def _prepare_volume(source: ObjectFile) -> Prepared:
     path = source.path
     x, cells, parts = read_volume(path)
-    check_size(path, x[np.unique(cells)] * source.scale, source.scale)
+    check_size(path, x * source.scale, source.scale)
     source.parts.check(() if parts is None else parts.names)
     try:
         return Prepared(TetMesh.checked(x * source.scale, cells), None, parts=parts)
@@ -176,7 +176,7 @@ def _parts_of(
     """
     in_metres = [source.scale * one.x for one in originals]
     if len(surfaces) == 1:
-        x = in_metres[0][np.unique(originals[0].faces)]
+        x = in_metres[0]
         deviation = farthest(x, tets.vertices, tets.tets)
         check_deviation(source, float(np.linalg.norm(np.ptp(x, axis=0))), deviation)
         return None, deviation

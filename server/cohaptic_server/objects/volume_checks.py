@@ -30,14 +30,12 @@ def mended(path: Path, x: Floats, tets: Ints) -> tuple[Floats, Ints, Ints]:
 
     Args:
         path: The file, for what is said.
-        x: Vertices, shape (n, 3).
+        x: Vertices, shape (n, 3), each of which is used.
         tets: Vertices of each tetrahedron, shape (m, 4).
 
     Returns:
         Vertices; tetrahedra, shape (k, 4); and the index of each among those given, shape (k,).
     """
-    used, renumbered = np.unique(tets, return_inverse=True)
-    x, tets = x[used], renumbered.reshape(tets.shape).astype(np.int64)
     first, inverse = equal_points(x, SAME)
     # Two near points may lie in two cells of a grid; those of a grid that is shifted are one.
     again, place = equal_points(x[first], SAME, shift=0.5)

@@ -16,6 +16,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.gmsh_file import is_gmsh, read_gmsh
 from cohaptic_server.objects.memory_limit import damaged, reading_limited
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
@@ -143,7 +144,7 @@ def read_volume(path: Path) -> VolumeMesh:
             f"{path}: beside tetrahedra it has cells that would be lost: {', '.join(others)}."
             " Split them into tetrahedra first"
         )
-    _check(path, x, tets)
+    x, tets = checked_cells(path, x, tets)
     x, tets, taken = mended(path, x, tets)
     check_conforming(path, x, tets)
     return VolumeMesh(x, tets, None if parts is None else _of_those(parts, taken))
@@ -203,9 +204,7 @@ def _by_meshio(path: Path) -> _Read:
 
 
 def _loaded(path: Path, read: Any) -> Any:
-    with path.open("rb") as file:
-        start = file.read(_START).lstrip()
-    if path.suffix.lower() != ".msh" or start.startswith(b"$"):
+    if path.suffix.lower() != ".msh":
         return read(path)
     with _Ending(io.FileIO(path)) as file:
         return read(file, "ansys")
@@ -255,16 +254,3 @@ def _instead(path: Path) -> str:
 def _is_solid(kind: str) -> bool:
     """Whether cells of a kind, as meshio names it, fill a volume but are not tetrahedra."""
     return kind.startswith(("hexa", "wedge", "pyramid", "polyhedron", "VTK_LAGRANGE_HEX"))
-
-
-def _check(path: Path, x: Floats, tets: Ints) -> None:
-    """Refuse tetrahedra with invalid or repeated vertices."""
-    if tets.min() < 0 or tets.max() >= len(x):
-        wrong = tets.min() if tets.min() < 0 else tets.max()
-        raise BodyError(f"{path}: a tetrahedron names vertex {wrong} of {len(x)}")
-    if not np.isfinite(x).all():
-        raise BodyError(f"{path}: a vertex has a coordinate that is not a number")
-    corners = np.sort(tets, axis=1)
-    flat = int((corners[:, 1:] == corners[:, :-1]).any(axis=1).sum())
-    if flat:
-        raise BodyError(f"{path}: {flat:,} tetrahedra name a vertex twice")

@@ -121,7 +121,8 @@ def read_surfaces(path: Path) -> tuple[PartSurface, ...]:
     if path.suffix.lower() not in SCENES:
         return (PartSurface("", *read_surface(path)),)
     nodes = read_nodes(path)
-    return closed_nodes(nodes) or (PartSurface("", *joined(path, nodes)),)
+    whole = joined(path, nodes)
+    return closed_nodes(nodes) or (PartSurface("", *whole),)
 
 
 def _closed(x: Floats, faces: Ints) -> tuple[Floats, Ints] | None:
@@ -136,7 +137,7 @@ def closed_nodes(nodes: Sequence[Node]) -> tuple[PartSurface, ...]:
     A scene with an open node, or with very many nodes, is taken for one surface that was stored in
     pieces.
     """
-    if not 2 <= len(nodes) <= MAX_PARTS or not all(np.isfinite(node.x).all() for node in nodes):
+    if not 2 <= len(nodes) <= MAX_PARTS:
         return ()
     found: list[PartSurface] = []
     for _, group in itertools.groupby(nodes, key=lambda node: node.number):

@@ -17,6 +17,7 @@ import scipy.ndimage
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints, Mask
+from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.parts.parts import PartSurface
 from cohaptic_server.objects.scan.choose import (
     MAX_VOXELS,
@@ -89,9 +90,10 @@ def _surface(path: Path, name: str, region: Mask, affine: Floats) -> tuple[Float
     if not region.any():
         raise BodyError(f"{path}: nothing of {label} is left beside specks")
     try:
-        return surface_of(region, affine)
+        x, faces = surface_of(region, affine)
     except (BodyError, ValueError) as error:
         raise BodyError(f"{path}: {label}: {error}") from error
+    return checked_cells(path, x, faces)
 
 
 def _part_of(

@@ -12,6 +12,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.memory_limit import reading_limited, unreadable
 from cohaptic_server.objects.surface.as_they_come import cleaned
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
@@ -138,24 +139,7 @@ def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats
     """
     if not len(faces):
         raise BodyError(f"{path}: there is no triangle in it{_why_none(path, points)}")
-    if faces.min() < 0 or faces.max() >= len(x):
-        wrong = faces.min() if faces.min() < 0 else faces.max()
-        raise BodyError(f"{path}: a triangle names vertex {wrong} of {len(x)}")
-    used, renumbered = np.unique(faces, return_inverse=True)
-    x, faces = x[used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
-    bad = ~np.isfinite(x).all(axis=1)
-    if bad.any():
-        raise BodyError(
-            f"{path}: {bad.sum()} of {len(x)} vertices have a coordinate that is not a number"
-        )
-    count = len(faces)
-    x, faces = merge_vertices(x, faces)
-    if not len(faces):
-        raise BodyError(
-            f"{path}: there is no surface in it: each of its {count:,} triangles has two corners"
-            " at one place, as far as the size of the whole lets them be told apart"
-        )
-    return x, faces
+    return merge_vertices(*checked_cells(path, x, faces))
 
 
 def _why_none(path: Path, points: int) -> str:

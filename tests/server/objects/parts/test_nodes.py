@@ -60,6 +60,13 @@ def test_closed_nodes_are_parts_and_others_are_one_surface(tmp_path: Path) -> No
     assert single.name == ""
 
 
+def test_a_coordinate_that_is_no_number_is_found_in_any_part(tmp_path: Path) -> None:
+    broken = ball(INNER)
+    broken.vertices[7, 1] = np.nan
+    with pytest.raises(BodyError, match="1 of 324 vertices have a coordinate that is not a number"):
+        read_surfaces(scene(tmp_path / "a.glb", {"organ": ball(OUTER), "lump": broken}))
+
+
 @pytest.mark.live
 @pytest.mark.slow
 def test_what_lies_in_an_organ_has_its_own_material(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,14 @@ def test_a_label_that_is_a_speck_is_named(scan: Path) -> None:
     scan.write_bytes(nifti(values, SPACING))
     with pytest.raises(BodyError, match="nothing of label 7 is left beside specks"):
         scan_surfaces(scan, ("1", "7"))
+
+
+def test_a_scan_too_far_away_for_its_numbers_is_refused(scan: Path) -> None:
+    data = bytearray(scan.read_bytes())
+    struct.pack_into("<f", data, 292, 1e38)  # x of the first voxel [mm]
+    scan.write_bytes(data)
+    with pytest.raises(BodyError, match=r"lies 1e\+35 units from the origin .* Move it"):
+        scan_surfaces(scan, ("3",))
 
 
 def test_what_hangs_together_is_proposed(scan: Path) -> None:
