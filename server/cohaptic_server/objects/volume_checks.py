@@ -22,7 +22,8 @@ from cohaptic_server.objects.surface.surface_file import equal_points
 # Distance at which two points are one, as a share of the size: files in single precision have 24
 # bits, and the shortest edge of a useful mesh is ten thousand times as long.
 SAME = 1e-7
-_FACES = np.array([(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)])
+# Counter-clockwise from outside.
+_FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
 
 
 def mended(path: Path, x: Floats, tets: Ints) -> tuple[Floats, Ints, Ints]:
@@ -62,15 +63,27 @@ def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
     """Refuse tetrahedra that do not fit together face to face.
 
     Raises:
-        BodyError: A face has more than two tetrahedra, pieces hang together by an edge or a corner,
-            or faces lie on one another without being one. The error names the place.
+        BodyError: A face has more than two tetrahedra, or two on one side of it; pieces hang
+            together by an edge or a corner; or faces lie on one another without being one. The
+            error names the place.
     """
-    faces = np.sort(tets[:, _FACES].reshape(-1, 3), axis=1)
-    each, counts = np.unique(faces, axis=0, return_counts=True)
+    faces = tets[:, _FACES].reshape(-1, 3)
+    each, inverse, counts = np.unique(
+        np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
     if (counts > 2).any():
         raise BodyError(
             f"{path}: {(counts > 2).sum():,} faces have three tetrahedra or more, so they overlap;"
             f" one is {_at(x[each[counts > 2][0]])}. Mesh the object anew"
+        )
+    # Two tetrahedra that lie on both sides of their face turn it in opposite senses.
+    turns = np.bincount(inverse.reshape(-1), _turn(faces), len(each))
+    folded = (counts == 2) & (turns != 0.0)
+    if folded.any():
+        raise BodyError(
+            f"{path}: {folded.sum():,} faces have both of their tetrahedra on one side, so these"
+            f" overlap, as after a vertex was moved through a face; one is"
+            f" {_at(x[each[folded][0]])}. Mesh the object anew"
         )
     if pieces(tets, len(x)).max() > 0:
         return  # `TetMesh` refuses several pieces
@@ -93,6 +106,12 @@ def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
             " where two meshes of different fineness meet: the solid would have cracks there; one"
             f" is {_at(x[outside[np.flatnonzero(crossing)[0]]])}. Mesh the parts together"
         )
+
+
+def _turn(faces: Ints) -> Floats:
+    """1 where the vertices of a face are an even permutation of their order, else -1, (m,)."""
+    a, b, c = faces.T
+    return np.where((a < b) ^ (b < c) ^ (a < c), 1.0, -1.0)
 
 
 def _shared(tets: Ints, one: Mask) -> Ints:

@@ -8,10 +8,13 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.volume_checks import check_conforming, mended
 from cohaptic_server.objects.volume_file import VolumeMesh, read_volume
 
 KUHN = [(0, 1, 3, 7), (0, 1, 5, 7), (0, 2, 3, 7), (0, 2, 6, 7), (0, 4, 5, 7), (0, 4, 6, 7)]
@@ -79,6 +82,26 @@ def test_what_is_inside_out_is_turned_and_said(
     caplog.clear()
     read(tmp_path / "b.vtu", (x, block((2, 1, 1))[1][:, [1, 0, 2, 3]]))
     assert "inside out" not in caplog.text  # the whole mesh counts its corners the other way
+
+
+def test_a_vertex_moved_through_a_face_folds_the_mesh(tmp_path: Path) -> None:
+    """Each tetrahedron has a volume again when it is turned, but some lie on others."""
+    x, tets = block((2, 2, 2))
+    (inner,) = np.flatnonzero((x == 0.5).all(axis=1))
+    x[inner] = (0.9, 0.6, 0.8)
+    read(tmp_path / "a.vtu", (x, tets))
+    x[inner] = (1.4, 0.6, 0.8)
+    with pytest.raises(BodyError, match=r"both of their tetrahedra on one side.*; one is at \("):
+        read(tmp_path / "b.vtu", (x, tets))
+
+
+@given(st.permutations(range(4)))
+def test_each_order_of_corners_gives_the_same_solid(order: list[int]) -> None:
+    x, tets = block((2, 1, 1))
+    tets[3] = tets[3][order]
+    found, turned, _ = mended(Path("a.vtu"), x, tets)
+    check_conforming(Path("a.vtu"), found, turned)
+    assert volumes(found, turned).sum() == pytest.approx(1.0)
 
 
 def test_an_element_of_two_groups_counts_once_in_the_first(

@@ -138,8 +138,9 @@ _TETS_FORM = 8
 _REPAIRED_FORM = 2  # additional version of tetrahedra from surfaces that are repaired
 _PARTS_FORM = 6
 # Additional version of what was read from files of these kinds, whose readers once gave another
-# shape: instances, sparse or normalised values, objects in parts, groups.
-READERS = {".glb": 2, ".gltf": 2, ".3mf": 2, ".msh": 2, ".vtk": 2, ".vtu": 2}
+# shape, or took what is now refused: instances, sparse or normalised values, objects in parts,
+# groups, meshes that are folded.
+READERS = {".glb": 2, ".gltf": 2, ".3mf": 2, ".msh": 3, ".vtk": 3, ".vtu": 3}
 
 _FAR = "twin/"  # prefix of the far field's arrays in an entry
 
