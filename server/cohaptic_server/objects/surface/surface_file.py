@@ -13,7 +13,7 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.gate import checked_cells
-from cohaptic_server.objects.memory_limit import reading_limited, unreadable
+from cohaptic_server.objects.memory_limit import reading_limited, say_once, unreadable
 from cohaptic_server.objects.surface.as_they_come import cleaned
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.three_mf import read_three_mf
@@ -127,7 +127,9 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
 
 
 def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats, Ints]:
-    """The surface of a file with equal vertices merged, and without points that no triangle uses.
+    """The surface of a file with equal vertices merged, and each triangle once.
+
+    Points that no triangle uses are left out.
 
     Args:
         x: Vertices, shape (n, 3).
@@ -139,7 +141,14 @@ def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats
     """
     if not len(faces):
         raise BodyError(f"{path}: there is no triangle in it{_why_none(path, points)}")
-    return merge_vertices(*checked_cells(path, x, faces))
+    x, faces = merge_vertices(*checked_cells(path, x, faces))
+    # Each triangle from its least vertex on, in its own sense of rotation.
+    turned = (faces.argmin(axis=1)[:, None] + np.arange(3)) % 3
+    once = np.sort(_unique_rows(np.take_along_axis(faces, turned, axis=1))[0])
+    if len(once) < len(faces):
+        count = f"{len(faces) - len(once):,} of {len(faces):,}"
+        say_once(path, f"{count} triangles are there more than once: each counts once")
+    return x, faces[once]
 
 
 def _why_none(path: Path, points: int) -> str:

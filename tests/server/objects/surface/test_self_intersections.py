@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import trimesh
 
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.surface import checks
 from cohaptic_server.objects.surface.checks import count_intersecting
 from cohaptic_server.objects.surface.surface_file import merge_vertices
 
@@ -66,6 +68,38 @@ def test_a_triangle_folded_flat_on_its_neighbour_is_found(seed: int) -> None:
     assert count_intersecting(rounded(x, seed), folded) == 2
     unfolded = np.concatenate([x[:3], flat[3:]])
     assert count_intersecting(rounded(unfolded, seed), folded) == 0
+
+
+def test_triangles_that_lie_on_each_other_are_not_all_compared(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A damaged file of 30 kB has its triangle four thousand times: eight million pairs."""
+    corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    count, compared = 2000, list[int]()
+    overlap = checks._overlap  # pyright: ignore[reportPrivateUsage]
+
+    def counted(a: Floats, b: Floats, out: float) -> Any:
+        compared.append(len(a))
+        return overlap(a, b, out)
+
+    monkeypatch.setattr(checks, "_overlap", counted)
+    assert count_intersecting(corner, np.tile([[0, 2, 1]], (count, 1))) == count
+    assert sum(compared) < count**2 / 8
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_triangle_is_judged_as_in_pairs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where most of those that it meets are known already."""
+    rng, count = np.random.default_rng(seed), 30
+    x = (rng.uniform(size=(count, 1, 3)) + rng.uniform(0.0, 0.5, size=(count, 3, 3))).reshape(-1, 3)
+    faces = np.arange(3 * count).reshape(-1, 3)
+    expected = np.zeros(count, dtype=np.bool_)
+    for i, j in combinations(range(count), 2):
+        if count_intersecting(x, faces[[i, j]]):
+            expected[[i, j]] = True
+    assert 0 < expected.sum() < count
+    monkeypatch.setattr(checks, "_PAIRS", 10)  # so that there are many blocks
+    assert (checks.intersecting(x, faces) == expected).all()
 
 
 def test_triangles_in_one_plane_that_touch_do_not_cover() -> None:
