@@ -33,7 +33,7 @@ from cohaptic_server.objects.surface.accept import (
     check_volume,
     farthest,
 )
-from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards
+from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards, is_flat
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
 from cohaptic_server.objects.tetrahedralise import (
@@ -117,7 +117,7 @@ def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
     report = examine_all(surfaces) if triangles <= MAX_TRIANGLES else None
     if source.simplify and len(faces) > source.simplify:
         progress("simplifying", 0.0)
-        surfaces = simplified_to(surfaces, source.simplify)
+        surfaces = _fewer(path, surfaces, source.simplify)
         x, faces = joined(surfaces)
         simplified = len(faces)
     check_count(path, len(faces))
@@ -140,7 +140,7 @@ def _prepare_scan(source: ObjectFile, progress: Progress) -> Prepared:
     check_size(source.path, originals[0].x * source.scale, source.scale)
     source.parts.check([surface.name for surface in originals if surface.name])
     progress("simplifying", 0.0)
-    surfaces = simplified_to(originals, source.simplify or FEWER)
+    surfaces = _fewer(source.path, originals, source.simplify or FEWER)
     # The volume of the tetrahedra is later compared with that of the voxels.
     volume = float(scan.volumes.sum())
     report = replace(examine(surfaces[0].x, surfaces[0].faces), volume=volume)
@@ -160,6 +160,22 @@ def _prepare_scan(source: ObjectFile, progress: Progress) -> Prepared:
     except VolumeLostError as error:
         raise error.of(source.path) from error
     return Prepared(tets, report, count, fewer, deviation, parts, scan.words)
+
+
+def _fewer(path: Path, surfaces: Sequence[PartSurface], count: int) -> tuple[PartSurface, ...]:
+    """Surfaces with fewer triangles, of which each still encloses a volume.
+
+    Triangles that lie on each other, as in a file that has its surface several times, let a
+    simplification collapse all others.
+    """
+    found = simplified_to(surfaces, count)
+    flat = [one.name or "it" for one in found if is_flat(one.x, one.faces)]
+    if flat:
+        raise BodyError(
+            f"{path}: {count:,} triangles leave nothing of {', '.join(flat)} that encloses a"
+            " volume. Take more with --simplify, or delete what is there more than once"
+        )
+    return found
 
 
 def _parts_of(

@@ -19,7 +19,7 @@ from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.parts.parts import PartSurface, joined
 from cohaptic_server.objects.parts.surfaces import examine_all
 from cohaptic_server.objects.scan.read import is_scan
-from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE, check_not_flat
 from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.shell import SHEET, openness
 
@@ -176,6 +176,9 @@ def diagnose(
         surfaces: Surfaces of the parts, or one for the whole object, in units of the file.
         scale_given: Whether the user has given the scale, which must then stay.
         is_volume: Whether the surface is the boundary of a volume mesh, which stays as it is.
+
+    Raises:
+        BodyError: The surface encloses no volume, and is no sheet that can be made a shell.
     """
     remedies: list[Remedy] = []
     x, faces = joined(surfaces)
@@ -217,6 +220,8 @@ def _mended(
         remedies.append(Remedy("it is a sheet, open all round its rim", words, option))
     if source.shell:
         report = replace(report, open_edges=0)  # a shell has no rim any more
+    else:
+        check_not_flat(f"{source.path}: ", report)
     problems = report.problems()
     if report.components > 1:
         problems.append(f"the surface is in {report.components} pieces")

@@ -25,7 +25,7 @@ from cohaptic_server.objects.parts.parts import (
     VolumeLostError,
     distinct,
 )
-from cohaptic_server.objects.surface.checks import edge_counts
+from cohaptic_server.objects.surface.checks import edge_counts, is_flat
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.surface_file import (
     SCENES,
@@ -126,9 +126,10 @@ def read_surfaces(path: Path) -> tuple[PartSurface, ...]:
 
 
 def _closed(x: Floats, faces: Ints) -> tuple[Floats, Ints] | None:
-    """The surface with equal vertices merged; None if it is not closed."""
+    """The surface with equal vertices merged; None if it is not closed, or lies in a plane."""
     x, faces = merge_vertices(x, faces)
-    return (x, faces) if len(faces) and (edge_counts(faces) == 2).all() else None
+    closed = len(faces) > 0 and (edge_counts(faces) == 2).all() and not is_flat(x, faces)
+    return (x, faces) if closed else None
 
 
 def closed_nodes(nodes: Sequence[Node]) -> tuple[PartSurface, ...]:

@@ -93,8 +93,7 @@ def check_size(path: Path, x: Floats, scale: float) -> None:
 
 def check_surface(of: str, report: SurfaceReport, *, repair: bool) -> None:
     """Refuse a surface without volume; without --repair also one with defects or several pieces."""
-    if report.flat:
-        raise BodyError(f"{of}the surface encloses no volume ({report.volume:.3g})")
+    check_not_flat(of, report)
     problems = report.problems()
     if problems and not repair:
         raise BodyError(
@@ -104,6 +103,15 @@ def check_surface(of: str, report: SurfaceReport, *, repair: bool) -> None:
         raise BodyError(
             f"{of}the surface is in {report.components} pieces; it must be one. A hollow object"
             " needs --repair"
+        )
+
+
+def check_not_flat(of: str, report: SurfaceReport) -> None:
+    """Refuse a surface that encloses no volume, as one does whose points lie in a plane."""
+    if report.flat:
+        raise BodyError(
+            f"{of}the surface encloses no volume ({report.volume:.3g} cubic units of the file)."
+            " Export a solid, or give a sheet a thickness with --shell"
         )
 
 

@@ -21,6 +21,8 @@ from cohaptic.errors import BodyError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints, Mask, cross
 
+FLAT = 1e-9  # volume over the cube of the size below which a surface encloses practically none
+
 
 @dataclass(frozen=True, slots=True)
 class SurfaceReport:
@@ -60,7 +62,7 @@ class SurfaceReport:
     @property
     def flat(self) -> bool:
         """Whether the surface encloses practically no volume."""
-        return abs(self.volume) < 1e-9 * self.size**3
+        return abs(self.volume) < FLAT * self.size**3
 
 
 def examine(x: Floats, faces: Ints) -> SurfaceReport:
@@ -85,6 +87,11 @@ def examine(x: Floats, faces: Ints) -> SurfaceReport:
         volume=volume(centred, faces),
         size=float(np.ptp(x, axis=0).max()),
     )
+
+
+def is_flat(x: Floats, faces: Ints) -> bool:
+    """Whether triangles (m, 3) enclose practically no volume for the size of vertices (n, 3)."""
+    return abs(volume(x - x.mean(axis=0), faces)) < FLAT * float(np.ptp(x, axis=0).max()) ** 3
 
 
 def edge_counts(faces: Ints) -> Ints:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cohaptic.errors import BodyError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.diagnose import FEWER, MANY, diagnose
@@ -42,6 +43,14 @@ def test_what_is_given_is_not_found_again() -> None:
     x, faces = icosphere(4, 30.0)
     assert diagnose(source, one(x, faces[:-1])).remedies == ()
     assert diagnose(source, one(x, faces[:-1])).source == source
+
+
+def test_a_closed_surface_in_a_plane_is_refused_at_once() -> None:
+    x, faces = icosphere(2, 0.05)
+    pressed = one(x * [1.0, 1.0, 0.0], faces)
+    with pytest.raises(BodyError, match=r"a\.stl: the surface encloses no volume .* --shell"):
+        diagnose(SOURCE, pressed)
+    diagnose(ObjectFile(Path("a.stl"), shell=0.01), pressed)
 
 
 def test_everything_is_found_at_once() -> None:

@@ -58,6 +58,11 @@ def test_closed_nodes_are_parts_and_others_are_one_surface(tmp_path: Path) -> No
     assert len(one.faces) == 2 * 320 - 1
     (single,) = read_surfaces(scene(tmp_path / "c.glb", {"organ": ball(OUTER)}))
     assert single.name == ""
+    pressed = ball(INNER)
+    # Closed, but without a volume; it is sheared so that no two vertices come to lie on each other.
+    pressed.vertices = pressed.vertices @ [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, 0.1, 0.0]]
+    (one,) = read_surfaces(scene(tmp_path / "d.glb", {"organ": ball(OUTER), "sign": pressed}))
+    assert one.name == ""
 
 
 def test_a_coordinate_that_is_no_number_is_found_in_any_part(tmp_path: Path) -> None:

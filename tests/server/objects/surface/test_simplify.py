@@ -125,3 +125,17 @@ def test_a_surface_too_large_to_be_checked_is_not_blamed_for_what_simplifying_ma
     monkeypatch.setattr(parts_surfaces, "simplify", torn)
     with pytest.raises(BodyError, match=r"after --simplify 900, which may have made this, the sur"):
         prepare(ObjectFile(path, edge=0.2, simplify=900))
+
+
+def test_what_simplifying_leaves_encloses_a_volume(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Triangles that lie on each other once kept an edge, and all others collapsed into a plane."""
+
+    def collapsed(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
+        return x * [1.0, 1.0, 0.0], faces[:count]
+
+    monkeypatch.setattr(parts_surfaces, "simplify", collapsed)
+    path = write(tmp_path / "ball.stl", *BALL)
+    with pytest.raises(BodyError, match=r"ball.stl: 900 triangles leave nothing of it .* --simpli"):
+        prepare(ObjectFile(path, simplify=900, repair=True))
