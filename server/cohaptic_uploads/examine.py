@@ -14,7 +14,7 @@ from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.objects.auto.resolve import find_problems, read_outside
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import joined
-from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE, check_away
+from cohaptic_server.objects.surface.accept import MAX_SIZE, MIN_SIZE
 from cohaptic_server.objects.surface.checks import facing_outwards
 from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_uploads.limits import SIZE
@@ -73,11 +73,10 @@ def examine(path: Path, triangles: int) -> Preview:
     found = find_problems(source)
     x, faces = joined(read_outside(found.source))
     count = len(faces)
-    used = x[np.unique(faces)]
-    check_away(path, used)
-    extent = float(np.ptp(used, axis=0).max())
+    low, high = x.min(axis=0), x.max(axis=0)
+    extent = float((high - low).max())
     # The page shows the object about its middle, as the server will serve it.
-    middle = 0.5 * (used.min(axis=0) + used.max(axis=0))
+    middle = 0.5 * (low + high)
     x = (x - middle) * found.source.scale
     findings = [
         Finding(problem=one.problem[:_LONGEST], remedy=one.remedy[:_LONGEST])

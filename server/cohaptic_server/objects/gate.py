@@ -18,9 +18,10 @@ from cohaptic_server.numeric import Floats, Ints, Mask, cross
 
 # Longest side of an object, in units of its file: a number of `--scale` brings it to a hand's size.
 SMALLEST, LARGEST = 1e-9, 1e8
-# Largest coordinate over the longest side. Doubles tell 1e16 places apart, of which a mesh needs
-# 1e7; maps place objects some million metres away.
-_FARTHEST = 1e8
+# Largest coordinate over the longest side, for doubles, which then resolve 1e-9 of that side, and
+# for numbers in single precision, which resolve 6e-4 of it. Maps place objects some million metres
+# away.
+FARTHEST, FARTHEST_SINGLE = 1e7, 1e4
 # Least area of the largest triangle over the square of the longest side. Corners nearer than 1e-8
 # of that side are one point (`surface/surface_file.py`), and leave areas of up to 1.5e-8.
 _LEAST_AREA = 2e-8
@@ -81,10 +82,15 @@ def _check_place(path: Path, x: Floats) -> None:
             f"{path}: its longest side is {size:.3g} units long; from {SMALLEST:g} to {LARGEST:g}"
             " can be brought to metres by --scale. Is a coordinate damaged? Export it anew"
         )
-    if away > _FARTHEST * size:
+    single = away > FARTHEST_SINGLE * size and bool((x == x.astype(np.float32)).all())
+    if away > (FARTHEST_SINGLE if single else FARTHEST) * size:
+        numbers, way = (
+            ("numbers in single precision", ", or save it as text") if single else ("numbers", "")
+        )
         raise BodyError(
             f"{path}: it lies {away:.3g} units from the origin of its coordinates and is"
-            f" {size:.3g} long, which its numbers cannot tell apart. Move it to the origin"
+            f" {size:.3g} long: its {numbers} do not tell its points apart there. Move it to the"
+            f" origin{way}"
         )
 
 

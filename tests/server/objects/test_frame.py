@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.build_rubber import build_rubber_solid
 from cohaptic_server.objects.cost import Demand
+from cohaptic_server.objects.gate import FARTHEST, FARTHEST_SINGLE, checked_cells
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.surface.accept import MAX_AWAY_SIZES, check_size
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.testing.blocks import block
 from tests.examples_of_laws import examples
@@ -95,11 +96,23 @@ def test_a_nonlinear_object_is_served_about_its_middle_too(tmp_path: Path) -> No
     assert body.mesh.origin == pytest.approx((12.0, 0.0, 0.03))
 
 
-def test_an_object_without_digits_for_its_own_shape_is_refused() -> None:
-    path, x = Path("far.ply"), BLOCK.vertices
-    check_size(path, x + 0.05 * MAX_AWAY_SIZES, 1.0)
-    with pytest.raises(BodyError, match=r"lies 2e\+07 times its own length from the origin"):
-        check_size(path, x + 0.06 * 2.0 * MAX_AWAY_SIZES, 1.0)
+@pytest.mark.parametrize(
+    ("lengths", "single", "said"),
+    [
+        (0.9 * FARTHEST_SINGLE, True, ""),
+        (1.1 * FARTHEST_SINGLE, True, r"its numbers in single precision do not tell its points"),
+        (0.9 * FARTHEST, False, ""),
+        (1.1 * FARTHEST, False, r"its numbers do not tell its points apart there"),
+    ],
+)
+def test_an_object_without_digits_for_its_own_shape_is_refused(
+    lengths: float, single: bool, said: str
+) -> None:
+    x = BLOCK.vertices + np.array((0.06 * lengths, 0.0, 0.0))
+    x = x.astype(np.float32).astype(np.float64) if single else x
+    refused = pytest.raises(BodyError, match=said) if said else contextlib.nullcontext()
+    with refused:
+        checked_cells(Path("far.ply"), x, BLOCK.tets)
 
 
 @pytest.mark.live

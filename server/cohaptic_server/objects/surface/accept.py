@@ -17,9 +17,6 @@ from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.objects.tetrahedralise import ENVELOPE, envelope
 
 MIN_SIZE, MAX_SIZE = 0.005, 5.0  # m; longest side of an object's bounding box
-# At this distance, in lengths of the object, doubles resolve 1e-9 of a length, enough for a volume
-# that is checked to 1e-6.
-MAX_AWAY_SIZES = 1e7
 _TETS_PER_TRIANGLE = 3.0  # if triangles are shorter than the edge; 2.3 on a noisy scan
 _DEVIATION_SAMPLES = 3000  # vertices of a surface whose distance from the tetrahedra is measured
 
@@ -66,19 +63,8 @@ def check_deviation(source: ObjectFile, size: float, deviation: float) -> None:
     )
 
 
-def check_away(path: Path, x: Floats) -> None:
-    """Refuse an object so far from the origin of its file that its coordinates lack digits."""
-    size, away = float(np.ptp(x, axis=0).max()), float(np.abs(x).max())
-    if away > MAX_AWAY_SIZES * size:
-        raise BodyError(
-            f"{path}: the object lies {away / size:.2g} times its own length from the origin of its"
-            f" coordinates; the limit is {MAX_AWAY_SIZES:g} times. Move it to the origin first"
-        )
-
-
 def check_size(path: Path, x: Floats, scale: float) -> None:
-    """Refuse an object too small, too large or too far away; the error suggests a scale."""
-    check_away(path, x)
+    """Refuse an object too small or too large to touch; the error suggests a scale."""
     size = float(np.ptp(x, axis=0).max())
     # A file in single precision may round a size at the limit.
     if (1.0 - 1e-6) * MIN_SIZE <= size <= (1.0 + 1e-6) * MAX_SIZE:
