@@ -177,7 +177,7 @@ _ROWS = (
         at="material.contact_radius", default=0.0,
     ),
     Option(
-        "repair", "Close and untangle a surface that is open or crosses itself.",
+        "repair", "Close and untangle a surface; of a volume mesh, take the largest piece.",
         tets=True, chosen=True,
     ),
     Option(

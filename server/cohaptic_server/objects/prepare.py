@@ -89,7 +89,7 @@ def prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) 
 
 def _prepare_volume(source: ObjectFile) -> Prepared:
     path = source.path
-    x, cells, parts = read_volume(path)
+    x, cells, parts = read_volume(path, largest=source.repair)
     check_size(path, x * source.scale, source.scale)
     source.parts.check(() if parts is None else parts.names)
     try:

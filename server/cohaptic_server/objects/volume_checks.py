@@ -22,6 +22,7 @@ from cohaptic_server.objects.surface.surface_file import equal_points
 # Distance at which two points are one, as a share of the size: files in single precision have 24
 # bits, and the shortest edge of a useful mesh is ten thousand times as long.
 SAME = 1e-7
+_MOST = 0.8  # share of the volume; a piece with more may be taken alone
 # Counter-clockwise from outside.
 _FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
 
@@ -59,13 +60,51 @@ def mended(path: Path, x: Floats, tets: Ints) -> tuple[Floats, Ints, Ints]:
     return x, tets, once
 
 
+class PiecesError(BodyError):
+    """The tetrahedra of a file are in pieces that do not hold together by faces.
+
+    Args:
+        problem: The fault, as the beginning of a sentence.
+        advice: What can be done, as another sentence.
+
+    Attributes:
+        problem: The fault, as the beginning of a sentence.
+    """
+
+    def __init__(self, path: Path, problem: str, advice: str) -> None:
+        super().__init__(f"{path}: {problem}. {advice}")
+        self.problem = problem
+
+
+def largest_alone(path: Path, x: Floats, tets: Ints) -> Ints:
+    """Indices of the tetrahedra in the piece with over `_MOST` of the volume, shape (k,).
+
+    Small pieces that share no face with it are left out, and said. If no piece is so large, all
+    tetrahedra are kept.
+    """
+    share, of = _pieces(x, tets)
+    most = int(share.argmax())
+    if len(share) == 1 or share[most] <= _MOST:
+        return np.arange(len(tets))
+    left = f"{len(share) - 1} of {len(share)} pieces, with {1.0 - share[most]:.2%} of the volume,"
+    say_once(path, f"{left} are left out")
+    return np.flatnonzero(of == most)
+
+
+def _pieces(x: Floats, tets: Ints) -> tuple[Floats, Ints]:
+    """Share of the volume of each piece that holds together by faces; piece of each element."""
+    of = face_pieces(tets)
+    each = np.bincount(of, np.abs(volumes(x, tets)))
+    return each / each.sum(), of
+
+
 def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
     """Refuse tetrahedra that do not fit together face to face.
 
     Raises:
-        BodyError: A face has more than two tetrahedra, or two on one side of it; pieces hang
-            together by an edge or a corner; or faces lie on one another without being one. The
-            error names the place.
+        PiecesError: They are in several pieces, which may hang together by an edge or a corner.
+        BodyError: A face has more than two tetrahedra, or two on one side of it; or faces lie on
+            one another without being one. The error names the place.
     """
     faces = tets[:, _FACES].reshape(-1, 3)
     each, inverse, counts = np.unique(
@@ -85,16 +124,20 @@ def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
             f" overlap, as after a vertex was moved through a face; one is"
             f" {_at(x[each[folded][0]])}. Mesh the object anew"
         )
-    if pieces(tets, len(x)).max() > 0:
-        return  # `TetMesh` refuses several pieces
-    of = face_pieces(tets)
-    if of.max() > 0:
+    share, of = _pieces(x, tets)
+    if len(share) > 1:
+        largest = share.max()
+        alone = f", or take the largest alone, {largest:.1%} of it, with --repair"
+        advice = f"Join them by faces{alone if largest > _MOST else ', or take one of them out'}"
         hinge = _shared(tets, of == of[0])
-        raise BodyError(
-            f"{path}: its {of.max() + 1} pieces hang together by edges or corners only, about which"
-            f" they would turn without a force; one is {_at(x[hinge[:1]])}. Join them by faces, or"
-            " take one of them out"
-        )
+        if pieces(tets, len(x)).max() > 0:
+            problem = f"the solid is in {len(share)} pieces, and it must be one"
+        else:
+            problem = (
+                f"its {len(share)} pieces hang together by edges or corners only, about which they"
+                f" would turn without a force; one is {_at(x[hinge[:1]])}"
+            )
+        raise PiecesError(path, problem, advice)
     outside = boundary(tets)
     try:
         crossing = intersecting(x - x.mean(axis=0), outside)

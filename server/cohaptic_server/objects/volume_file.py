@@ -20,7 +20,7 @@ from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.gmsh_file import is_gmsh, read_gmsh
 from cohaptic_server.objects.memory_limit import damaged, reading_limited
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
-from cohaptic_server.objects.volume_checks import check_conforming, mended
+from cohaptic_server.objects.volume_checks import check_conforming, largest_alone, mended
 
 # Names under which programs store the part of a cell, in lower case; the first one found counts.
 _KNOWN = (
@@ -110,13 +110,14 @@ class VolumeMesh(NamedTuple):
     parts: Parts | None
 
 
-def read_volume(path: Path) -> VolumeMesh:
+def read_volume(path: Path, *, largest: bool = False) -> VolumeMesh:
     """Read vertices and tetrahedra, and the groups of the tetrahedra.
 
     Only the corners of ten-node tetrahedra are kept; a solid adds its own midside nodes.
 
     Args:
         path: A file of one of `VOLUMES`.
+        largest: Whether to leave out small pieces beside the largest.
 
     Raises:
         BodyError: The file cannot be read, has no or invalid tetrahedra, or has other solid cells.
@@ -146,6 +147,10 @@ def read_volume(path: Path) -> VolumeMesh:
         )
     x, tets = checked_cells(path, x, tets)
     x, tets, taken = mended(path, x, tets)
+    if largest:
+        kept = largest_alone(path, x, tets)
+        x, tets = checked_cells(path, x, tets[kept])
+        taken = taken[kept]
     check_conforming(path, x, tets)
     return VolumeMesh(x, tets, None if parts is None else _of_those(parts, taken))
 

@@ -14,7 +14,9 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.volume_checks import check_conforming, mended
+from cohaptic_server.objects.auto.resolve import find_problems
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.volume_checks import PiecesError, check_conforming, mended
 from cohaptic_server.objects.volume_file import VolumeMesh, read_volume
 
 KUHN = [(0, 1, 3, 7), (0, 1, 5, 7), (0, 2, 3, 7), (0, 2, 6, 7), (0, 4, 5, 7), (0, 4, 6, 7)]
@@ -43,10 +45,12 @@ def joined(*some: tuple[Floats, Ints]) -> tuple[Floats, Ints]:
     return np.concatenate([x for x, _ in some]), np.concatenate(tets)
 
 
-def read(path: Path, mesh: tuple[Floats, Ints], **more: Any) -> VolumeMesh:
+def read(
+    path: Path, mesh: tuple[Floats, Ints], *, largest: bool = False, **more: Any
+) -> VolumeMesh:
     whole: Any = meshio.Mesh(mesh[0], [("tetra", mesh[1])], **more)
     whole.write(path)
-    return read_volume(path)
+    return read_volume(path, largest=largest)
 
 
 def volume(mesh: VolumeMesh) -> float:
@@ -169,9 +173,38 @@ def test_many_points_that_are_nearly_one_are_one(tmp_path: Path) -> None:
     assert len(found.x) == 13**3
 
 
-def test_a_heap_of_tetrahedra_is_left_to_the_check_for_pieces(tmp_path: Path) -> None:
+def test_a_heap_of_tetrahedra_is_in_pieces(tmp_path: Path) -> None:
     """Looking for crossings among so many that overlap would not end."""
     corners = np.random.default_rng(0).uniform(size=(20_000, 3))
-    found = read(tmp_path / "a.vtu", (corners, np.arange(len(corners)).reshape(-1, 4)))
-    with pytest.raises(BodyError, match="the solid is in 5000 pieces"):
-        TetMesh.checked(found.x, found.tets)
+    with pytest.raises(PiecesError, match="the solid is in 5000 pieces"):
+        read(tmp_path / "a.vtu", (corners, np.arange(len(corners)).reshape(-1, 4)))
+
+
+@pytest.mark.parametrize("shift", [(1.0, 1.0, 1.0), (5.0, 0.0, 0.0)], ids=["corner", "apart"])
+def test_a_crumb_beside_the_object_is_left_out_by_those_who_ask(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, shift: tuple[float, float, float]
+) -> None:
+    low, high = np.array(shift), np.array(shift) + 0.5
+    crumb = block((1, 1, 1), tuple(low.tolist()), tuple(high.tolist()))
+    path = tmp_path / "a.vtu"
+    with pytest.raises(
+        PiecesError, match=r"or take the largest alone, 88\.9% of it, with --repair"
+    ):
+        read(path, joined(block((2, 2, 2)), crumb))
+    found = read_volume(path, largest=True)
+    assert volume(found) == pytest.approx(1.0)
+    assert found.x.max() == 1.0  # no point of the crumb is left
+    assert "1 of 2 pieces, with 11.11% of the volume, are left out" in caplog.text
+    auto = find_problems(ObjectFile(path))
+    assert auto.source.repair
+    assert any("2 pieces" in one.problem and one.option == "--repair" for one in auto.remedies)
+
+
+def test_of_two_halves_neither_is_the_object(tmp_path: Path) -> None:
+    path = tmp_path / "a.vtu"
+    halves = joined(block((1, 1, 1)), block((1, 1, 1), (2, 0, 0), (3, 1, 1)))
+    for largest in (False, True):
+        with pytest.raises(PiecesError, match=r"2 pieces.*or take one of them out"):
+            read(path, halves, largest=largest)
+    with pytest.raises(PiecesError):
+        find_problems(ObjectFile(path))

@@ -38,6 +38,7 @@ from cohaptic_server.objects.scan.scan_surfaces import FEWER, scan_surfaces
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
 from cohaptic_server.objects.store.store import READERS, load_or_prepare
 from cohaptic_server.objects.surface.simplify import count_triangles
+from cohaptic_server.objects.volume_checks import PiecesError
 from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import VOLUMES
@@ -50,7 +51,7 @@ LINEAR_ONES = (
     "made of linear tetrahedra, which are a third stiffer than the object under a contact as wide"
     " as they are, and more under a narrower one"
 )
-_FORM = 9  # version of the entry; raised when the findings or their remedies change
+_FORM = 10  # version of the entry; raised when the findings or their remedies change
 
 
 def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis:
@@ -65,7 +66,12 @@ def find_problems(source: ObjectFile, *, scale_given: bool = False) -> Diagnosis
             or a material does not fit the parts.
     """
     labelled, source = labels_of(source)
-    surfaces = read_outside(source)
+    try:
+        surfaces = read_outside(source)
+    except PiecesError as error:
+        source = replace(source, repair=True)
+        surfaces = read_outside(source)  # refused again if no piece is most of the object
+        labelled = (Remedy(error.problem, "the largest is taken alone", "--repair"),)
     is_volume = source.path.suffix.lower() in VOLUMES
     found = diagnose(source, surfaces, scale_given=scale_given, is_volume=is_volume)
     found = replace(found, remedies=(*labelled, *found.remedies))
@@ -135,7 +141,7 @@ def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
     if is_scan(path):
         return simplified_to(scan_surfaces(path, source.labels).surfaces, source.simplify or FEWER)
     if path.suffix.lower() in VOLUMES:
-        x, tets, _ = read_volume(path)
+        x, tets, _ = read_volume(path, largest=source.repair)
         return (PartSurface("", x, boundary(tets)),)
     count = count_triangles(path)
     if count > MAX_READ:
