@@ -33,6 +33,7 @@ from cohaptic_server.objects.surface.accept import (
     check_volume,
     farthest,
 )
+from cohaptic_server.objects.surface.as_they_come import START, check_start
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards, is_flat
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
@@ -273,7 +274,7 @@ def _crosses(x: Floats, faces: Ints) -> bool:
 
 
 def check_file(path: Path) -> None:
-    """Check that a file exists, is not empty and is of a kind that can be read.
+    """Check that a file exists, is of a kind that can be read, and is not something else.
 
     Raises:
         BodyError: The file fails one of these checks.
@@ -285,5 +286,5 @@ def check_file(path: Path) -> None:
         )
     if not path.is_file():
         raise BodyError(f"{path}: there is no such file")
-    if not path.stat().st_size:
-        raise BodyError(f"{path}: the file is empty")
+    with path.open("rb") as file:
+        check_start(path, file.read(START))

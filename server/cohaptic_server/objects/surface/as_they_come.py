@@ -21,7 +21,7 @@ from cohaptic_server.objects.memory_limit import say_once
 _HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
 _MOST = 0.5  # least share of records that are triangles, in a file whose count is wrong
 _LINES = 100  # lines of numbers that show whether decimal commas are used
-_START = 4096  # bytes that show whether a file is text
+START = 4096  # bytes that show whether a file is text
 # Two marks, then the codec; without a mark UTF-16 shows by the zeros between its letters.
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
 # A line of coordinates, after its keyword in STL and OBJ files. No two parts of the expressions
@@ -45,21 +45,26 @@ def cleaned(path: Path) -> bytes:
         BodyError: The file is empty, a web page, or a pointer of Git LFS.
     """
     data = path.read_bytes()
-    _check_start(path, data)
+    check_start(path, data)
     kind = path.suffix.lower()
     if kind == ".stl" and not _is_text_stl(data):
         return _binary_stl(path, data)
-    if kind == ".ply" and re.search(rb"^\s*format\s+binary", data[:_START], re.M):
+    if kind == ".ply" and re.search(rb"^\s*format\s+binary", data[:START], re.M):
         return data
-    if kind == ".off" and re.match(rb"\s*\S*OFF\s+BINARY", data[:_START]):
+    if kind == ".off" and re.match(rb"\s*\S*OFF\s+BINARY", data[:START]):
         return data
     return _text(data, lower=kind == ".stl")
 
 
-def _check_start(path: Path, data: bytes) -> None:
-    start = data[:_START].lstrip()
+def check_start(path: Path, data: bytes) -> None:
+    """Check that the first bytes of a file of any kind are not those of something else altogether.
+
+    Raises:
+        BodyError: The file is empty, a web page, or a pointer of Git LFS.
+    """
+    start = data[:START].lstrip()
     if not start:
-        raise BodyError(f"{path}: it is empty")
+        raise BodyError(f"{path}: the file is empty")
     if start.startswith(b"version https://git-lfs"):
         raise BodyError(
             f"{path}: it is a pointer of Git LFS, and not the file itself. Get that: git lfs pull"
@@ -72,7 +77,7 @@ def _is_text_stl(data: bytes) -> bool:
     """Whether an STL file is text; a binary one may begin with `solid`, too."""
     if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE * _declared(data):
         return False
-    start = _decoded(data[:_START]).lstrip().lower()
+    start = _decoded(data[:START]).lstrip().lower()
     return b"\0" not in start and (start.startswith(b"solid") or b"facet" in start)
 
 

@@ -13,7 +13,10 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.prepare import prepare
 from cohaptic_server.objects.surface.surface_file import read_surface
+from cohaptic_server.touchable import KINDS
 from tests.examples_of_laws import examples
 
 SIDE = 0.1  # m
@@ -162,16 +165,18 @@ def test_a_line_of_a_megabyte_is_read_in_one_pass(tmp_path: Path, line: bytes) -
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "it is empty"),
-        (b"  \n", "it is empty"),
+        (b"", "the file is empty"),
+        (b"  \n", "the file is empty"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
         (b"<!DOCTYPE html><html></html>", "it is a web page"),
     ],
 )
-@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_another_thing_is_named(kind: str, data: bytes, words: str, tmp_path: Path) -> None:
+    path = tmp_path / f"a{kind}"
+    path.write_bytes(data)
     with pytest.raises(BodyError, match=words):
-        read(tmp_path / f"a{kind}", data)
+        prepare(ObjectFile(path))
 
 
 @pytest.mark.parametrize("kind", [".obj", ".ply"])
