@@ -52,6 +52,8 @@ def test_prepare_says_what_it_has_made_and_where(run: Run, cube: str, tmp_path: 
     run("prepare", cube, *HOLD)
     assert {path for path in (tmp_path / "store").iterdir()} == set(stored)
     run("prepare", cube, *HOLD, "--young", "1000")
+    assert {path for path in (tmp_path / "store").iterdir()} == set(stored)  # a multiple of it
+    run("prepare", cube, *HOLD, "--poisson", "0.3")
     assert len(list((tmp_path / "store").iterdir())) == 3
 
 

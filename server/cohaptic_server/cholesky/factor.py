@@ -56,16 +56,27 @@ class Factor:
         front_of: Front that eliminates each node, shape (n,).
         numbers: Array in which all blocks lie one after the other, `lower` of each front column by
             column, then `carry` row by row, shape (k,); None if the blocks are separate arrays.
+        multiple: The matrix over the one that the fronts are a factor of. A solid of another
+            Young's modulus has the same fronts.
 
     Attributes:
         size: Number of unknowns, 3 n.
     """
 
     def __init__(
-        self, fronts: Sequence[FactorFront], front_of: Ints, numbers: AnyFloats | None = None
+        self,
+        fronts: Sequence[FactorFront],
+        front_of: Ints,
+        numbers: AnyFloats | None = None,
+        multiple: float = 1.0,
     ) -> None:
         self.fronts, self.front_of, self.numbers = fronts, front_of, numbers
+        self.multiple = multiple
         self.size = 3 * len(front_of)
+
+    def times(self, multiple: float) -> Factor:
+        """Return the factor of a multiple of the matrix, with the same fronts."""
+        return Factor(self.fronts, self.front_of, self.numbers, multiple * self.multiple)
 
     @property
     def bytes(self) -> int:
@@ -85,7 +96,7 @@ class Factor:
             Displacement, shape (3 n, r) [m]; rows of other nodes hold no meaningful values.
         """
         x = np.zeros((self.size, forces.shape[1]), dtype=self.fronts[-1].lower.dtype)
-        np.add.at(x, dofs(nodes), forces.astype(x.dtype, copy=False))
+        np.add.at(x, dofs(nodes), (forces / self.multiple).astype(x.dtype, copy=False))
         for front in [self.fronts[k] for k in self.path(nodes)]:
             x[front.border] -= front.carry @ x[front.own]
             x[front.own] = scipy.linalg.cho_solve(

@@ -38,7 +38,7 @@ def to_arrays(
     if values is None or values.dtype != precision:
         values = np.empty(count_values(factor), dtype=precision)
         copy_values(factor, values)
-    return {**indices_of(factor), "values": values}
+    return {**indices_of(factor), "values": values, "multiple": np.array(factor.multiple)}
 
 
 def indices_of(factor: Factor) -> dict[str, npt.NDArray[Any]]:
@@ -86,7 +86,8 @@ def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
     """Rebuild a factor from the arrays that `to_arrays` returned.
 
     Args:
-        arrays: Arrays by name; `values` may be read-only, or map a file.
+        arrays: Arrays by name; `values` may be read-only, or map a file. An earlier version wrote
+            no `multiple`, which was 1.
 
     Raises:
         BodyError: The arrays do not fit together.
@@ -95,11 +96,14 @@ def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
         front_of = np.asarray(arrays["front_of"], dtype=np.int64)
         values = _numbers(arrays)
         fronts = _fronts(arrays, values, 3 * len(front_of))
-    except (KeyError, ValueError, IndexError) as error:
+        multiple = float(np.asarray(arrays.get("multiple", 1.0)))
+    except (KeyError, ValueError, IndexError, TypeError) as error:
         raise BodyError(f"this is no factor: {error}") from error
+    if not (multiple > 0.0 and np.isfinite(multiple)):
+        raise BodyError(f"this is no factor: it is {multiple:g} times a matrix")
     if not _within(front_of, len(fronts)):
         raise BodyError("this is no factor: a node is in a front that is not there")
-    return Factor(fronts, front_of, values)
+    return Factor(fronts, front_of, values, multiple)
 
 
 def _numbers(arrays: Mapping[str, npt.NDArray[Any]]) -> AnyFloats:
@@ -164,13 +168,14 @@ class SharedFactor:
         indices = indices_of(factor)
         self._indices = {name: shared_ints(array, context) for name, array in indices.items()}
         self._values: Any = context.RawArray("f", max(1, count_values(factor)))
+        self._multiple = factor.multiple
         self.bytes = 4 * count_values(factor)
         copy_values(factor, self._numbers())
 
     def read(self) -> Factor:
         """Return a factor that uses the shared numbers without a copy."""
         indices = {name: as_ints(shared) for name, shared in self._indices.items()}
-        return from_arrays({**indices, "values": self._numbers()})
+        return from_arrays({**indices, "values": self._numbers()}).times(self._multiple)
 
     def problem(self) -> str:
         """Return an empty string: only the two processes that share the factor can change it."""

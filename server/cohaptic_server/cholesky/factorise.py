@@ -237,7 +237,7 @@ def self_compliance(
                 out[presses, i, j] += sums
                 if i != j:
                     out[presses, j, i] += sums
-    return out
+    return out / factor.multiple
 
 
 def mutual_compliance(
@@ -257,7 +257,7 @@ def mutual_compliance(
     for presses, y in _solved_fronts(factor, shares, progress):
         columns = dofs(presses)
         out[columns[:, None], columns] += y.T @ y
-    return out
+    return out / factor.multiple
 
 
 def _solved_fronts(factor: Factor, shares: sp.csr_array, progress: Report) -> Iterator[_Reached]:

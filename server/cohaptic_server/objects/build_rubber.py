@@ -17,7 +17,7 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import VolumeLostError
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store.cache import entry_path, load_entry, save_entry
-from cohaptic_server.objects.store.store import load_or_prepare
+from cohaptic_server.objects.store.store import at_default_young, load_or_prepare
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import VOLUMES
 
@@ -89,9 +89,11 @@ def build_affordable(
     source, prepared, held = affordable(source, demand, progress)
     moduli = moduli_of(source, prepared, held)
     name = one_line(source.path.stem, 40)
-    path = _table_path(source, held, moduli, damping)
+    # The compliance at rest is in proportion to 1 / E, and one table is kept for every E.
+    stored, multiple = at_default_young(moduli)
+    path = _table_path(source, held, stored, damping)
     kept = load_entry(path, "presses", mapped=False) or {}
-    table = kept.get("table")
+    table = kept["table"] / multiple if "table" in kept else None
     solid = RubberSolid(
         held.tets.centred(),
         held.fixed,
@@ -105,13 +107,15 @@ def build_affordable(
     # minute.
     pressed = solid.vertex_compliance(lambda share: progress("pressing", share))
     if not kept:
-        save_entry(path, "presses", {"table": pressed})
+        save_entry(path, "presses", {"table": pressed * multiple})
     return source, solid
 
 
 def _table_path(source: ObjectFile, held: Cut, moduli: Moduli, damping: float) -> Path:
     """Path of the entry with the compliance at each vertex."""
-    options = repr((_FORM, *astuple(source.material), damping)).encode()
+    young = float(moduli.young[0]) if moduli.is_uniform else source.material.young
+    material = replace(source.material, young=young)
+    options = repr((_FORM, *astuple(material), damping)).encode()
     arrays = (held.tets.vertices, held.tets.tets, held.fixed, moduli.young, moduli.nu)
     return entry_path(options, *(array.tobytes() for array in arrays))
 

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from cohaptic.errors import BodyError
 from cohaptic_server.cholesky.factor_file import from_arrays, indices_of, stored_bytes, to_arrays
-from cohaptic_server.cholesky.factorise import factorise
+from cohaptic_server.cholesky.factorise import factorise, mutual_compliance, self_compliance
 from cohaptic_server.objects.store.cache import load_arrays, save_arrays
 from tests.server.cholesky.block_problem import in_single, on_surface, problem
 
@@ -28,6 +29,30 @@ def test_the_stored_factor_solves_as_the_one_in_single_precision(tmp_path: Path)
         assert theirs.lower.flags.f_contiguous
         assert theirs.carry.flags.c_contiguous
         assert np.array_equal(theirs.lower, ours.lower.astype(np.float32))
+
+
+def test_a_multiple_of_a_matrix_has_a_part_of_the_displacement_also_after_storing() -> None:
+    matrix, points = problem()
+    retained = on_surface(points)
+    made = factorise(matrix, points, retained)
+    nodes = np.flatnonzero(retained)[::9]
+    forces = np.random.default_rng(1).normal(size=(3 * len(nodes), 2))
+    whole = made.solve(nodes, forces)
+    for factor in (made.times(4.0), from_arrays(to_arrays(made.times(4.0), np.float64))):
+        assert np.array_equal(factor.solve(nodes, forces), 0.25 * whole)
+        presses = sp.csr_array(np.eye(len(points))[:, nodes])
+        for of in (self_compliance, mutual_compliance):
+            assert np.array_equal(of(factor, presses), 0.25 * of(made, presses))
+    older = {k: v for k, v in to_arrays(made, np.float64).items() if k != "multiple"}
+    assert np.array_equal(from_arrays(older).solve(nodes, forces), whole)
+
+
+@pytest.mark.parametrize("multiple", [0.0, -1.0, np.inf, np.nan])
+def test_no_multiple_that_a_stiffness_cannot_have(multiple: float) -> None:
+    matrix, points = problem()
+    arrays = to_arrays(factorise(matrix, points, on_surface(points)))
+    with pytest.raises(BodyError, match="times a matrix"):
+        from_arrays({**arrays, "multiple": np.array(multiple)})
 
 
 @pytest.mark.parametrize("damage", ["values", "border", "parent", "own", "front_of", "gone"])

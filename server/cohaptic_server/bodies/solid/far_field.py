@@ -22,7 +22,7 @@ the interpolation from the samples.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -153,6 +153,12 @@ class FarField:
         """
         table: Floats = np.einsum("ni,nij,nj->n", normals, self.own.reshape(-1, 3, 3), normals)
         return table
+
+    def times(self, compliance: float) -> FarField:
+        """Return the far field of a body that is `compliance` times as compliant."""
+        return replace(
+            self, compliance=np.float32(compliance) * self.compliance, own=compliance * self.own
+        )
 
     def to_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         """Return the arrays for a file, under the names that stored objects have always used."""

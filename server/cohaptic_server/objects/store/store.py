@@ -2,7 +2,9 @@
 
 The key of each entry is the input that it was computed from: for tetrahedra the bytes of the file
 and all options that influence them, for parts of a solid the tetrahedra, the fixed vertices and the
-material.
+material. An object of one material has one entry for every Young's modulus E, which is not in the
+key: its stiffness is in proportion to E, so that the parts for `YOUNG` are multiplied when they are
+loaded.
 
 A factor is kept in a file of its own from the end of factoring until the whole object is stored.
 It is in double precision, which the presses on the surface need; the factor in the stored object
@@ -18,7 +20,7 @@ import contextlib
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -48,6 +50,7 @@ from cohaptic_server.objects.store.cache import (
 )
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
+from cohaptic_server.touchable import YOUNG
 
 PREFIX = "factor/"  # prefix of the factor's arrays in an entry
 
@@ -58,13 +61,15 @@ class StoredFactor:
     Args:
         path: Path of the entry with the factor.
         count: Memory of the factor's numbers [bytes].
+        multiple: The wanted factor's matrix over that of the stored one.
 
     Attributes:
         bytes: Memory of the factor's numbers [bytes].
     """
 
-    def __init__(self, path: Path, count: int) -> None:
+    def __init__(self, path: Path, count: int, multiple: float = 1.0) -> None:
         self.path, self.bytes = path, count
+        self._multiple = multiple
         self._file: BufferedReader | None = None
         self._seen: tuple[int, int] | None = None
 
@@ -79,7 +84,8 @@ class StoredFactor:
         self._file = self.path.open("rb")
         self._seen = _state(self._file)
         try:
-            return from_arrays(read_arrays(self._file, self.path, under=PREFIX))
+            stored = from_arrays(read_arrays(self._file, self.path, under=PREFIX))
+            return stored.times(self._multiple)
         except (BodyError, ValueError, KeyError, TypeError) as error:
             with contextlib.suppress(OSError):
                 self.path.unlink()
@@ -203,13 +209,14 @@ def load_or_make_parts(
     """
     if moduli is None:
         moduli = Moduli.uniform(len(tets.tets), settings.young, settings.nu)
-    path = _parts_path(tets, fixed, settings, moduli)
-    found = _load_parts(path, lambda: shape_of(tets, fixed, settings, moduli), late=late)
+    stored, multiple = at_default_young(moduli)
+    path = _parts_path(tets, fixed, settings, stored)
+    found = _load_parts(path, lambda: shape_of(tets, fixed, settings, moduli), multiple, late=late)
     if found is not None:
         return found
     # If this is interrupted while the surface is pressed, the next start finds the factor.
     factored = Checkpoint(path)
-    parts = make_parts(tets, fixed, settings, progress, accept, factored, moduli)
+    parts = make_parts(tets, fixed, settings, progress, accept, factored, stored)
     progress("storing", 0.0)
     assert isinstance(parts.factor, Factor)
     factor_arrays = _with_prefix(PREFIX, factor_file.to_arrays(parts.factor))
@@ -217,28 +224,43 @@ def load_or_make_parts(
     del factor_arrays
     factored.remove()
     # This process goes on with the stored factor, as later starts do.
-    return _load_parts(path, lambda: parts.shape, late=late) or parts
+    shape = parts.shape if multiple == 1.0 else replace(parts.shape, moduli=moduli)
+    found = _load_parts(path, lambda: shape, multiple, late=late)
+    if found is not None:
+        return found
+    return SolidParts(shape, parts.factor.times(multiple), parts.far_field.times(1.0 / multiple))
+
+
+def at_default_young(moduli: Moduli) -> tuple[Moduli, float]:
+    """Return the moduli for which results are stored, and the given stiffness over theirs.
+
+    These are `YOUNG` for an object of one material, and the given moduli for any other.
+    """
+    if not moduli.is_uniform:
+        return moduli, 1.0
+    young, nu = float(moduli.young[0]), float(moduli.nu[0])
+    return Moduli.uniform(len(moduli.young), YOUNG, nu), young / YOUNG
 
 
 def _load_parts(
-    path: Path, make_shape: Callable[[], SolidShape], *, late: bool
+    path: Path, make_shape: Callable[[], SolidShape], multiple: float, *, late: bool
 ) -> SolidParts | None:
-    """Parts of a solid in an entry; None if there is no intact entry."""
+    """Parts of a solid from an entry, `multiple` times as stiff; None if there is no intact one."""
     # Ticks read these arrays. They are copied, so that ticks do not depend on the file.
     far = load_entry(path, "factor", mapped=False, under=_FAR)
     if far is None:
         return None
     try:
-        shape, far_field = make_shape(), FarField.from_arrays(far)
+        shape, far_field = make_shape(), FarField.from_arrays(far).times(1.0 / multiple)
         if late:
             fronts = load_entry(path, "factor", mapped=False, under=f"{PREFIX}fronts")
             if fronts is None:
                 return None
             count = factor_file.stored_bytes(fronts[""])
-            return SolidParts(shape, StoredFactor(path, count), far_field)
+            return SolidParts(shape, StoredFactor(path, count, multiple), far_field)
         arrays = load_entry(path, "factor", under=PREFIX)
         if arrays is not None:
-            return SolidParts(shape, factor_file.from_arrays(arrays), far_field)
+            return SolidParts(shape, factor_file.from_arrays(arrays).times(multiple), far_field)
     except (KeyError, ValueError, IndexError, BodyError) as error:
         warn_unusable("factor", error)
     return None
