@@ -56,7 +56,8 @@ def _typer_option(option: Option) -> Any:
 _AUTO = Annotated[
     bool,
     typer.Option(
-        "--auto", help="Choose unit, held region, repair and mesh where not given, and say why."
+        "--auto",
+        help="Choose unit, held region, repair, mesh and softness where not given. Say why.",
     ),
 ]
 takes_object = takes_values(

@@ -54,7 +54,8 @@ def resolved(
         demand.check()
     source, scale_given = options.of(path), "scale" in options.given
     if options.auto:
-        found = resolve(source, progress, scale_given=scale_given, demand=demand)
+        softness = "young" not in options.given
+        found = resolve(source, progress, scale_given=scale_given, softness=softness, demand=demand)
         for remedy in found.remedies:
             tell(remedy.sentence())
         return found.source

@@ -144,8 +144,8 @@ def _rank(option: Option) -> tuple[bool, bool, bool]:
 _ROWS = (
     PartOption(
         "young", "Young's modulus [Pa], or that of a part: --young tumour=60e3.",
-        at="material.young", parts="parts.young", every="parts.every_young", shown=f"{YOUNG:g}",
-        page=True,
+        at="material.young", parts="parts.young", every="parts.every_young",
+        shown=f"{YOUNG:g}; with --auto a press is felt", page=True, chosen=True,
     ),
     PartOption(
         "poisson", "Poisson's ratio, 0 to 0.499, or that of a part: --poisson tumour=0.4.",

@@ -180,6 +180,10 @@ class PartOption(Option):
             found[self.every] = bool(named) and number is None
         return found
 
+    def typed(self, value: Any) -> Any:
+        """Return the number for the object; raises TypeError or ValueError where it is none."""
+        return float(value)
+
     def given(self, source: object) -> Any:
         """The texts for the numbers of an `ObjectFile`; empty if it has none."""
         number = self.value(source)

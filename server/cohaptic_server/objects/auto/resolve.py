@@ -3,6 +3,9 @@
 Without `--auto` one error lists the findings, with the option for each. With `--auto` the options
 are used, the mesh is made coarse enough for the memory, and the user is told which options.
 
+The softness is chosen last, from a build of the object (`softness.py`). The store keeps that build,
+of which the build with the chosen softness is a multiple.
+
 An object that loses more than a small share of its volume needs `--repair`. `check_kept` refuses an
 object that loses too much, unless `--repair` was given from the start.
 """
@@ -17,11 +20,13 @@ from pathlib import Path
 import numpy as np
 
 from cohaptic.errors import BodyError
+from cohaptic_server.bodies.body import Body
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.diagnose import Diagnosis, Remedy, diagnose
-from cohaptic_server.objects.build import expected_cost
-from cohaptic_server.objects.build_rubber import TooFineError, affordable
+from cohaptic_server.objects.auto.softness import fitting_young, softness_words
+from cohaptic_server.objects.build import build, expected_cost
+from cohaptic_server.objects.build_rubber import TooFineError, affordable, build_affordable
 from cohaptic_server.objects.cost import Demand, edge_that_fits, growth_between
 from cohaptic_server.objects.fix_mesh import FixMesh
 from cohaptic_server.objects.fix_rule import check_fix_given, fixed_by_rule
@@ -156,6 +161,7 @@ def resolve(
     progress: Progress = lambda phase, share: None,
     *,
     scale_given: bool = False,
+    softness: bool = False,
     demand: Demand | None = None,
 ) -> Diagnosis:
     """Find options with which a file can be touched within its memory limit, and store them.
@@ -164,6 +170,7 @@ def resolve(
         source: The file and the options that the user gave.
         progress: Called with the phase and the share of it that is done.
         scale_given: Whether the user has given the scale, which must then stay.
+        softness: Whether to choose a softness as well, with which a press is felt.
         demand: Number of users and tick rate. The mesh of a nonlinear solid must be solved within a
             tick, and then takes so little memory that the memory limit is not checked.
 
@@ -174,7 +181,8 @@ def resolve(
     check_file(source.path)
     rubber = demand if demand is not None and demand.nonlinear else None
     reader = READERS.get(source.path.suffix.lower(), 1)
-    options = repr((_FORM, reader, scale_given, rubber, *astuple(source))).encode()
+    given = (scale_given, softness)
+    options = repr((_FORM, reader, given, rubber, *astuple(source))).encode()
     path = entry_path(options, source.path.read_bytes(), *_second_file(source))
     kept = load_entry(path, "findings", mapped=False)
     if kept is not None:
@@ -183,6 +191,8 @@ def resolve(
     found = find_problems(source, scale_given=scale_given)
     progress("tetrahedra", 0.0)
     found = _within(found, progress) if rubber is None else _as_rubber(found, rubber, progress)
+    if softness:
+        found = _as_soft_as_felt(found, rubber, progress)
     save_entry(path, "findings", {"text": np.frombuffer(_to_text(found).encode(), np.uint8)})
     return found
 
@@ -256,6 +266,21 @@ def _as_rubber(found: Diagnosis, demand: Demand, progress: Progress) -> Diagnosi
             if lost is not None:
                 check_kept(tried, prepared, lost)
             return Diagnosis(source, (*found.remedies, *more))
+
+
+def _as_soft_as_felt(found: Diagnosis, rubber: Demand | None, progress: Progress) -> Diagnosis:
+    """Extend the options by a softness, which a build with the one in the options leads to."""
+    source, young = found.source, found.source.material.young
+    body: Body
+    if rubber is None:
+        body = build(source, progress, late=True).solid
+    else:
+        body = build_affordable(source, demand=rubber, progress=progress)[1]
+    fitting = fitting_young(body, young)
+    source = replace(source, material=replace(source.material, young=fitting))
+    words = f"{softness_words(fitting)}, so that a press is felt"
+    remedy = Remedy("nothing says how soft it is", words, f"--young {fitting:g}", needed=False)
+    return Diagnosis(source, (*found.remedies, remedy))
 
 
 def _lost(error: VolumeLostError) -> Remedy:
