@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh, pressure
 from cohaptic_server.numeric import Floats
+from cohaptic_server.objects.auto.softness import fitting_young
 from cohaptic_server.testing.blocks import block
 from cohaptic_tools.demo.places import is_open, place_hands, supported
 from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene, reference
@@ -72,6 +75,39 @@ def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
     assert released.force[0] == pytest.approx(0.0)
     assert abs(pressed.force[1] - released.force[1]) > 0.05 * pressed.force[1]
     assert (np.abs(pressed.felt_from_others) > 0.05 * pressed.force).all()
+
+
+def test_two_hands_feel_each_other_with_forces_of_a_hand(tower: Solid) -> None:
+    """On a tower as hard as `--auto` makes it, and on a plate that two hands press from above."""
+    for solid in (hardened(tower), plate()):
+        placement = place_hands(solid, held(solid), 2)
+        assert placement.pair.is_felt
+        found = reference(
+            Scene(2, places=placement.places, depth=placement.depth), solid, pressed=True
+        )
+        assert found.force.min() >= 0.5
+        assert found.force.max() <= 5.0
+        assert np.abs(found.felt_from_others).min() >= 0.2
+
+
+def hardened(solid: Solid) -> Solid:
+    young = fitting_young(solid, solid.settings.young)
+    settings = replace(solid.settings, young=young)
+    tets = solid.shape.tets
+    return Solid(tets, solid.shape.fixed[: len(tets.vertices)], settings)
+
+
+def plate() -> Solid:
+    tets = block((0.12, 0.12, 0.01), (8, 8, 1))
+    settings = SolidSettings(contact_radius=0.0128)
+    return hardened(Solid(tets, tets.vertices[:, 0] <= -0.06, settings))
+
+
+def test_a_slab_on_what_holds_it_has_no_places_and_that_is_known() -> None:
+    tets = block((0.12, 0.12, 0.01), (10, 10, 1))
+    settings = SolidSettings(order=1, contact_radius=0.0128)
+    slab = hardened(Solid(tets, tets.vertices[:, 2] <= 0.0, settings))
+    assert not place_hands(slab, held(slab), 2).pair.is_felt
 
 
 # Sixteen have no room with three contact radii between each two, and find it with fewer.

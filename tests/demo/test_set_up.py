@@ -4,9 +4,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import typer
 
+from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.solid.shape import SolidSettings
@@ -17,8 +19,10 @@ from cohaptic_server.objects.option import parse_values
 from cohaptic_server.objects.parts.materials import PartMaterials
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.touchable import BALLOON
+from cohaptic_tools.demo.felt import PairForces
 from cohaptic_tools.demo.scene import Scene
-from cohaptic_tools.demo.set_up import serve_options, set_up
+from cohaptic_tools.demo.set_up import describe_placement, serve_options, set_up
+from cohaptic_tools.demo.settled import Placement
 
 meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
 
@@ -56,6 +60,22 @@ def test_hands_are_put_on_an_object_and_it_is_said_what_they_feel(
     assert words.count("C_ij/C_ii") == 2
     for name in ("right is ", "user3 is "):
         assert name in words
+
+
+@pytest.mark.parametrize(
+    ("force", "felt", "words"),
+    [
+        (2.0, 0.3, "Left presses with 2 N and feels 0.3 N of right; right presses with 2 N and"),
+        (0.01, 0.003, "No two places were found at which hands press with 0.5 to 5 N and feel 0.2"),
+        (0.01, 0.003, "the best: left presses with 0.01 N and feels 0.003 N of right; right"),
+        (0.0, 0.0, "feel 0.2 N of each other; hands slide off those that were tried."),
+    ],
+)
+def test_it_is_told_whether_hands_feel_each_other(force: float, felt: float, words: str) -> None:
+    place = Place((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    pair = PairForces(np.full(2, force), np.full(2, felt))
+    placement = Placement((place, place), 0.01, (1.0, 0.1), (0.0, 0.05), pair)
+    assert words in describe_placement(placement, ("left", "right"))
 
 
 FULL = ObjectFile(

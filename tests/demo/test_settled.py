@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.testing.blocks import block
 from cohaptic_server.world.equilibrium import Equilibrium
 from cohaptic_tools.demo import settled
-from cohaptic_tools.demo.lateness import LEAST
+from cohaptic_tools.demo.felt import PairForces
 from cohaptic_tools.demo.places import placements
 from cohaptic_tools.demo.scene import Scene, reference
-from cohaptic_tools.demo.settled import Placement, first_that_rests, force_at_rest, rests
+from cohaptic_tools.demo.settled import Placement, at_rest, first_that_rests, rests
 
 pytestmark = pytest.mark.usefixtures("kernels")
 
@@ -39,13 +40,23 @@ def test_a_shallow_press_rests_and_one_through_the_half_of_the_body_does_not(
     assert not rests(rubber, replace(standing[0], depth=0.16))
 
 
+def test_the_forces_at_rest_are_those_of_the_equilibrium(
+    rubber: RubberSolid, standing: list[Placement]
+) -> None:
+    found = at_rest(rubber, replace(standing[0], depth=0.002))
+    assert found is not None
+    expected = reference(Scene(2, places=found.places, depth=0.002), rubber, pressed=True)
+    assert found.pair.force == pytest.approx(expected.force)
+    assert found.pair.felt == pytest.approx(np.abs(expected.felt_from_others))
+
+
 def test_hands_that_are_wedged_far_from_their_places_do_not_rest(
     rubber: RubberSolid, standing: list[Placement], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A soft limb has such equilibria beside those that a press finds; tips hardly move there."""
     placement = replace(standing[0], depth=0.002)
     real = reference
-    for share, at_rest in ((1.0, True), (30.0, False)):
+    for share, resting in ((1.0, True), (30.0, False)):
 
         def wedged(*args: Any, share: float = share, **more: Any) -> Equilibrium:
             found = real(*args, **more)
@@ -53,7 +64,7 @@ def test_hands_that_are_wedged_far_from_their_places_do_not_rest(
             return replace(found, compliance=own + share * (found.compliance - own))
 
         monkeypatch.setattr(settled, "reference", wedged)
-        assert rests(rubber, placement) == at_rest
+        assert rests(rubber, placement) == resting
 
 
 @pytest.mark.slow
@@ -71,33 +82,70 @@ def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Pl
 def test_a_contact_that_came_through_to_the_far_side_does_not_rest(
     rubber: RubberSolid, standing: list[Placement]
 ) -> None:
-    """It presses there by 0.6 N, and its tip is where it wants to be."""
-    deep = replace(standing[0], depth=0.04)
-    found = reference(Scene(2, places=deep.places, depth=0.04), rubber, pressed=True)
-    assert np.linalg.norm(found.place[0] - deep.places[0].point) > 0.04
+    """It presses there by 1.7 N, and its tip is where it wants to be."""
+    deep = replace(standing[1], depth=0.03)
+    found = reference(Scene(2, places=deep.places, depth=0.03), rubber, pressed=True)
+    assert np.linalg.norm(found.place[0] - deep.places[0].point) > 0.03
     assert found.force[0] > 0.5
     assert not rests(rubber, deep)
 
 
-@pytest.mark.slow
-def test_the_best_of_those_that_rest_is_taken(
-    rubber: RubberSolid, standing: list[Placement]
-) -> None:
-    shallow = [replace(placement, depth=0.002) for placement in standing]
-    assert first_that_rests(rubber, shallow, print).places == shallow[0].places
-    found = first_that_rests(rubber, [replace(shallow[0], depth=0.16), *shallow[1:]], print)
-    assert found.depth == pytest.approx(0.002)
-    assert np.linalg.norm(np.array(found.places[0].point) - shallow[1].places[0].point) < 1e-9
+class Answers:
+    """Replaces `at_rest`: each placement has the pair of its forces at a depth, in a table.
+
+    Args:
+        pairs: Forces by the first hand's place and depth; nothing where the hands do not rest.
+    """
+
+    def __init__(self, pairs: dict[tuple[int, float], PairForces]) -> None:
+        self.pairs = pairs
+        self.asked: list[tuple[int, float]] = []
+
+    def __call__(self, body: Body, placement: Placement) -> Placement | None:
+        del body
+        key = int(placement.distances[0]), round(placement.depth, 4)
+        self.asked.append(key)
+        return replace(placement, pair=self.pairs[key]) if key in self.pairs else None
 
 
-def test_where_the_best_is_not_felt_another_is_taken(
-    rubber: RubberSolid, standing: list[Placement]
+def forces(press: float, felt: float) -> PairForces:
+    return PairForces(np.array([press, press]), np.array([felt, felt]))
+
+
+def chosen(
+    answers: Answers, standing: list[Placement], monkeypatch: pytest.MonkeyPatch
+) -> tuple[int, float]:
+    """Number and depth of the placement that is taken of three that are 10 mm deep."""
+    monkeypatch.setattr(settled, "at_rest", answers)
+    three = [replace(standing[0], depth=0.01, distances=(float(i), 1.0)) for i in range(3)]
+    body: Any = None
+    found = first_that_rests(body, three, lambda share: None)
+    return int(found.distances[0]), round(found.depth, 4)
+
+
+def test_the_first_that_is_felt_at_the_largest_depth_is_taken(
+    standing: list[Placement], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shallow = [replace(placement, depth=2e-5) for placement in standing[:3]]
-    shallow.sort(key=lambda placement: force_at_rest(rubber, placement) or 0.0)
-    forces = [force_at_rest(rubber, placement) or 0.0 for placement in shallow]
-    assert 0.0 < forces[0] < LEAST < forces[1]
-    assert first_that_rests(rubber, shallow, print).places == shallow[1].places
+    answers = Answers({(2, 0.01): forces(1.0, 0.3), (0, 0.007): forces(4.0, 2.0)})
+    assert chosen(answers, standing, monkeypatch) == (2, 0.01)
+
+
+def test_what_is_pressed_too_hard_is_pressed_less_deep(
+    standing: list[Placement], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = Answers({(1, 0.01): forces(6.0, 2.0), (1, 0.007): forces(4.0, 1.0)})
+    assert chosen(answers, standing, monkeypatch) == (1, 0.007)
+
+
+def test_where_none_is_felt_the_one_that_is_felt_most_is_taken(
+    standing: list[Placement], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    weak = {(0, 0.01): forces(1.0, 0.05), (1, 0.007): forces(1.0, 0.19), (2, 0.01): forces(0.1, 9)}
+    answers = Answers(weak)
+    assert chosen(answers, standing, monkeypatch) == (1, 0.007)
+    # Less deep it would be felt even less.
+    assert answers.asked.count((0, 0.005)) == answers.asked.count((2, 0.0012)) == 0
+    assert answers.asked.count((1, 0.007)) == 1
 
 
 @pytest.mark.slow
@@ -105,4 +153,6 @@ def test_where_they_rest_nowhere_the_press_is_shallow(
     rubber: RubberSolid, standing: list[Placement]
 ) -> None:
     hopeless = replace(standing[0], depth=0.2)
-    assert first_that_rests(rubber, [hopeless], print).depth < 0.1
+    found = first_that_rests(rubber, [hopeless], print)
+    assert found.depth < 0.1
+    assert not found.pair.force.any()

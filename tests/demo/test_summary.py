@@ -61,6 +61,22 @@ def test_a_good_result_is_told_with_its_force_and_its_delay() -> None:
         assert bad not in text
 
 
+@pytest.mark.parametrize("faint", [{"felt_from_others_n": -0.19}, {"felt_from_others_n": 0.01}])
+def test_what_nobody_feels_is_no_success(faint: dict[str, Any]) -> None:
+    for told in (result(faint), result(**faint)):
+        assert verdict(told).startswith("Too weak to feel: ")
+        assert "a hand clearly feels 0.2 N.\nEvery force came to rest" in verdict(told)
+        assert told.least_felt == pytest.approx(abs(faint["felt_from_others_n"]))
+    other = result().model_copy(update={"users": (*result().users, user("user3", **faint))})
+    assert verdict(other).startswith("right felt left press")
+
+
+def test_a_drag_is_not_judged_as_a_press() -> None:
+    told = result(felt_from_others_n=0.1).model_copy(update={"friction": 0.8})
+    assert told.least_felt is None
+    assert verdict(told).startswith("right felt left drag")
+
+
 def test_an_error_is_told() -> None:
     assert 0.5 > GOOD_ERROR
     assert "not where they should: up to 50.0% off" in verdict(result(force_error=0.5))

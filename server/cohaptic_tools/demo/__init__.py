@@ -2,6 +2,7 @@
 
 scene.py          defines where the hands are and what they do, and their equilibrium in a press
 places.py         finds places on any surface at which hands feel each other
+felt.py           defines when hands feel each other, and predicts it
 settled.py        chooses places and a depth at which the hands come to rest
 set_up.py         builds the body and places the hands on it
 processes.py      starts and ends the server and the clients

@@ -31,6 +31,7 @@ from cohaptic_server.http.routes import has_page, load_page
 from cohaptic_server.objects.cost import Demand
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
+from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.live_view import watch
 from cohaptic_tools.demo.processes import DemoFailed, Process, Stage
 from cohaptic_tools.demo.result import DemoResult, evaluate
@@ -51,7 +52,7 @@ def demonstrate(
     nonlinear: bool,
     browser: bool,
 ) -> bool:
-    """Perform a scene on a body, print the result, and return whether all users were stable.
+    """Perform a scene on a body, print the result, and return whether it shows what it should.
 
     Args:
         scene: Scene in which the places of the hands are not chosen yet.
@@ -63,7 +64,7 @@ def demonstrate(
         browser: Whether to open the web page of the server.
 
     Returns:
-        True if no user was unstable.
+        True if no user was unstable, and the first two felt each other at all.
 
     Raises:
         CohapticError: The scene cannot be shown on the body, or a process has failed.
@@ -92,7 +93,9 @@ def demonstrate(
     if json is not None:
         json.write_text(result.model_dump_json(indent=2) + "\n")
         console.print(f"written to {json}", highlight=False)
-    return not any(user.stable is False for user in result.users)
+    felt = result.least_felt
+    unfelt = felt is not None and felt < LEAST
+    return not unfelt and not any(user.stable is False for user in result.users)
 
 
 def _perform(

@@ -5,7 +5,8 @@ no fixed vertex is near, the fixed part lies behind the surface, and the body is
 press into. C_ii is the compliance at a pressed place i, and C_ij the displacement at place j per
 force at i [m/N], both inwards. The pressing hand is felt most where C_ij is large relative to C_ii,
 and best where C_ij is negative: there a press moves the surface outwards, as on the far side of a
-balloon.
+balloon. From these compliances follow the forces of two hands (`felt.py`), and the pair is taken on
+the stiffest places at which both hands feel enough of each other.
 
 Places near a rim are not admissible, since a finger there would touch the neighbouring face
 instead.
@@ -23,7 +24,7 @@ from scipy.spatial import cKDTree
 from cohaptic.control.friction import tangents
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
-from cohaptic.simulated.hand import Hand, Place
+from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.body import Body, Load
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.mesh.surface import SurfaceMesh, pressure, spread_over
@@ -31,15 +32,17 @@ from cohaptic_server.mesh.thin_parts import depth_under, is_smooth
 from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import ZeroField
+from cohaptic_tools.demo.felt import RENDERED, PairForces, expected, fitting_depth
 from cohaptic_tools.demo.scene import PRESS_DEPTH
 from cohaptic_tools.demo.settled import Placement, first_that_rests
 
 _CANDIDATES = 400  # vertices, spread over the surface
 _PRESSED = 6  # admissible candidates at which a press is tried
 _FINGER = 0.03  # m; width of a hand, along the surface and in front of it
-_OUTWARD_WEIGHT = 1.5  # weight of a hand that is pushed out, relative to a hand that sinks in
 _MAX_COMPLIANCE = 1.5  # relative to the median candidate: a softer place is a flap that bends
-_MAX_COUPLING = 0.3  # larger ratios count as this value, so that the stiffer place is preferred
+_STIFFEST = 0.9 * RENDERED  # N/m; stiffer places are taken only where there are no others
+# Forces over those that are just felt; more count as this, so that the stiffer place is preferred.
+_CLEARLY = 2.0
 # Least distance to the held region, in contact radii; the next value is tried if there are too few
 # places. On a frame of thin tubes that lies on its side, only protruding parts are further away
 # from the held region than a few contact radii.
@@ -49,10 +52,9 @@ _FROM_HELD = (2.0, 1.0, 0.5)
 # 28 mm there is no place further away.
 _APART = (3.0, 2.2, 1.5)
 _MAX_DEPTH = 0.6  # largest depth of a press over the thickness of the body at the place
-# A thin wall yields as a whole, so that a hand may press deeper than the wall is thick: until it
-# gets the force `_FELT` [N], three times the perception threshold, but at most by `_MAX_SHARE` of
-# `SurfaceMesh.size`. Without this rule two hands on a bottle's wall of 1.2 mm felt 3 mN.
-_FELT = 0.15
+# A thin wall yields as a whole, so that a hand may press deeper than the wall is thick: until hands
+# feel each other, but at most by this share of `SurfaceMesh.size`. Without this rule two hands on a
+# bottle's wall of 1.2 mm felt 3 mN.
 _MAX_SHARE = 0.15
 
 
@@ -98,6 +100,8 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     fit &= (soft > MIN_COMPLIANCE) & (
         soft <= _MAX_COMPLIANCE * np.median(soft[soft > MIN_COMPLIANCE])
     )
+    rendered = fit & (soft >= 1.0 / _STIFFEST)
+    fit = rendered if rendered.sum() >= _PRESSED else fit
     # A flat object that lies on its held region may have no place far away from it.
     away = fit
     for radii in _FROM_HELD:
@@ -112,11 +116,13 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
             f" {len(candidates)} places looked at are open, thick enough and away from what is"
             " held. Hold less of it"
         )
-    pressed = admissible[spread_over(mesh.vertices[admissible], _PRESSED)]
+    first = spread_over(mesh.vertices[admissible], _PRESSED)
+    pressed, thick = admissible[first], under[away]
     C_ii, C_ij = _coupling(body, pressed, admissible)
-    ratio = C_ij / C_ii[:, None]
+    pairs = expected(C_ii[:, None], C_ij, soft[away])
+    depth = _depth(pairs, np.minimum(thick[first][:, None], thick), mesh)
     gap = np.linalg.norm(mesh.vertices[admissible][None] - mesh.vertices[pressed][:, None], axis=2)
-    score = np.minimum(np.where(ratio < 0.0, -_OUTWARD_WEIGHT * ratio, ratio), _MAX_COUPLING)
+    score = np.minimum(depth * pairs.enough, _CLEARLY)
     score = score * np.median(C_ii) / (C_ii[:, None] + soft[away])
     least = [max(room, radii * body.contact_radius) for radii in _APART]
     each = (
@@ -129,7 +135,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
             " fewer --users"
         )
     return [
-        placement_at(body, chosen, float(under[np.isin(candidates, chosen)].min()), _FELT)
+        placement_at(body, chosen, float(under[np.isin(candidates, chosen)].min()), felt=True)
         for chosen in groups
     ]
 
@@ -215,15 +221,24 @@ def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
     return np.diag(response.compliance), C
 
 
-def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> Placement:
+def _depth(pairs: PairForces, under: Floats, mesh: SurfaceMesh) -> Floats:
+    """Return the depth of the first hand of each pair, from the thickness at its places [m]."""
+    return fitting_depth(pairs, _plain(under), _MAX_SHARE * mesh.size, PRESS_DEPTH)
+
+
+def _plain(under: Floats) -> Floats:
+    return np.minimum(PRESS_DEPTH, _MAX_DEPTH * under)
+
+
+def placement_at(body: Body, chosen: Ints, under: float, *, felt: bool = False) -> Placement:
     """Return the placement of the hands at these vertices, with a depth for the first hand.
 
     Args:
         body: The body at rest.
         chosen: Vertex of each hand, shape (users,); the first hand presses.
         under: Thickness of the body under these vertices, the least of them [m].
-        felt: Least force that the first hand should feel [N]; `_MAX_SHARE` of the size and
-            `PRESS_DEPTH` still bound the depth.
+        felt: Whether the depth is such that the first two hands feel each other: up to
+            `_MAX_SHARE` of the body's size where it is thin, and less where they press too hard.
     """
     C = body.respond([_press(body, int(k)) for k in chosen]).compliance
     x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]
@@ -231,13 +246,14 @@ def placement_at(body: Body, chosen: Ints, under: float, felt: float = 0.0) -> P
         Place((float(p[0]), float(p[1]), float(p[2])), (float(n[0]), float(n[1]), float(n[2])))
         for p, n in zip(x, inward, strict=True)
     )
-    # Body and hand are springs in series.
-    deep = min(felt * (float(C[0, 0]) + 1.0 / Hand().stiffness), _MAX_SHARE * body.mesh.size)
+    pair, thick = expected(C[0, 0], C[0, 1], C[1, 1]), np.array(under)
+    depth = float(_depth(pair, thick, body.mesh) if felt else _plain(thick))
     return Placement(
         places,
-        min(PRESS_DEPTH, max(_MAX_DEPTH * under, deep)),
+        depth,
         tuple((C[0] / np.diag(C)).tolist()),
         tuple(np.linalg.norm(x - x[0], axis=1).tolist()),
+        PairForces(depth * pair.force, depth * pair.felt),
     )
 
 

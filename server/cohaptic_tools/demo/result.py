@@ -97,6 +97,17 @@ class DemoResult(BaseModel):
     enough_s: float = Field(description="Duration in which every force can come to rest [s].")
     users: tuple[UserResult, ...]
 
+    @property
+    def least_felt(self) -> float | None:
+        """Smaller part of the forces on the first two hands that is due to others [N].
+
+        It is None in a demonstration too short for forces to rest, and in a scene with friction,
+        whose forces along the surface are not those of a press.
+        """
+        parts = [user.felt_from_others_n for user in self.users[:2] if user.rest is not None]
+        known = [abs(part) for part in parts if part is not None]
+        return None if self.friction or len(known) < 2 else min(known)
+
 
 def evaluate(
     scene: Scene,

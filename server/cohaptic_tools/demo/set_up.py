@@ -14,6 +14,7 @@ from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import BALLOON, names
+from cohaptic_tools.demo.felt import FELT, LEAST_PRESS, MOST_PRESS
 from cohaptic_tools.demo.places import place_hands
 from cohaptic_tools.demo.scene import Scene
 from cohaptic_tools.demo.settled import Placement
@@ -91,7 +92,7 @@ def set_up(
 
 
 def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
-    """Return a sentence with the places of the hands and the coupling between them."""
+    """Return sentences with the places of the hands, the coupling between them, and the forces."""
     presses = f"{names[0]} presses up to {1e3 * placement.depth:.0f} mm deep"
     others = [
         f"{name} is {1e3 * distance:.0f} mm away and {'pushed out' if c < 0.0 else 'sinks in'}"
@@ -100,7 +101,24 @@ def describe_placement(placement: Placement, names: tuple[str, ...]) -> str:
             names[1:], placement.coupling[1:], placement.distances[1:], strict=True
         )
     ]
-    return f"{presses}; {'; '.join(others)}."
+    return f"{presses}; {'; '.join(others)}. {_felt_words(placement, names)}"
+
+
+def _felt_words(placement: Placement, names: tuple[str, ...]) -> str:
+    """Return a sentence with the forces of the first two hands, and advice where it is too weak."""
+    pair, (left, right) = placement.pair, names[:2]
+    forces = (
+        f"{left} presses with {pair.force[0]:.2g} N and feels {pair.felt[0]:.2g} N of {right};"
+        f" {right} presses with {pair.force[1]:.2g} N and feels {pair.felt[1]:.2g} N of {left}"
+    )
+    if pair.is_felt:
+        return f"{forces[0].upper()}{forces[1:]}."
+    best = f"the best: {forces}" if pair.force.any() else "hands slide off those that were tried"
+    return (
+        "No two places were found at which hands press with"
+        f" {LEAST_PRESS:g} to {MOST_PRESS:g} N and feel {FELT:g} N of each other; {best}."
+        " Hold another part of it (--fix), or take another softness (--young)."
+    )
 
 
 def serve_options(name: str, source: ObjectFile, *, nonlinear: bool, users: int = 2) -> list[str]:

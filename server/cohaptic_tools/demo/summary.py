@@ -12,6 +12,7 @@ from rich.text import Text
 
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
+from cohaptic_tools.demo.felt import FELT
 from cohaptic_tools.demo.rest import Rest
 from cohaptic_tools.demo.result import DemoResult, UserResult
 
@@ -114,6 +115,14 @@ def verdict(result: DemoResult) -> str:
     felt = _number(right.felt_from_others_n, ".2f", " N")
     after = _number(right.felt_delay_ms, ".0f", " ms")
     action = "drag" if result.friction else "press"
+    least = result.least_felt
+    if least is not None and least < FELT:
+        other = _number(left.felt_from_others_n, ".2f", " N")
+        return (
+            f"Too weak to feel: {felt} of {left.name}'s press for {right.name}, and {other} of"
+            f" {right.name}'s for {left.name}; a hand clearly feels {FELT:g} N.\n"
+            f"{_outcome(result)} ({how})."
+        )
     return (
         f"{right.name} felt {left.name} {action} with {felt}, {after} later.\n"
         f"{_outcome(result)} ({how})."
