@@ -10,12 +10,13 @@ store, a limit of time and one of memory; then two hands press it at 0, 80 and 2
 session the table has the worst error of the force on a hand, and on a linear object that of the
 part of it that the other hand causes, off and pressed, against the equilibrium of hands and object;
 a session that does not come to rest says so, and so does one whose forces are more than 2 % off at
-any time after a wait for ten more ways round. `table` is the share of vertices whose tabulated
-compliance is within 5 % of a press there, and the worst error.
+any time after a wait for ten more ways round. `force` is the one with which the first hand presses,
+and `felt` the share of it that the other hand feels, both in the equilibrium. `table` is the share
+of vertices whose tabulated compliance is within 5 % of a press there, and the worst error.
 
 The exit status is 1 where a file is neither accepted nor refused in a sentence, or a session fails,
-is unstable or ends with a force more than 2 % off. `--options='--fix "z < 15%"'` has other
-options of an object than `--auto`.
+is unstable, ends with a force more than 2 % off, or has less than 0.05 N to be felt.
+`--options='--fix "z < 15%"'` has other options of an object than `--auto`.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from typing import Any
 
 import json_report
 from cohaptic_server.touchable import KINDS
+from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.rest import Rest
 from limited import Ended, run_limited
 
@@ -113,13 +115,14 @@ def sessions_of(ended: Ended) -> Row:
 
 
 def is_sound(row: Row) -> bool:
-    """Whether a file was refused in a sentence, or its sessions are stable with the right force."""
+    """Whether a file was refused in a sentence, or its sessions are stable, right and felt."""
     if row["verdict"] != "accepted":
         return bool(row["verdict"] == "refused")
     kinds = [row[kind] for kind in _KINDS if kind in row]
     sessions = [session for kind in kinds for session in kind["sessions"]]
     good = all(
         session["rest"] != Rest.UNSTABLE.value
+        and min(session["press_n"], session["felt_n"]) >= LEAST
         and max(session["force_error"], session["late_error"]) <= LARGEST_ERROR
         for session in sessions
     )
@@ -140,7 +143,7 @@ def cells(row: Row, kinds: Sequence[str]) -> list[str]:
     for kind in kinds:
         found = row.get(kind, {"sessions": []})
         played = [_session_cell(session, kind) for session in found["sessions"]]
-        line += [*played, *[""] * (3 - len(played))]
+        line += [*played, *[""] * (3 - len(played)), *_strength_cells(found["sessions"])]
     table: Row = next((row[kind] for kind in ("linear", "limb") if kind in row), Row())
     share = table.get("share_within_5_percent")
     line.append("" if share is None else f"{share:.0%}, {table['worst_error']:.0%}")
@@ -148,6 +151,14 @@ def cells(row: Row, kinds: Sequence[str]) -> list[str]:
     errors = {kind: row[kind]["error"] for kind in _KINDS if "error" in row.get(kind, {})}
     said += [f"{kind} sessions: {error}" for kind, error in errors.items()]
     return [*line, "; ".join(part.replace("|", "/") for part in said if part)]
+
+
+def _strength_cells(sessions: Sequence[Row]) -> list[str]:
+    """The force of the press, and the share of it that is felt: the same at every delay."""
+    if not sessions:
+        return ["", ""]
+    press, felt = sessions[0]["press_n"], sessions[0]["felt_n"]
+    return [f"{press:.2g} N", f"{felt / press:.0%}" if press else ""]
 
 
 def _session_cell(session: Row, kind: str) -> str:
@@ -216,7 +227,8 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _end)
     chosen = shlex.split(options.options)
     names = ["file", "verdict", "prepared in", "processor", "memory", "tetrahedra"]
-    names += [f"{kind} {delay} ms" for kind in options.kinds for delay in (0, 80, 250)]
+    columns = ("0 ms", "80 ms", "250 ms", "force", "felt")
+    names += [f"{kind} {column}" for kind in options.kinds for column in columns]
     names += ["table", "changed, or why not"]
     print(f"| {' | '.join(names)} |\n|{'---|' * len(names)}", flush=True)
     rows: list[Row] = []

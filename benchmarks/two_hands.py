@@ -62,6 +62,8 @@ def play(body: Body, scene: Scene, trips: float = HELD_ON_TRIPS) -> Row:
         trips: Ways round for which `left` presses on, besides `HELD_ON`.
 
     Returns:
+        `press_n`, the force of `left` in the reference, and `felt_n`, the part of the force on
+        `right` that is due to it;
         `force_error` and `felt_error`, the worst of both hands and levels, over the reference or
         over `LEAST` [N] if that is larger; `rest`; `late_error`, the worst of a force over all of
         the second half of the time for which `left` presses on, in the same share; `force_n`, the
@@ -95,6 +97,8 @@ def play(body: Body, scene: Scene, trips: float = HELD_ON_TRIPS) -> Row:
     pressed = expected[1].force[:, None]
     return {
         "delay_s": scene.delay,
+        "press_n": float(expected[1].force[0]),
+        "felt_n": float(abs(expected[1].felt_from_others[1])),
         "force_error": _worst_error(force, ends, [e.force for e in expected]),
         "felt_error": _worst_error(felt, ends, [e.felt_from_others for e in expected]),
         "late_error": float((np.abs(late - pressed) / np.maximum(pressed, LEAST)).max()),

@@ -20,9 +20,11 @@ ROOT = Path(__file__).parents[2]
 READY = "a.stl: 7,108 tetrahedra, 500 vertices of surface, 9 MB; ready in /x after 9.1 s\n"
 SESSION = {
     "delay_s": 0.0, "force_error": 0.01, "felt_error": 0.02, "late_error": 0.01, "rest": "rests",
+    "press_n": 2.0, "felt_n": 0.5,
 }  # fmt: skip
 OFF = {**SESSION, "force_error": 0.319}
 LATER = {**SESSION, "late_error": 0.3}
+UNFELT, UNPRESSED = {**SESSION, "felt_n": 0.04}, {**SESSION, "press_n": 0.04, "felt_n": 0.04}
 
 
 def ended(code: int = 0, out: str = "", err: str = "", over: str = "") -> Ended:
@@ -59,6 +61,8 @@ def test_a_preparation_is_judged_by_how_it_ended(end: Ended, expected: tuple[str
         ({"verdict": "accepted", "linear": {"sessions": [OFF]}}, False),
         ({"verdict": "accepted", "nonlinear": {"sessions": [SESSION, OFF]}}, False),
         ({"verdict": "accepted", "linear": {"sessions": [LATER, SESSION]}}, False),
+        ({"verdict": "accepted", "linear": {"sessions": [UNFELT]}}, False),
+        ({"verdict": "accepted", "linear": {"sessions": [UNPRESSED]}}, False),
         ({"verdict": "accepted", "linear": {"sessions": [SESSION], "error": "no place"}}, False),
     ],
 )
@@ -72,8 +76,16 @@ def test_every_row_has_a_cell_for_each_column() -> None:
     row: dict[str, Any] = {"file": "a.stl", "verdict": "refused", "seconds": 1.0, "said": "a | b"}
     row["memory_bytes"] = row["processor_seconds"] = float("nan")
     for kinds in (["linear"], ["linear", "nonlinear-limb"]):
-        assert len(many_objects.cells(row, kinds)) == 8 + 3 * len(kinds)
+        assert len(many_objects.cells(row, kinds)) == 8 + 5 * len(kinds)
     assert "|" not in "".join(many_objects.cells(row, ["linear"]))
+
+
+def test_the_force_and_the_share_that_is_felt_are_told() -> None:
+    row: dict[str, Any] = {
+        "file": "a.stl", "verdict": "accepted", "seconds": 1.0, "said": "", "tetrahedra": 9,
+        "memory_bytes": 1e9, "processor_seconds": 1.0, "linear": {"sessions": [SESSION]},
+    }  # fmt: skip
+    assert many_objects.cells(row, ["linear"])[9:11] == ["2 N", "25%"]
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
