@@ -132,12 +132,13 @@ def _prepare(
     preview.check_scale(given["scale"])
     source = ObjectFile.of(path, given).changed({"max_memory": limits["budget"]})
     tell, rubber = _teller(outgoing), limits["rubber"]
+    softness = "young" not in wished
     if rubber is None:
-        source = resolve(source, tell, scale_given=True).source
+        source = resolve(source, tell, scale_given=True, softness=softness).source
         build(source, tell)
     else:
         demand, damping = Demand(hz=1.0 / rubber["period"], nonlinear=True), rubber["damping"]
-        source = resolve(source, tell, scale_given=True, demand=demand).source
+        source = resolve(source, tell, scale_given=True, softness=softness, demand=demand).source
         source, _ = build_affordable(source, demand=demand, damping=damping, progress=tell)
     return to_fields(source)
 

@@ -16,9 +16,12 @@ import trimesh
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.upload_messages import Examined
 from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
+from cohaptic_server.objects.auto.softness import fitting_young
+from cohaptic_server.objects.build import build
 from cohaptic_server.objects.build_rubber import EDGES, build_affordable
 from cohaptic_server.objects.cost import Demand
 from cohaptic_server.testing.blocks import block
+from cohaptic_server.touchable import YOUNG
 from cohaptic_uploads.described import from_fields
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.limits import UploadLimits
@@ -106,6 +109,21 @@ def test_a_file_that_needs_more_memory_than_there_is_ends_its_worker_alone() -> 
     faces["n"], faces["corners"] = 3, rows
     said = why(brought("crowd.ply", head.encode() + points.tobytes() + faces.tobytes(), SMALL))
     assert "more memory than an upload may have" in said
+
+
+def test_a_softness_that_nobody_wished_is_one_with_which_a_press_is_felt() -> None:
+    worker = brought("cube.vtu", block_vtu())
+    try:
+        worker.receive()
+        worker.receive()
+        worker.send_wish(fix="z > 90%", young=None, poisson=0.45)
+        while (fields := fields_of(worker.receive()[1]))["event"] == "progress":
+            pass
+        source = from_fields(fields["source"])
+        assert source.material.young == fitting_young(build(source).solid, source.material.young)
+        assert source.material.young != YOUNG
+    finally:
+        worker.close()
 
 
 def test_a_sound_file_is_examined_and_prepared_as_it_was_wished() -> None:

@@ -94,14 +94,14 @@ class PrepareObject(ControlMessage):
     Args:
         fix: Rule that says which part is held fixed; its lengths are in metres at `scale`.
         scale: Length of one unit of the file [m]; None for the proposed scale.
-        young: Young's modulus E [Pa].
+        young: Young's modulus E [Pa]; None for one with which a press is felt.
         poisson: Poisson's ratio.
     """
 
     type: Literal["prepare_object"] = "prepare_object"
     fix: str = Field(min_length=1, max_length=MAX_RULE)
     scale: float | None = Field(default=None, ge=MIN_SCALE, le=MAX_SCALE)
-    young: float = Field(ge=100.0, le=1e8)
+    young: float | None = Field(default=None, ge=100.0, le=1e8)
     poisson: float = Field(default=0.45, ge=0.0, le=0.499)
 
 

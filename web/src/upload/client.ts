@@ -26,8 +26,8 @@ export interface Wish {
   readonly rule: string;
   /** Metres in one unit of the file. */
   readonly scale: number;
-  /** Young's modulus [Pa]. */
-  readonly young: number;
+  /** Young's modulus [Pa]; null for one with which a press is felt, which the server chooses. */
+  readonly young: number | null;
 }
 
 /** The fields of a File that are used. */

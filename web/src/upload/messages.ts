@@ -50,7 +50,7 @@ export type UploadAnswer =
 
 export type UploadRequest =
   | { readonly type: "begin_upload"; readonly name: string; readonly size: number }
-  | { readonly type: "prepare_object"; readonly fix: string; readonly scale: number; readonly young: number; readonly poisson: number };
+  | { readonly type: "prepare_object"; readonly fix: string; readonly scale: number; readonly young: number | null; readonly poisson: number };
 
 export function encodeUploadRequest(message: UploadRequest): string {
   return JSON.stringify(message);

@@ -33,4 +33,6 @@ describe("an answer of the server", () => {
 test("a request is what the server reads", () => {
   const text = encodeUploadRequest({ type: "prepare_object", fix: "z < 5%", scale: 0.01, young: 6e3, poisson: 0.45 });
   expect(JSON.parse(text)).toEqual({ type: "prepare_object", fix: "z < 5%", scale: 0.01, young: 6000, poisson: 0.45 });
+  const felt = encodeUploadRequest({ type: "prepare_object", fix: "z < 5%", scale: 0.01, young: null, poisson: 0.45 });
+  expect(JSON.parse(felt)).toMatchObject({ young: null });
 });
