@@ -97,7 +97,9 @@ def test_a_surface_that_holds_is_read_in_its_unit_and_drawn(
     told = run("inspect", cube, "--fix-mesh", f"{bone}:mm", *picture)
     assert "% of the vertices of the surface" in told
     x, triangles = seen["holding"]
-    assert np.abs(x).max() == pytest.approx(0.05, rel=0.01)
+    # In the frame of the object, whose origin is 50 mm above the lower side.
+    assert np.ptp(x, axis=0) == pytest.approx(0.1, rel=0.01)
+    assert x.max(axis=0) == pytest.approx([0.05, 0.05, 0.0], abs=0.001)
     assert len(triangles) == len(faces)
     assert seen["axes_of_file"] == ""
     assert seen["notes"].endswith("bone.stl:mm")
