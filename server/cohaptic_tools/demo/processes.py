@@ -194,7 +194,7 @@ class Stage:
             "--delay-ms", f"{1e3 * scene.delay:g}",
             "--jitter-ms", f"{1e3 * scene.jitter:g}",
             "--seed", str(scene.seed + user),
-            *_placement_options(script, scene.origin),
+            *placement_options(script, scene.origin),
             "--depth-mm", repr(1e3 * script.depth),
             "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
             "--drag-mm", repr(1e3 * script.drag),
@@ -232,8 +232,12 @@ class Stage:
         self.server.wait()
 
 
-def _placement_options(script: HandScript, origin: Vec3) -> list[str]:
-    """Return the options of `cohaptic touch` that say where a hand stands in the object's file."""
+def placement_options(script: HandScript, origin: Vec3) -> list[str]:
+    """Return the options of `cohaptic touch` that say where a hand stands in the object's file.
+
+    Args:
+        origin: Origin of the frame of the script's place, as a point of the file [m].
+    """
     if script.place is None:
         return ["--angle", repr(math.degrees(script.angle))]
     at, inward = map(repr, add(script.place.point, origin)), map(repr, script.place.inward)
