@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cohaptic.errors import BodyError
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.nifti import read_nifti
 from cohaptic_server.objects.scan.nrrd_file import read_nrrd
@@ -21,8 +22,14 @@ def read_scan(path: Path) -> LabelMap:
     """Read the label map in a file.
 
     Raises:
-        BodyError: The file is not a label map that can be read.
+        BodyError: The file is not a label map that can be read, or takes too much memory.
     """
     # Numbers of a damaged header are beyond their types; what they mean is checked in words.
     with np.errstate(all="ignore"):
-        return read_nrrd(path) if path.suffix.lower() == ".nrrd" else read_nifti(path)
+        try:
+            return read_nrrd(path) if path.suffix.lower() == ".nrrd" else read_nifti(path)
+        except MemoryError as error:
+            raise BodyError(
+                f"{path}: its voxels take more memory than this process may have. Crop it to the"
+                " organ, or resample it"
+            ) from error
