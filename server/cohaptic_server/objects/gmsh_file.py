@@ -17,7 +17,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.memory_limit import say_once
+from cohaptic_server.objects.memory_limit import named, say_once
 
 # Number of nodes of each type of element; the first four nodes of a tetrahedron are its corners.
 _NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18,
@@ -87,26 +87,19 @@ def read_gmsh(path: Path) -> GmshMesh:
         group_of = _entities(path, cursor("Entities"), 3 if version == b"4.1" else 6)
     tets, groups = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     others = Counter[str]()
-    for kind, entity, group, nodes in _naming(path, read_elements(cursor("Elements"))):
-        if kind in _SOLIDS or kind in _FACES:
-            others[_SOLIDS.get(kind) or _FACES[kind]] += len(nodes)
-        if kind in _TETRAHEDRA:
-            tets.append(nodes[:, :4])
-            groups.append(group if old else np.full(len(nodes), group_of.get(entity, 0)))
+    with named(path):
+        for kind, entity, group, nodes in read_elements(cursor("Elements")):
+            if kind in _SOLIDS or kind in _FACES:
+                others[_SOLIDS.get(kind) or _FACES[kind]] += len(nodes)
+            if kind in _TETRAHEDRA:
+                tets.append(nodes[:, :4])
+                groups.append(group if old else np.full(len(nodes), group_of.get(entity, 0)))
     order = np.argsort(tags)
     corners = np.concatenate(tets)
     at = np.searchsorted(tags[order], corners)
     if (tags[order][np.minimum(at, len(tags) - 1)] != corners).any():
         raise ValueError("an element names a node that is not there")
     return GmshMesh(x, order[at], np.concatenate(groups), _names(sections), others)
-
-
-def _naming(path: Path, runs: Any) -> Any:
-    """The same runs of elements; an error of theirs gets the name of the file."""
-    try:
-        yield from runs
-    except BodyError as error:
-        raise BodyError(f"{path}: {error}") from error
 
 
 def _sections(data: bytes) -> dict[str, bytes]:

@@ -51,6 +51,15 @@ def reading_limited(path: Path) -> Generator[None]:
 
 
 @contextlib.contextmanager
+def named(path: Path) -> Generator[None]:
+    """Let an error of checks that know no file begin with the path of the file."""
+    try:
+        yield
+    except BodyError as error:
+        raise BodyError(f"{path}: {error}") from error
+
+
+@contextlib.contextmanager
 def _address_space(more: int) -> Generator[None]:
     """Limit the address space of this process to its present size plus `more` bytes."""
     if sys.platform != "linux":

@@ -13,6 +13,7 @@ from cohaptic_server.mesh.tetrahedra import SeveralPiecesError, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
 from cohaptic_server.objects.fill_process import FillLimitError
+from cohaptic_server.objects.memory_limit import named
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.parts.nodes import (
     check_volumes,
@@ -93,10 +94,8 @@ def _prepare_volume(source: ObjectFile) -> Prepared:
     x, cells, parts = read_volume(path, largest=source.repair)
     check_size(path, x * source.scale, source.scale)
     source.parts.check(() if parts is None else parts.names)
-    try:
+    with named(path):
         return Prepared(TetMesh.checked(x * source.scale, cells), None, parts=parts)
-    except BodyError as error:
-        raise BodyError(f"{path}: {error}") from error
 
 
 def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
@@ -115,7 +114,8 @@ def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
     originals = surfaces
     # The report describes the surface in the file and not the simplified one: crossings that even
     # the slowest simplification adds are untangled by filling.
-    report = examine_all(surfaces) if triangles <= MAX_TRIANGLES else None
+    with named(path):
+        report = examine_all(surfaces) if triangles <= MAX_TRIANGLES else None
     if source.simplify and len(faces) > source.simplify:
         progress("simplifying", 0.0)
         surfaces = _fewer(path, surfaces, source.simplify)
@@ -124,7 +124,8 @@ def _prepare_surface(source: ObjectFile, progress: Progress) -> Prepared:
     check_count(path, len(faces))
     # A file with more triangles than the limit is examined only after simplification.
     culprit = "" if report else f"after --simplify {source.simplify}, which may have made this, "
-    report = report or examine_all(surfaces)
+    with named(path):
+        report = report or examine_all(surfaces)
     check_surface(f"{path}: {culprit}", report, repair=source.repair)
     outwards = [one._replace(faces=facing_outwards(one.x, one.faces)) for one in surfaces]
     tets = _filled(source, outwards, report, progress)
@@ -144,7 +145,8 @@ def _prepare_scan(source: ObjectFile, progress: Progress) -> Prepared:
     surfaces = _fewer(source.path, originals, source.simplify or FEWER)
     # The volume of the tetrahedra is later compared with that of the voxels.
     volume = float(scan.volumes.sum())
-    report = replace(examine(surfaces[0].x, surfaces[0].faces), volume=volume)
+    with named(source.path):
+        report = replace(examine(surfaces[0].x, surfaces[0].faces), volume=volume)
     check_surface(f"{source.path}: the surface of its labels: ", report, repair=source.repair)
     outwards = [one._replace(faces=facing_outwards(one.x, one.faces)) for one in surfaces]
     tets = _filled(source, outwards, report, progress, scan)
@@ -169,7 +171,8 @@ def _fewer(path: Path, surfaces: Sequence[PartSurface], count: int) -> tuple[Par
     Triangles that lie on each other, as in a file that has its surface several times, let a
     simplification collapse all others.
     """
-    found = simplified_to(surfaces, count)
+    with named(path):
+        found = simplified_to(surfaces, count)
     flat = [one.name or "it" for one in found if is_flat(one.x, one.faces)]
     if flat:
         raise BodyError(

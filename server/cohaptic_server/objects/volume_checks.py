@@ -15,7 +15,7 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.tetrahedra import boundary, face_pieces, pieces, volumes
 from cohaptic_server.numeric import Floats, Ints, Mask
-from cohaptic_server.objects.memory_limit import say_once
+from cohaptic_server.objects.memory_limit import named, say_once
 from cohaptic_server.objects.surface.checks import intersecting
 from cohaptic_server.objects.surface.surface_file import equal_points
 
@@ -139,10 +139,8 @@ def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
             )
         raise PiecesError(path, problem, advice)
     outside = boundary(tets)
-    try:
+    with named(path):
         crossing = intersecting(x - x.mean(axis=0), outside)
-    except BodyError as error:
-        raise BodyError(f"{path}: {error}") from error
     if crossing.any():
         raise BodyError(
             f"{path}: {crossing.sum():,} faces cross others or lie on them without being shared, as"

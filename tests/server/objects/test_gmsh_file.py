@@ -209,8 +209,9 @@ def test_a_damaged_file_is_refused(tmp_path: Path, change: tuple[str, str], word
     text = newer().replace(*change)
     assert text != newer()
     (tmp_path / "a.msh").write_text(text)
-    with pytest.raises(BodyError, match=words):
+    with pytest.raises(BodyError, match=words) as error:
         read_volume(tmp_path / "a.msh")
+    assert str(error.value).startswith(f"{tmp_path / 'a.msh'}: ")
 
 
 def test_a_name_that_is_taken_is_not_that_of_what_has_no_group(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,12 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.tetrahedra import quadratic as with_middles
 from cohaptic_server.objects import cost
+from cohaptic_server.objects.auto.resolve import find_problems
 from cohaptic_server.objects.build import build_solid
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import prepare
-from cohaptic_server.objects.surface import accept
+from cohaptic_server.objects.surface import accept, checks
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.objects.tetrahedralise import tetrahedralise
@@ -140,6 +142,17 @@ def test_a_broken_file_is_one_sentence(defect: str, sentence: str, tmp_path: Pat
         build_solid(ObjectFile(path, "z < 20%", edge=0.2))
     assert str(error.value).startswith(f"{path}: ")
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("read", [find_problems, prepare])
+def test_triangles_too_many_to_compare_are_one_sentence(
+    read: Callable[[ObjectFile], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checks, "_MOST_PAIRS", 10)
+    path = write(tmp_path / "ball.stl", *icosphere(2, 0.05))
+    with pytest.raises(BodyError, match="more than 10 pairs of its triangles lie close") as error:
+        read(ObjectFile(path, "z < 20%"))
+    assert str(error.value).startswith(f"{path}: ")
 
 
 @pytest.mark.parametrize("sections", [12, 24, 48])

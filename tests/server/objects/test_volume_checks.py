@@ -16,6 +16,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.auto.resolve import find_problems
 from cohaptic_server.objects.object_file import ObjectFile
+from cohaptic_server.objects.surface import checks
 from cohaptic_server.objects.volume_checks import PiecesError, check_conforming, mended
 from cohaptic_server.objects.volume_file import VolumeMesh, read_volume
 
@@ -171,6 +172,14 @@ def test_many_points_that_are_nearly_one_are_one(tmp_path: Path) -> None:
     apart += 1e-9 * np.random.default_rng(1).uniform(-1.0, 1.0, apart.shape)
     found = read(tmp_path / "a.vtu", (apart, np.arange(len(apart)).reshape(-1, 4)))
     assert len(found.x) == 13**3
+
+
+def test_faces_too_many_to_compare_are_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checks, "_MOST_PAIRS", 10)
+    with pytest.raises(BodyError, match=r"a\.vtu: more than 10 pairs of its triangles lie close"):
+        read(tmp_path / "a.vtu", block((2, 2, 2)))
 
 
 def test_a_heap_of_tetrahedra_is_in_pieces(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.memory_limit import named
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.parts.parts import PartSurface, joined
 from cohaptic_server.objects.parts.surfaces import examine_all
@@ -212,7 +213,8 @@ def _mended(
         problem = f"it has {len(faces):,} triangles, more than elements for touching can follow"
         words, option = f"simplified to {FEWER:,}", f"--simplify {FEWER}"
         remedies.append(Remedy(problem, words, option, needed=len(faces) > MAX_TRIANGLES))
-    report = examine_all(surfaces)
+    with named(source.path):
+        report = examine_all(surfaces)
     if report.open_edges and not source.shell and openness(x, faces) > SHEET:
         thickness = float(f"{_THICKNESS * size * source.scale:.2g}")
         source = replace(source, shell=thickness)

@@ -31,6 +31,7 @@ from cohaptic_server.objects.cost import Demand, edge_that_fits, growth_between
 from cohaptic_server.objects.fix_mesh import FixMesh
 from cohaptic_server.objects.fix_rule import check_fix_given, fixed_by_rule
 from cohaptic_server.objects.fix_surface import FixSurface, UnfitSurfaceError
+from cohaptic_server.objects.memory_limit import named
 from cohaptic_server.objects.object_file import MAX_READ, OPTIONS, ObjectFile
 from cohaptic_server.objects.option import Option
 from cohaptic_server.objects.parts.nodes import read_surfaces
@@ -144,7 +145,9 @@ def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
     path = source.path
     check_file(path)
     if is_scan(path):
-        return simplified_to(scan_surfaces(path, source.labels).surfaces, source.simplify or FEWER)
+        surfaces = scan_surfaces(path, source.labels).surfaces
+        with named(path):
+            return simplified_to(surfaces, source.simplify or FEWER)
     if path.suffix.lower() in VOLUMES:
         x, tets, _ = read_volume(path, largest=source.repair)
         return (PartSurface("", x, boundary(tets)),)

@@ -112,6 +112,7 @@ def facing_outwards(x: Floats, faces: Ints) -> Ints:
 _MARGIN = 1e-5
 _PAIRS = 200_000  # pairs of triangles that are tested at once; bounds the memory
 _MOST_PAIRS = 5 * 10**7  # a scan of 300,000 triangles has a fifth of that
+_COUNTED = 500  # triangles whose pairs are counted at once
 # Distance from a common plane that counts as coplanar, as a share of the surface's size: it allows
 # for the rounding to 24 bits.
 _OUT_OF_PLANE = 3e-7
@@ -150,19 +151,15 @@ def intersecting(x: Floats, faces: Ints) -> Mask:
         tree = cKDTree(center[large])
         others = np.flatnonzero(size_class <= k)
         query: Any = tree.query_ball_point  # its return type depends on the argument's shape
-        reaches = radius[others] + radius[large].max()
-        pairs = np.cumsum(query(center[others], reaches, return_length=True))
-        if pairs[-1] > _MOST_PAIRS:
-            raise BodyError(
-                f"its triangles lie in {pairs[-1]:,} pairs close to each other: they overlap nearly"
-                " everywhere, or are needles. Mesh it anew"
-            )
+        reaches = radius + radius[large].max()
+        pairs = _counted(query, center[others], reaches[others])
         blocks = np.arange(_PAIRS, int(pairs[-1]) + _PAIRS, _PAIRS)
         for small in np.split(others, np.unique(np.searchsorted(pairs, blocks))):
+            if intersects[large].all():  # then only those that are not known yet matter
+                small = small[~intersects[small]]
             if not len(small):
                 continue
-            reach = radius[small] + radius[large].max()
-            near: list[list[int]] = list(query(center[small], reach))
+            near: list[list[int]] = list(query(center[small], reaches[small]))
             counts = np.fromiter(map(len, near), np.int64, len(near))
             i = np.repeat(small, counts)
             j = large[np.fromiter(chain.from_iterable(near), np.int64, len(i))]
@@ -185,6 +182,31 @@ def intersecting(x: Floats, faces: Ints) -> Mask:
             )
             intersects[i[hit]] = intersects[j[hit]] = True
     return intersects
+
+
+def _counted(query: Any, centers: Floats, reaches: Floats) -> Ints:
+    """Number of triangles near those up to each one, shape (m,).
+
+    Args:
+        query: Finds the triangles near some points, or their number.
+        centers: Centres of the triangles, shape (m, 3).
+        reaches: Distance at which each one is near another, shape (m,).
+
+    Raises:
+        BodyError: There are so many that testing them would not end.
+    """
+    counts = np.zeros(len(centers), dtype=np.int64)
+    total = 0
+    for start in range(0, len(centers), _COUNTED):  # counting a billion pairs takes a while, too
+        some = slice(start, start + _COUNTED)
+        counts[some] = query(centers[some], reaches[some], return_length=True)
+        total += int(counts[some].sum())
+        if total > _MOST_PAIRS:
+            raise BodyError(
+                f"more than {_MOST_PAIRS:,} pairs of its triangles lie close to each other: they"
+                " overlap nearly everywhere, or are needles. Mesh it anew"
+            )
+    return np.cumsum(counts)
 
 
 def _edge_passes(a: Floats, b: Floats, low: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

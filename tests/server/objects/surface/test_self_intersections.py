@@ -89,9 +89,12 @@ def test_triangles_that_lie_on_each_other_are_not_all_compared(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_each_triangle_is_judged_as_in_pairs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where most of those that it meets are known already."""
-    rng, count = np.random.default_rng(seed), 30
-    x = (rng.uniform(size=(count, 1, 3)) + rng.uniform(0.0, 0.5, size=(count, 3, 3))).reshape(-1, 3)
+    """Also small ones, where the large ones that they meet are known already."""
+    rng, count = np.random.default_rng(seed), 60
+    turns = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
+    corners = np.array([(1.0, 0.0, 0.0), (-0.5, 0.9, 0.0), (-0.5, -0.9, 0.0)]) @ turns
+    corners[20:] = 0.1 * corners[20:] + rng.uniform(-1.0, 1.0, size=(count - 20, 1, 3))
+    x = corners.reshape(-1, 3)
     faces = np.arange(3 * count).reshape(-1, 3)
     expected = np.zeros(count, dtype=np.bool_)
     for i, j in combinations(range(count), 2):
