@@ -53,7 +53,7 @@ class Read:
 
 TURNED = "tetrahedra are inside out and are turned"
 MERGED = "points lie at the place of another one"
-COLLAPSED = "there is no surface in it: each of its 12 triangles has two corners at one place"
+COLLAPSED = "vertices lie at one place, so that each triangle has collapsed"
 READ = {
     "a41.msh": Read(500.0, ("liver",)),
     "ascii_cr.stl": Read(1000.0),

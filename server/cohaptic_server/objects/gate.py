@@ -56,7 +56,7 @@ def checked_cells(path: Path, x: Floats, cells: Ints) -> tuple[Floats, Ints]:
             f"{path}: {bad:,} of {len(x):,} vertices have a coordinate that is not a number."
             f" {_ANEW}"
         )
-    _check_place(path, x)
+    _check_place(path, x, kind)
     without = _without_area(x, cells) if kind == "triangle" else flat(x, cells)
     if kind == "triangle" and without.all():
         raise BodyError(
@@ -71,12 +71,15 @@ def checked_cells(path: Path, x: Floats, cells: Ints) -> tuple[Floats, Ints]:
     return x, cells
 
 
-def _check_place(path: Path, x: Floats) -> None:
+def _check_place(path: Path, x: Floats, kind: str) -> None:
     """Refuse vertices whose size or distance from the origin no sensible object has."""
     with np.errstate(over="ignore"):  # an infinite size is refused
         size, away = float(np.ptp(x, axis=0).max()), float(np.abs(x).max())
     if not size:
-        raise BodyError(f"{path}: all its {len(x):,} vertices lie at one place. {_ANEW}")
+        raise BodyError(
+            f"{path}: all its {len(x):,} vertices lie at one place, so that each {kind} has"
+            f" collapsed. {_ANEW}"
+        )
     if not SMALLEST <= size <= LARGEST:
         raise BodyError(
             f"{path}: its longest side is {size:.3g} units long; from {SMALLEST:g} to {LARGEST:g}"
