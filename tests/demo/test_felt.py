@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from cohaptic.simulated.hand import Hand
@@ -27,6 +27,7 @@ def pair(*values: float) -> PairForces:
 
 
 @given(COMPLIANCE, COMPLIANCE, st.floats(-0.99, 0.99))
+@example(0.01, 0.001, -0.99)  # the second tip is pushed out beyond the resting surface
 def test_the_forces_predicted_are_those_of_hands_that_only_push(
     first: float, second: float, coupling: float
 ) -> None:
@@ -53,6 +54,7 @@ def test_a_hand_from_which_the_surface_is_taken_away_feels_all_of_its_force_less
 
 
 @given(COMPLIANCE, st.floats(-0.9, 0.4), st.floats(1e-4, 0.02), st.floats(1e-3, 0.02))
+@example(1e-4, -0.5, 0.02, 0.02)  # hard, and pressed deep
 def test_a_depth_that_fits_lets_hands_feel_each_other_if_one_that_is_allowed_does(
     own: float, coupling: float, plain: float, dent: float
 ) -> None:

@@ -10,11 +10,13 @@ from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
+from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh, pressure
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.auto.softness import fitting_young
 from cohaptic_server.testing.blocks import block
+from cohaptic_tools.demo.felt import RENDERED
 from cohaptic_tools.demo.places import is_open, place_hands, supported
 from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene, reference
 from cohaptic_tools.demo.settled import Placement
@@ -98,9 +100,22 @@ def hardened(solid: Solid) -> Solid:
 
 
 def plate() -> Solid:
-    tets = block((0.12, 0.12, 0.01), (8, 8, 1))
+    tets = block((0.12, 0.12, 0.004), (8, 8, 1))
     settings = SolidSettings(contact_radius=0.0128)
     return hardened(Solid(tets, tets.vertices[:, 0] <= -0.06, settings))
+
+
+def test_no_hand_stands_where_it_is_stiffer_than_a_device() -> None:
+    """On a tower that is stiffer than that near its foot, and softer at its top."""
+    tets = block((0.04, 0.04, 0.14), (4, 4, 12))
+    settings = SolidSettings(2e5, order=1, contact_radius=0.012)
+    tall = Solid(tets, tets.vertices[:, 2] <= 0.0, settings)
+    table = vertex_compliance(tall)
+    free = table[table > 0.0]
+    assert free.min() < 1.0 / RENDERED < np.median(free)
+    for place in place_hands(tall, held(tall), 2).places:
+        vertex = int(np.linalg.norm(tall.mesh.vertices - np.array(place.point), axis=1).argmin())
+        assert table[vertex] >= 1.0 / RENDERED
 
 
 def test_a_slab_on_what_holds_it_has_no_places_and_that_is_known() -> None:

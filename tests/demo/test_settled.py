@@ -67,6 +67,20 @@ def test_hands_that_are_wedged_far_from_their_places_do_not_rest(
         assert rests(rubber, placement) == resting
 
 
+def test_a_contact_that_becomes_stiffer_than_a_device_does_not_rest(
+    rubber: RubberSolid, standing: list[Placement], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    placement, real = replace(standing[0], depth=0.002), reference
+    for hardened, resting in ((1.0, True), (100.0, False)):
+
+        def harder(*args: Any, hardened: float = hardened, **more: Any) -> Equilibrium:
+            found = real(*args, **more)
+            return replace(found, compliance=found.compliance / hardened)
+
+        monkeypatch.setattr(settled, "reference", harder)
+        assert rests(rubber, placement) == resting
+
+
 @pytest.mark.slow
 def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Placement]) -> None:
     deep = [replace(placement, depth=0.06) for placement in standing]

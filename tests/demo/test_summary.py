@@ -71,6 +71,15 @@ def test_what_nobody_feels_is_no_success(faint: dict[str, Any]) -> None:
     assert verdict(other).startswith("right felt left press")
 
 
+def test_a_demonstration_in_which_nobody_feels_anything_or_a_force_swings_has_failed() -> None:
+    assert result().shows_it
+    assert result(felt_from_others_n=0.06).shows_it
+    assert not result(felt_from_others_n=-0.04).shows_it
+    assert not result({"stable": False, "rest": Rest.UNSTABLE}).shows_it
+    unknown = {"stable": None, "rest": None, "felt_from_others_n": 0.0}
+    assert result(unknown, **unknown).shows_it
+
+
 def test_a_drag_is_not_judged_as_a_press() -> None:
     told = result(felt_from_others_n=0.1).model_copy(update={"friction": 0.8})
     assert told.least_felt is None

@@ -31,7 +31,6 @@ from cohaptic_server.http.routes import has_page, load_page
 from cohaptic_server.objects.cost import Demand
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
-from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.live_view import watch
 from cohaptic_tools.demo.processes import DemoFailed, Process, Stage
 from cohaptic_tools.demo.result import DemoResult, evaluate
@@ -64,7 +63,7 @@ def demonstrate(
         browser: Whether to open the web page of the server.
 
     Returns:
-        True if no user was unstable, and the first two felt each other at all.
+        True if no force was unstable, and the first two users felt each other at all.
 
     Raises:
         CohapticError: The scene cannot be shown on the body, or a process has failed.
@@ -93,9 +92,7 @@ def demonstrate(
     if json is not None:
         json.write_text(result.model_dump_json(indent=2) + "\n")
         console.print(f"written to {json}", highlight=False)
-    felt = result.least_felt
-    unfelt = felt is not None and felt < LEAST
-    return not unfelt and not any(user.stable is False for user in result.users)
+    return result.shows_it
 
 
 def _perform(

@@ -20,6 +20,7 @@ from cohaptic_tools.demo.analysis import (
     stretches,
 )
 from cohaptic_tools.demo.comparison import Compared, compare
+from cohaptic_tools.demo.lateness import LEAST
 from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge
 from cohaptic_tools.demo.scene import Scene
 
@@ -107,6 +108,13 @@ class DemoResult(BaseModel):
         parts = [user.felt_from_others_n for user in self.users[:2] if user.rest is not None]
         known = [abs(part) for part in parts if part is not None]
         return None if self.friction or len(known) < 2 else min(known)
+
+    @property
+    def shows_it(self) -> bool:
+        """Whether no force is unstable, and the first two users feel each other at all."""
+        felt = self.least_felt
+        unstable = any(user.stable is False for user in self.users)
+        return not unstable and (felt is None or felt >= LEAST)
 
 
 def evaluate(

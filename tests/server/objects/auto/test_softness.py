@@ -14,6 +14,8 @@ from cohaptic_server.bodies.solid import parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.objects.auto import softness
 from cohaptic_server.objects.auto.resolve import resolve
 from cohaptic_server.objects.auto.softness import MATERIALS, fitting_young, softness_words
@@ -30,10 +32,10 @@ meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[object
 PAGE = Path(__file__).parents[4] / "web/src/upload/softness.ts"
 
 
-def tower(young: float = YOUNG, size: float = 1.0) -> Solid:
-    """A tower of 60 x 60 x 140 mm times `size` that stands on its foot."""
+def tower(young: float = YOUNG, size: float = 1.0, held: float = 0.0) -> Solid:
+    """A tower of 60 x 60 x 140 mm times `size` that is held up to a height [m]."""
     tets = block((0.06 * size, 0.06 * size, 0.14 * size), (4, 4, 8))
-    return Solid(tets, tets.vertices[:, 2] <= 0.0, SolidSettings(young, order=1))
+    return Solid(tets, tets.vertices[:, 2] <= held, SolidSettings(young, order=1))
 
 
 def middle(solid: Solid) -> float:
@@ -47,9 +49,10 @@ def test_the_softness_does_not_depend_on_the_one_that_it_is_found_with() -> None
 
 
 def test_a_usual_place_then_has_the_stiffness_of_a_press_of_a_few_newtons() -> None:
-    fitting = fitting_young(tower(), YOUNG)
     wanted = softness.PRESS / softness.DENT
-    assert middle(tower(fitting)) == pytest.approx(wanted, rel=0.1)
+    for held in (0.0, 0.06):  # a part that is held is not pressed
+        fitting = fitting_young(tower(held=held), YOUNG)
+        assert middle(tower(fitting, held=held)) == pytest.approx(wanted, rel=0.1)
 
 
 def test_a_small_object_is_dented_by_a_share_of_its_size() -> None:
@@ -115,6 +118,16 @@ def test_auto_chooses_it_tells_it_and_factors_once(
     assert middle(solid) == pytest.approx(softness.PRESS / softness.DENT, rel=0.1)
     assert resolve(volume, softness=True) == found  # from the store
     assert resolve(volume).source.material.young == YOUNG
+
+
+def test_a_softness_that_is_given_stays(volume: ObjectFile) -> None:
+    told: list[str] = []
+    given = {"fix": "z < 5%", "order": 1}
+    for young, more in ((None, {}), (5e3, {"young": ["5e3"]})):
+        options = ObjectOptions({**given, **more}, auto=True)
+        source = resolved(volume.path, options, lambda phase, share: None, told.append)
+        assert (source.material.young == young) == (young is not None)
+    assert sum("--young" in sentence for sentence in told) == 1
 
 
 @pytest.mark.usefixtures("kernels")
