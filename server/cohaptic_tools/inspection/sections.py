@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_tools.inspection.picture import LETTERS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _INK, _DIM = "#1F2937", "#6B7280"
 # Okabe and Ito's colours, which colour-blind people can tell apart, too; further parts repeat them.
@@ -79,6 +83,15 @@ def draw_sections(
             spine.set_visible(False)
     handles = [Patch(color=colors[k], label=words[k].replace("$", r"\$")) for k in order[:_LISTED]]
     figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=9)
+    _save(figure, path, title)
+
+
+def _save(figure: Figure, path: Path, title: str) -> None:
+    """Write a title over a figure, and the figure to a PNG file.
+
+    Raises:
+        BodyError: The file cannot be written.
+    """
     figure.text(
         0.03, 0.93, title, fontsize=14, color=_INK, weight="bold", va="center", parse_math=False
     )
