@@ -88,7 +88,8 @@ class TetMesh:
         x = self.vertices
         low, high = x.min(axis=0), x.max(axis=0)
         digits = math.ceil(-math.log10(0.1 * float((high - low).max())))
-        middle = np.round(0.5 * (low + high), digits) + 0.0  # no negative zero
+        middle = np.asarray(np.round(0.5 * (low + high), digits), dtype=np.float64)
+        middle += 0.0  # no negative zero
         return TetMesh(x - middle, self.tets, add(self.origin, vec3(middle)))
 
     @property
