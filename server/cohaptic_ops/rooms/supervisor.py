@@ -100,12 +100,14 @@ class SeatPool:
         """Divide the seats anew; return the new number of seats of each room where it changes.
 
         People keep the seats that they have. The rooms that can use more seats share the remaining
-        ones equally; if the division leaves a remainder, the first rooms get one more.
+        ones equally; if the division leaves a remainder, the rooms with the fewest people get one
+        more, so that no room lacks a seat for its first visitor while another has one to spare.
 
         Args:
             among: Names of the rooms that have a process, without which no room can free its seats.
         """
-        rooms = {name: seats for name, seats in self._rooms.items() if name in among}
+        by_people = sorted(self._rooms.items(), key=lambda room: room[1].used)
+        rooms = {name: seats for name, seats in by_people if name in among}
         spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
         room_left = {name: s.most - min(s.used, s.most) for name, s in rooms.items()}
         targets = _fair(room_left, max(0, spare))

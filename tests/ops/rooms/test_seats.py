@@ -127,3 +127,13 @@ def test_a_room_without_a_process_holds_no_seats() -> None:
     assert pool.share("ab") == {"b": 2}
     pool.lose("b")
     assert pool.share("a") == {"a": 4}
+
+
+def test_the_last_seat_is_for_an_empty_room_and_not_for_a_second_visitor() -> None:
+    """With the first room before all others the empty one lost its only seat to it."""
+    pool = SeatPool(2, {"a": 2, "b": 2})
+    assert pool.share({"a", "b"}) == {"a": 1, "b": 1}
+    for room, other in (("a", "b"), ("b", "a")):
+        pool.report(room, held=1, used=1, serial=pool[room].serial)
+        pool.report(other, held=1, used=0, serial=pool[other].serial)
+        assert pool.share({"a", "b"}) == {}
