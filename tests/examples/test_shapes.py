@@ -24,7 +24,6 @@ pytestmark = pytest.mark.slow
 FLAWED = {
     "bowl.stl": (True, False, False, 1),
     "crossing.stl": (False, False, True, 2),
-    "duplicate.ply": (False, True, True, 1),
     "nested.stl": (False, False, False, 2),
     "open_ball.stl": (True, False, False, 1),
     "parts.glb": (False, False, False, 2),

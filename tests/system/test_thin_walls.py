@@ -67,6 +67,7 @@ def test_a_session_finds_the_forces_of_the_reference(
     for k, name in enumerate(scene.names):
         script = replace(scene.script(k), approach_at=1.0, rhythm=None)
         session.join(name, script, delay=delay, seed=k, geometry="mesh", law=scene.law)
-    session.run(5.0 + 10.0 * delay)
+    # The contacts creep along the wall as it tilts, by a part of the way in each round trip.
+    session.run(5.0 + 20.0 * delay)
     force = np.array([user.force[-1] for user in session.users.values()])
     assert force == pytest.approx(expected.force, abs=0.02 * LEAST + 0.01 * expected.force.max())
