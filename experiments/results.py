@@ -39,15 +39,14 @@ balloon.
   and the same in the equilibrium of body and hands, solved without a network.
 - *worst error*: largest relative difference of the two over all users, while the first one
   presses.
-- *felt after*: by how much later than without a network the force on the other hands has made half
-  of its change, median over hands and presses; *allowed* is both injected legs, two simulation
-  ticks, the half time of the room's lag (ln 2 of it) and 5 ms.
+- *half*, *90 %*: by how much later half and nine tenths of the change of force are felt than by
+  the same hands simulated without a network: the hand that is last, the median over presses.
+  *both ways*, from the first hand to the server and on to another, is the least that it can be.
 - *lag*: time constant with which the object answers the others; it grows with the coupling,
   and the delay changes it little.
 - *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
-  still creeps to its value, or whose swings die out, when the next press comes; *inf*: half
-  of a change never came before it. With four users the measure of *felt after* fails
-  ([what was measured](measured.md)).
+  still creeps to its value, or whose swings die out, when the next press comes; *inf*: that share
+  of a change never came before it.
 
 {scenes}
 

@@ -6,14 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
+from cohaptic.simulated.hand import HandState, move
 from cohaptic.status.row import COLUMNS
+from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe
+from cohaptic_server.world.at_once import Mover, play_at_once
 from cohaptic_tools.demo.analysis import STEP, Recording
 from cohaptic_tools.demo.comparison import RIGHT, reference_drag
-from cohaptic_tools.demo.scene import Scene, reference
+from cohaptic_tools.demo.scene import Scene
 
 
 def blank(name: str, t: Floats) -> Recording:
@@ -32,30 +35,36 @@ def levels(scene: Scene, body: Body, t: Floats) -> Floats:
 
 
 def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:
-    """A scene of which everybody feels the truth, the others' part of it `delay` later [s]."""
+    """A scene played without a network, of which the others' part is recorded `delay` later [s]."""
     t = np.arange(0.0, seconds, STEP)
-    pressed, released = reference(scene, body, pressed=True), reference(scene, body, pressed=False)
     level = levels(scene, body, t)
-
-    def between(off: Floats, on: Floats, late: float = 0.0) -> Floats:
-        """From the one to the other as the first hand presses, shape (users, ..., n)."""
-        share = np.asarray(np.interp(t - late, t, level[0]), dtype=np.float64)
-        return np.asarray(off[..., None] + (on - off)[..., None] * share)
-
-    tip = between(released.tip, pressed.tip)
-    force = between(released.force, pressed.force)
-    felt = between(released.felt_from_others, pressed.felt_from_others, delay)
+    motion = play_at_once(body, [_hand(scene, body, u) for u in range(scene.users)], seconds)
     found: list[Recording] = []
     for user, name in enumerate(scene.names):
-        recording = blank(name, t)
-        out = tip[user] / np.linalg.norm(tip[user], axis=0)
-        recording.columns.update(
-            zip(("x", "y", "z", "fx", "fy", "fz"), [*tip[user], *(force[user] * out)], strict=True)
-        )
-        recording.columns.update(felt_from_others=felt[user], level=level[user])
+        recording, tips = blank(name, t), motion.tips[user]
+        out = tips / np.linalg.norm(tips, axis=0)
+        recording.columns.update(zip(("x", "y", "z"), tips, strict=True))
+        forces = motion.force[user] * out
+        recording.columns.update(zip(("fx", "fy", "fz"), forces, strict=True))
+        felt = np.asarray(np.interp(t - delay, t, motion.from_others[user]), dtype=np.float64)
+        recording.columns.update(felt_from_others=felt, level=level[user])
         recording.columns["k_h"] += 200.0
         found.append(recording)
     return found
+
+
+def _hand(scene: Scene, body: Body, user: int) -> Mover:
+    """A hand of the scene, in the air at first."""
+    info, script = describe(body), scene.script(user)
+    intention = script.intention(info.center, info.radius)
+    state = HandState(intention.at(0.0), ZERO)
+
+    def mover(now: float, force: Vec3) -> Vec3:
+        nonlocal state
+        state = move(state, script.hand, intention.at(now), force, STEP)
+        return state.position
+
+    return mover
 
 
 def dragged(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Recording]:

@@ -9,20 +9,15 @@ from hypothesis import strategies as st
 
 from cohaptic_server.numeric import Floats
 from cohaptic_tools.demo.analysis import STEP
-from cohaptic_tools.demo.lateness import LEAST, felt_delay, half_change
+from cohaptic_tools.demo.lateness import LEAST, LEVELS, late, passed
 
-SECONDS, PRESS, RAMP = (
-    3.0,
-    0.8,
-    0.3,
-)  # s; of a window, when the change begins, and how long it takes
-FINE: Floats = np.asarray(STEP * np.arange(round(SECONDS / STEP)), dtype=np.float64)
-COARSE: Floats = FINE[::10]
+SECONDS, PRESS, RAMP = 3.0, 0.8, 0.3  # s; of a window, when the change begins, how long it takes
+T: Floats = np.asarray(STEP * np.arange(round(SECONDS / STEP)), dtype=np.float64)
 
 
-def press(t: Floats, late: float = 0.0, size: float = 2.0, start: float = 1.0) -> Floats:
+def press(late: float = 0.0, size: float = 2.0, start: float = 1.0) -> Floats:
     """A force that rises smoothly, and the same that comes late."""
-    s = np.clip((t - PRESS - late) / RAMP, 0.0, 1.0)
+    s = np.clip((T - PRESS - late) / RAMP, 0.0, 1.0)
     return np.asarray(start + size * s * s * (3.0 - 2.0 * s))
 
 
@@ -31,47 +26,74 @@ sizes = st.floats(0.1, 8.0) | st.floats(-8.0, -0.1)
 
 @given(st.floats(0.0, 1.2), sizes, sizes, st.integers(0, 2**32 - 1), st.floats(0.0, 0.02))
 def test_a_known_delay_is_found_whatever_is_lost_of_the_force(
-    late: float, felt: float, at_once: float, seed: int, noise: float
+    behind: float, felt: float, at_once: float, seed: int, noise: float
 ) -> None:
     """A law may give a tenth of the force, and a device may tremble: it is late by the same."""
-    noisy = noise * abs(felt) * np.random.default_rng(seed).normal(size=len(FINE))
-    found = felt_delay(FINE, press(FINE, late, felt) + noisy, COARSE, press(COARSE, 0.0, at_once))
-    # Noise of 2 % of a change that takes 0.3 s, averaged over 11 periods.
-    assert found == pytest.approx(late, abs=0.0005 + 0.3 * noise)
+    noisy = noise * abs(felt) * np.random.default_rng(seed).normal(size=len(T))
+    found = late(passed(T, press(behind, felt) + noisy), passed(T, press(0.0, at_once)))
+    # Noise of 2 % of a change that takes 0.3 s, averaged over 11 periods; it moves the times of
+    # levels at the flat ends of the ramp most.
+    assert found == pytest.approx([behind] * 3, abs=0.0005 + 2.0 * noise)
+    assert found.onset <= found.half <= found.most
 
 
-@given(st.floats(0.05, 0.6))
-def test_a_force_that_creeps_is_as_late_as_half_of_it(time: float) -> None:
+@given(st.floats(0.05, 0.4))
+def test_a_force_that_creeps_passes_each_share_in_its_time(time: float) -> None:
     """A step that comes with a time constant: its half comes after ln 2 of it."""
-    step = np.where(FINE < PRESS, 0.0, 1.0 - np.exp(-(FINE - PRESS) / time))
-    at_once = np.where(FINE < PRESS, 0.0, 1.0)
-    whole = 1.0 - math.exp(-(SECONDS - PRESS) / time)  # that it comes to within the window
-    expected = -time * math.log(1.0 - 0.5 * whole)
-    # The last 0.2 s are averaged, in which a slow one still moves.
-    assert felt_delay(FINE, step, FINE, at_once) == pytest.approx(expected, rel=0.06, abs=0.006)
+    step = np.where(T < PRESS, 0.0, 1.0 - np.exp(-(T - PRESS) / time))
+    for level, at in zip(LEVELS, passed(T, step), strict=True):
+        # The last 0.2 s are averaged, in which a slow one still moves.
+        expected = PRESS - time * math.log(1.0 - level)
+        assert at == pytest.approx(expected, abs=0.006 + 0.05 * (expected - PRESS))
 
 
 def test_the_surface_may_be_there_long_before_the_force() -> None:
     """As with an integral law: what counts is what the hand has of it."""
-    displacement, force = press(FINE, 0.19), press(FINE, 0.48)
-    assert felt_delay(FINE, displacement, COARSE, press(COARSE)) == pytest.approx(0.19, abs=1e-3)
-    assert felt_delay(FINE, force, COARSE, press(COARSE)) == pytest.approx(0.48, abs=1e-3)
+    true = passed(T, press())
+    assert late(passed(T, press(0.19)), true).half == pytest.approx(0.19, abs=1e-3)
+    assert late(passed(T, press(0.48)), true).half == pytest.approx(0.48, abs=1e-3)
 
 
-def test_a_half_is_found_between_two_readings() -> None:
-    t = np.array([0.0, 0.1, 0.2, 1.0, 1.1, 1.2, 1.3])
-    force = np.array([0.0, 0.0, 0.0, 0.4, 0.6, 1.0, 1.0])
-    # The mean of the end is 1 N in the last 0.2 s but for one reading of 0.6 N.
-    half = 0.5 * (0.6 + 1.0 + 1.0) / 3.0
-    assert half_change(t, force) == pytest.approx(1.0 + 0.1 * (half - 0.4) / 0.2)
+@given(sizes)
+def test_the_levels_are_passed_in_their_order(size: float) -> None:
+    found = passed(T, press(size=size))
+    assert PRESS < found[0]
+    assert (np.diff(found) > 0.0).all()
+    assert found[-1] < PRESS + RAMP
+    assert found[4] == pytest.approx(PRESS + 0.5 * RAMP, abs=1e-3)
+
+
+@given(st.floats(0.0, 0.6), st.floats(0.1, 1.0))
+def test_who_overshoots_is_not_early_for_it(behind: float, more: float) -> None:
+    """The answers of others come later: more than the change at first, and then the change.
+
+    The force passes its own half before a force without an overshoot would, and nothing of it was
+    there before it came.
+    """
+    overshoot = press(behind, 2.0 * (1.0 + more)) - press(behind + 0.5, 2.0 * more, 0.0)
+    found, true = passed(T, overshoot), passed(T, press())
+    assert found[4] - true[4] < behind
+    # A tenth is passed early as well, by a part of the ramp's slow beginning.
+    assert behind - 0.065 * RAMP <= late(found, true).half <= behind + 1e-3
+
+
+@given(st.floats(0.0, 0.6), st.floats(0.05, 0.3))
+def test_the_slowest_level_counts(behind: float, time: float) -> None:
+    """Quick at first and slow in the end: the delay of nine tenths is that of the last level."""
+    slow = 0.5 * press(behind) + 0.5 * press(behind + time)
+    found = late(passed(T, slow), passed(T, press()))
+    assert found.onset <= found.half <= found.most
+    assert found.most > behind + 0.5 * time
 
 
 @pytest.mark.parametrize("size", [0.0, 0.9 * LEAST, -0.9 * LEAST])
 def test_what_is_not_felt_is_not_late(size: float) -> None:
-    assert math.isnan(half_change(FINE, press(FINE, size=size)))
-    assert math.isnan(felt_delay(FINE, press(FINE, size=size), COARSE, press(COARSE)))
-    assert math.isnan(felt_delay(FINE, press(FINE), COARSE, press(COARSE, size=size)))
+    none, true = passed(T, press(size=size)), passed(T, press())
+    assert np.isnan(none).all()
+    assert all(map(math.isnan, late(none, true)))
+    assert all(map(math.isnan, late(true, none)))
+    assert not np.isnan(passed(T, press(size=0.9 * LEAST), least=0.5 * LEAST)).any()
 
 
 def test_a_force_that_is_no_number_is_not_late() -> None:
-    assert math.isnan(half_change(FINE, np.full_like(FINE, np.nan)))
+    assert np.isnan(passed(T, np.full_like(T, np.nan))).all()

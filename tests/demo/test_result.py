@@ -19,6 +19,8 @@ from tests.demo.recordings import blank, dragged, played, save
 SCENE = Scene(delay=0.05, duration=9.0)  # of which 8.2 are enough
 DRAG = Scene(delay=0.05, duration=9.0, friction=0.8)
 DELAY = 0.12  # s after which the recorded hands feel each other
+# Relative difference of forces at rest, which the reference and a simulation find differently.
+SAME = 2e-3
 STATUSES = [
     TouchStatus(name=name, state="free", k_o=250.0, round_trip=0.1, loop_hz=999.0, lag=0.16,
                 loop_late_p99=2e-4, loop_missed=3, max_stiffness=2000.0, law="predictive")
@@ -66,9 +68,9 @@ def test_who_felt_the_truth_is_found_to_have_felt_it(
     assert [user.name for user in good.users] == ["left", "right"]
     for i, user in enumerate(good.users):
         assert user.truth_from_others_n == pytest.approx(expected.felt_from_others[i])
-        assert user.felt_from_others_n == pytest.approx(user.truth_from_others_n, rel=1e-6)
-        assert user.force_error == pytest.approx(0.0, abs=1e-6)
-        assert user.force_n == pytest.approx(user.truth_force_n, rel=1e-6)
+        assert user.felt_from_others_n == pytest.approx(user.truth_from_others_n, rel=SAME)
+        assert user.force_error == pytest.approx(0.0, abs=SAME)
+        assert user.force_n == pytest.approx(user.truth_force_n, rel=SAME)
         assert user.rest is Rest.RESTS
         assert user.stable is True
         assert user.faults == ()
@@ -82,8 +84,9 @@ def test_who_felt_the_truth_is_found_to_have_felt_it(
 def test_the_delay_is_that_of_the_force_of_who_waits_for_it(good: DemoResult) -> None:
     """The hand that presses makes the change, and is not late for itself."""
     left, right = good.users
-    assert left.felt_delay_ms is None
-    assert right.felt_delay_ms == pytest.approx(1e3 * DELAY, abs=2.0)
+    assert left.felt_onset_ms is left.felt_delay_ms is left.felt_most_ms is None
+    for late in (right.felt_onset_ms, right.felt_delay_ms, right.felt_most_ms):
+        assert late == pytest.approx(1e3 * DELAY, abs=2.0)
 
 
 def test_a_surface_that_is_there_before_the_force_does_not_count(
@@ -106,7 +109,7 @@ def test_half_the_force_is_half_off_and_no_later(
     left, right = recordings[0], copy(recordings[1])
     right.columns["felt_from_others"] *= 0.5
     result = judged(small_balloon, [left, right], tmp_path)
-    assert result.users[1].force_error == pytest.approx(0.5, abs=1e-6)
+    assert result.users[1].force_error == pytest.approx(0.5, abs=SAME)
     assert result.users[1].felt_delay_ms == pytest.approx(good.users[1].felt_delay_ms, abs=0.1)
 
 
@@ -250,7 +253,9 @@ def test_the_result_for_programs_says_what_it_promises(good: DemoResult) -> None
             "force_error",
             "loop_hz",
             "loop_late_p99_us",
+            "felt_onset_ms",
             "felt_delay_ms",
+            "felt_most_ms",
             "stable",
         }
         assert user["rest"] == "rests"

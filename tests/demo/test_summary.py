@@ -19,7 +19,9 @@ def user(name: str, **other: Any) -> UserResult:
         "force_error": 0.0, "force_n": 4.0, "truth_force_n": 4.0, "k_o": 250.0, "k_h": 250.0,
         "max_stiffness": 2000.0, "soft": False, "friction_needed": None, "loop_hz": 999.0,
         "loop_late_p99_us": 200.0, "loop_missed": 0, "round_trip_ms": 100.0,
-        "felt_delay_ms": None if name == "left" else 193.4, "patch_hz": 60.0, "stable": True,
+        "felt_onset_ms": None if name == "left" else 170.0,
+        "felt_delay_ms": None if name == "left" else 193.4,
+        "felt_most_ms": None if name == "left" else 377.0, "patch_hz": 60.0, "stable": True,
         "rest": Rest.RESTS, "faults": (),
     }  # fmt: skip
     return UserResult(**(values | other))
@@ -49,7 +51,7 @@ def shown(told: DemoResult, width: int = 160) -> str:
 
 def test_a_good_result_is_told_with_its_force_and_its_delay() -> None:
     assert verdict(result()) == (
-        "right felt left press with 2.97 N, 193 ms later.\n"
+        "right felt left press with 2.97 N, half of it 193 ms later.\n"
         f"Every force came to rest, at most 0.0% from the truth {HOW}."
     )
     text = shown(result())
@@ -120,7 +122,7 @@ def test_a_device_that_is_softer_and_an_object_that_takes_its_time_are_told() ->
 
 def test_a_drag_is_told_as_one() -> None:
     told = result(friction_needed=0.54).model_copy(update={"friction": 0.8})
-    assert verdict(told).startswith("right felt left drag with 2.97 N, 193 ms later.")
+    assert verdict(told).startswith("right felt left drag with 2.97 N, half of it 193 ms later.")
     assert "drag felt" in shown(told)
     assert "slips" not in shown(told)
 
@@ -139,8 +141,9 @@ def test_a_finger_that_is_pulled_off_could_not_stick_at_all() -> None:
 
 
 def test_what_is_not_known_is_a_question() -> None:
-    nothing = {"felt_from_others_n": None, "force_error": None, "felt_delay_ms": None,
-               "stable": None, "rest": None}  # fmt: skip
+    nothing = {"felt_from_others_n": None, "force_error": None, "felt_onset_ms": None,
+               "felt_delay_ms": None, "felt_most_ms": None, "stable": None,
+               "rest": None}  # fmt: skip
     told = result(nothing, **nothing).model_copy(update={"presses": 0})
     assert verdict(told) == (
         f"Too short to tell: no whole press was seen {HOW}. Let it run for 9 s: --duration 9."
@@ -148,7 +151,7 @@ def test_what_is_not_known_is_a_question() -> None:
     hurried = result(rest=None, stable=None)
     assert verdict(hurried).startswith("Too short to tell: not every force had the time to rest")
     # The first hand has nothing to wait for.
-    assert shown(told).count("?") == 4 + 3
+    assert shown(told).count("?") == 4 + 4
 
 
 def test_a_machine_that_cannot_keep_up_is_told_so() -> None:

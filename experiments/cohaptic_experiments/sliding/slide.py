@@ -15,7 +15,7 @@ import numpy as np
 
 from cohaptic.control.law import Law
 from cohaptic.protocol.messages import GeometryName
-from cohaptic.simulated.hand import HandScript
+from cohaptic.simulated.hand import HandScript, ease
 from cohaptic.vec import Vec3, add, scale
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.loop.safety import SafetyLimits
@@ -78,7 +78,7 @@ class Way:
     def at(self, t: float) -> Vec3:
         """Where the tip is at `t` [m]."""
         angle = self.rate * self._slid(t)
-        dip = _ease((t - REST) / DIP) * (1.0 - _ease((t - self.steady[1] - SPEED_UP) / DIP))
+        dip = ease((t - REST) / DIP) * (1.0 - ease((t - self.steady[1] - SPEED_UP) / DIP))
         reach = self.radius + CLEARANCE - (CLEARANCE + self.depth) * dip
         way, height = (0.0, math.sin(angle)) if self.upwards else (math.sin(angle), 0.0)
         return add(self.center, scale((math.cos(angle), way, height), reach))
@@ -226,12 +226,6 @@ def true_forces(body: Body, tips: list[Vec3]) -> Floats:
         c_ii = body.respond([contact.load(0.0)]).compliance[0, 0]
         forces.append(max(0.0, float(contact.normal @ (contact.point - probe))) / float(c_ii))
     return np.array(forces)
-
-
-def _ease(s: float) -> float:
-    """Smoothstep from 0 to 1, with zero slope at both ends."""
-    s = min(1.0, max(0.0, s))
-    return s * s * (3.0 - 2.0 * s)
 
 
 def _ramp(t: float) -> float:

@@ -131,7 +131,7 @@ def solve(
         located = _located(body, tip, free, contacts, tolerance)
         response = body.respond([c.load(f) for c, f in zip(located, force, strict=True)], response)
         # Depth of each intention below the resting surface, seen along the normal.
-        bias = np.array([_nonlinearity(c, response, i, force) for i, c in enumerate(located)])
+        bias = np.array([nonlinearity(c, response, i, force) for i, c in enumerate(located)])
         depth = (
             np.array([c.normal @ (c.point - intention[i]) for i, c in enumerate(located)]) - bias
         )
@@ -222,7 +222,7 @@ def _largest(change: Floats) -> float:
     return float(np.abs(change).max(initial=0.0))
 
 
-def _nonlinearity(contact: Contact, response: Response, i: int, force: Floats) -> float:
+def nonlinearity(contact: Contact, response: Response, i: int, force: Floats) -> float:
     """Return the displacement of contact i against its normal, less C f [m].
 
     C is the compliance matrix of the response and f the forces; the result is 0 on a linear body.

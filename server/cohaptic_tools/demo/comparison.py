@@ -10,12 +10,9 @@ follows from the hand's own tip, its force f and the compliance C of its contact
 whatever the network does. The measured delay is the delay of this position, relative to the
 position that the force of the other hand would cause at the same instant.
 
-In a press, the reference is the force on each hand that the other hands cause without a network. It
-is computed from the recorded tips and forces: at each instant the forces that all users have at
-that instant act on the body, and each contact is located on the surface displaced by all forces but
-its own. There is no delay, no lag of the room and no rate limit. The force that the others cause is
-the difference between the body with and without the other users. The delay of the recorded force is
-measured against this force (`lateness.py`); both contain the same motion of the hands.
+In a press, the measured delay of a force is relative to the same hands, with the same intentions,
+simulated without a network (`world/at_once.py`). No recorded tip or force takes part in that
+simulation: they are late themselves, and a reference that contains them hides a part of the delay.
 """
 
 from __future__ import annotations
@@ -27,12 +24,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.bodies.body import Body, Response
-from cohaptic_server.numeric import Floats, Ints
+from cohaptic.simulated.hand import Hand, HandState, Intention, ease, move
+from cohaptic.vec import ZERO, Vec3
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.world.contact import Contact, locate
-from cohaptic_server.world.contact_tracking import RELAXATION
-from cohaptic_server.world.displacement_field import CachedField, Field, FreeField, ZeroField
+from cohaptic_server.world.at_once import PERIOD, Mover, play_at_once
 from cohaptic_server.world.equilibrium import (
     StickingEquilibrium,
     StickingHand,
@@ -41,98 +38,51 @@ from cohaptic_server.world.equilibrium import (
     touch_down,
 )
 from cohaptic_tools.demo.analysis import AROUND, STEP, Timeline, mean_over, measured
-from cohaptic_tools.demo.lateness import LEAST, felt_delay
+from cohaptic_tools.demo.lateness import LEAST, UNKNOWN, Late, late, passed
 from cohaptic_tools.demo.scene import Scene, reference
 
-_FINE, _COARSE = 0.01, 0.05  # s between instants while forces change, and while they rest
-_CHANGE = 1.0  # s from the start of a press during which forces change without a network
-_SETTLE = 30  # iterations of the contacts at the first instant
-_AROUND = 0.02  # m around a contact; radius of the window of displacements
+_APPROACH = 0.3  # s in which the simulated hands come to where they rest before the press
+_RESTS = 0.7  # s from the start of the approach to the press; hands and body have come to rest
+_BEFORE = 0.25  # s before the press, at rest
+_PRESSED = 0.8  # s for which the press is simulated; without a network it is over before
+# Instants of 1 ms for which a response of the body is used. A rubber balloon takes 30 ms for one,
+# and with 10 instants each share comes within 2 ms of where it comes with 1.
+_EVERY = 10
 
 
-def instants(window: slice) -> Ints:
-    """Return the n grid indices within a window at which forces are computed, shape (n,)."""
-    fine, coarse = round(_FINE / STEP), round(_COARSE / STEP)
-    start = window.start + round(AROUND / STEP)
-    end = min(window.stop, start + round(_CHANGE / STEP))
-    return np.array(
-        [
-            *range(window.start, start, coarse),
-            *range(start, end, fine),
-            *range(end, window.stop, coarse),
-        ]
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Hand:
-    """One hand at an instant: its contact, and the displacement field in which it was located."""
-
-    contact: Contact
-    surface: Field
-
-
-def felt_at_once(timeline: Timeline, body: Body, window: slice) -> tuple[Floats, Floats]:
-    """Return the force that the other hands cause on each hand without a network.
+def without_network(scene: Scene, body: Body) -> list[Floats]:
+    """Return when each hand feels levels of the first hand's press without a network (`passed`).
 
     Args:
-        timeline: Recordings of all users.
+        scene: Scene with the places, depths and mechanics of the hands.
         body: Touched body, at rest.
-        window: Grid indices around a press.
-
-    Returns:
-        Times of the n instants, shape (n,) [s], and forces, shape (users, n) [N].
     """
-    tips, forces = timeline.tips, timeline.forces
-    damping = timeline.columns["scale"] * timeline.columns["damping"]
-    hands: list[_Hand | None] = [None] * len(tips)
-    response: Response | None = None
-    at = instants(window)
-    felt: list[list[float]] = []
-    for k in [*[int(at[0])] * _SETTLE, *at.tolist()]:
-        located = [_locate(body, tip, hand) for tip, hand in zip(tips[:, :, k], hands, strict=True)]
-        # The damping of the passivity layer acts only on the hand, not on the body.
-        pressed = [
-            max(0.0, float(hand.contact.normal @ force - damped))
-            for hand, force, damped in zip(located, forces[:, :, k], damping[:, k], strict=True)
-        ]
-        loads = [hand.contact.load(f) for hand, f in zip(located, pressed, strict=True)]
-        response = body.respond(loads, response)
-        free = [FreeField(response, np.array([f]), slice(i, i + 1)) for i, f in enumerate(pressed)]
-        own = np.diag(response.compliance)
-        felt.append(
-            [
-                _felt(hand.contact, tip, field, float(c))
-                for hand, tip, field, c in zip(located, tips[:, :, k], free, own, strict=True)
-            ]
-        )
-        hands = [_follow(body, hand, field) for hand, field in zip(located, free, strict=True)]
-    return timeline.t[at], np.array(felt[_SETTLE:]).T
+    info = describe(body)
+    hands: list[Mover] = []
+    for user in range(scene.users):
+        script = scene.script(user)
+        plan = script.intention(info.center, info.radius)
+        rests = 0.0 if plan.rhythm else 1.0  # level before the press
+        hands.append(_Scripted(script.hand, plan, rests))
+    motion = play_at_once(body, hands, _RESTS + _PRESSED, every=_EVERY)
+    t = PERIOD * np.arange(1, motion.from_others.shape[1] + 1) - _RESTS
+    seen = t >= -_BEFORE
+    return [passed(t[seen], felt[seen]) for felt in motion.from_others]
 
 
-def _locate(body: Body, tip: Floats, before: _Hand | None) -> _Hand:
-    surface = ZeroField() if before is None else before.surface
-    hint = None if before is None else before.contact
-    return _Hand(locate(body.mesh, tip, surface, radius=body.contact_radius, hint=hint), surface)
+class _Scripted:
+    """A hand that approaches, rests, and presses at `_RESTS` if its intention has a rhythm."""
 
+    def __init__(self, hand: Hand, plan: Intention, rests: float) -> None:
+        self._hand, self._plan, self._rests = hand, plan, rests
+        self._state = HandState(plan.tip(0.0), ZERO)
 
-def _follow(body: Body, hand: _Hand, free: FreeField) -> _Hand:
-    """Return a hand whose displacement field is moved by `RELAXATION` towards the free field.
-
-    The free field is the displacement of the body without the force of this hand [m].
-    """
-    near = body.mesh.near(hand.contact.foot, body.contact_radius + _AROUND)
-    previous = hand.surface[near]
-    return _Hand(
-        hand.contact, CachedField(near, previous + RELAXATION * (free.on(near) - previous), free)
-    )
-
-
-def _felt(contact: Contact, tip: Floats, free: Field, compliance: float) -> float:
-    """Return the body's normal force on a tip minus its force without the other users [N]."""
-    depth = float(contact.normal @ (contact.moved(free) - tip))
-    alone = float(contact.normal @ (contact.point - tip))
-    return (max(0.0, depth) - max(0.0, alone)) / compliance
+    def __call__(self, now: float, force: Vec3) -> Vec3:
+        level = self._rests * ease(now / _APPROACH)
+        if self._plan.rhythm is not None and now > _RESTS:
+            level = ease((now - _RESTS) / self._plan.rhythm.ramp)
+        self._state = move(self._state, self._hand, self._plan.tip(level), force, PERIOD)
+        return self._state.position
 
 
 LEFT, RIGHT = 0, 1
@@ -178,8 +128,8 @@ class Drag:
         projected = np.einsum("ui,ui->u", change, expected)
         return np.asarray(projected / np.linalg.norm(expected, axis=1))
 
-    def delay(self, timeline: Timeline, window: slice) -> float:
-        """Return the delay with which `right` is dragged [s]; NaN if it hardly moves.
+    def delay(self, timeline: Timeline, window: slice) -> Late:
+        """Return the delays with which `right` is dragged [s]; NaN if it hardly moves.
 
         Args:
             timeline: Recordings of all users.
@@ -190,10 +140,10 @@ class Drag:
         C = self.compliance
         material = direction @ (tips[RIGHT] + C[RIGHT, :, RIGHT, :] @ forces[RIGHT])
         at_once = -direction @ C[RIGHT, :, LEFT, :] @ forces[LEFT]
-        # Positions are scaled to forces on a tip at rest, since `felt_delay` has a threshold [N].
+        # Positions are scaled to forces on a tip at rest, since `passed` has a threshold [N].
         stiffness = 1.0 / float(direction @ C[RIGHT, :, RIGHT, :] @ direction)
         t = timeline.t[window]
-        return felt_delay(t, stiffness * material, t, stiffness * at_once)
+        return late(passed(t, stiffness * material), passed(t, stiffness * at_once))
 
 
 def reference_drag(scene: Scene, body: Body) -> Drag:
@@ -221,9 +171,6 @@ def reference_drag(scene: Scene, body: Body) -> Drag:
     return Drag(rest, dragged, compliance_of(body, [before for before, _ in pairs]))
 
 
-_REPLAYED = 4  # windows from which delays are measured; each takes seconds of computation
-
-
 @dataclass(frozen=True, slots=True)
 class Compared:
     """Measured and reference forces of one user; unknown values are NaN.
@@ -234,7 +181,7 @@ class Compared:
         error: Difference of the two divided by the reference, or by `LEAST` if that is larger.
         force: Measured force on the hand [N].
         reference_force: Force on the hand in equilibrium [N].
-        delay: Delay of the measured force, relative to the force without a network [s].
+        late: Delays of the measured force, relative to the force without a network [s].
         friction_needed: Coefficient of friction below which the finger slips.
     """
 
@@ -243,7 +190,7 @@ class Compared:
     error: float
     force: float
     reference_force: float
-    delay: float
+    late: Late
     friction_needed: float = math.nan
 
 
@@ -265,7 +212,6 @@ def compare(
         off: Stretches in which the first hand stays off, or has not dragged yet.
         windows: Windows around the presses or drags.
     """
-    windows = windows[-_REPLAYED:]
     if scene.drags:
         return _drags(scene, body, timeline, pressed, off, windows)
     return _presses(scene, body, timeline, pressed, windows)
@@ -284,22 +230,17 @@ def _presses(
     share = np.abs(felt - expected.felt_from_others)
     share /= np.maximum(np.abs(expected.felt_from_others), LEAST)
 
-    def delays(window: slice) -> list[float]:
-        t, at_once = felt_at_once(timeline, body, window)
-        times = timeline.t[window]
-        # The first hand makes the change and has no delay.
-        return [math.nan] + [
-            felt_delay(times, timeline.felt[i, window], t, at_once[i])
-            for i in range(1, scene.users)
-        ]
+    true = without_network(scene, body)
 
-    late = _median(delays, windows, scene.users)
-    return [
-        Compared(*map(float, row))
-        for row in zip(
-            felt, expected.felt_from_others, share, force, expected.force, late, strict=True
-        )
-    ]
+    def delays(window: slice) -> list[Late]:
+        since = timeline.t[window] - timeline.t[window.start + round(AROUND / STEP)]
+        felt = timeline.felt[:, window]
+        return [late(passed(since, felt[i]), true[i]) for i in range(scene.users)]
+
+    found_late = _median(delays, windows, scene.users)
+    found_late[0] = UNKNOWN  # the first hand makes the change and has no delay
+    found = (felt, expected.felt_from_others, share, force, expected.force)
+    return _rows(found, found_late, np.full(scene.users, math.nan))
 
 
 def _drags(
@@ -317,33 +258,42 @@ def _drags(
     sizes = np.linalg.norm(expected.change, axis=1)
     error = np.linalg.norm(change - expected.change, axis=1) / np.maximum(sizes, LEAST)
 
-    def delays(window: slice) -> list[float]:
-        late = [math.nan] * scene.users
-        late[RIGHT] = expected.delay(timeline, window)
-        return late
+    def delays(window: slice) -> list[Late]:
+        of_all = [UNKNOWN] * scene.users
+        of_all[RIGHT] = expected.delay(timeline, window)
+        return of_all
 
-    late = _median(delays, windows, scene.users)
     needed = expected.friction_needed
     # If one finger slips, the other is dragged less, and the reference holds for neither.
     whole = np.where((needed <= scene.friction).all(), 1.0, math.nan)
+    found = (
+        expected.felt(change),
+        whole * sizes,
+        whole * error,
+        np.linalg.norm(after, axis=1),
+        whole * np.linalg.norm(expected.dragged.force, axis=1),
+    )
+    return _rows(found, _median(delays, windows, scene.users), needed)
+
+
+def _rows(found: Sequence[Floats], late: Sequence[Late], needed: Floats) -> list[Compared]:
+    felt, reference, error, force, reference_force = (values.tolist() for values in found)
     return [
-        Compared(*map(float, row))
+        Compared(*row)
         for row in zip(
-            expected.felt(change),
-            whole * sizes,
-            whole * error,
-            np.linalg.norm(after, axis=1),
-            whole * np.linalg.norm(expected.dragged.force, axis=1),
-            late,
-            needed,
-            strict=True,
+            felt, reference, error, force, reference_force, late, needed.tolist(), strict=True
         )
     ]
 
 
-def _median(delays: Callable[[slice], list[float]], windows: Sequence[slice], users: int) -> Floats:
-    """Return each user's median delay over the windows, shape (users,) [s]; NaN without a value."""
-    values = np.array([delays(window) for window in windows]).reshape(-1, users)
+def _median(
+    delays: Callable[[slice], list[Late]], windows: Sequence[slice], users: int
+) -> list[Late]:
+    """Return the median of each user's delays over the windows; NaN without a value."""
+    if not windows:
+        return [UNKNOWN] * users
+    found = np.array([delays(window) for window in windows])
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # no force changed in any window
-        return np.asarray(np.nanmedian(values, axis=0)) if len(values) else np.full(users, math.nan)
+        # A user without any value has a median of NaN, which numpy warns of.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return [Late(*map(float, row)) for row in np.nanmedian(found, axis=0)]

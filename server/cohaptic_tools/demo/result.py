@@ -49,9 +49,10 @@ class UserResult(BaseModel):
         loop_late_p99_us: Lateness of a period, 99th percentile [us].
         loop_missed: Number of periods of the haptic loop that were omitted.
         round_trip_ms: Measured round trip between client and server [ms].
-        felt_delay_ms: Delay with which the force makes half of its change, relative to the force
-            without a network [ms]; None for the first hand, which causes the change, and if the
-            force does not change.
+        felt_onset_ms, felt_delay_ms, felt_most_ms: Delays with which the force makes a tenth, half
+            and nine tenths of its change, relative to the same hands simulated without a network
+            [ms]; None for the first hand, which causes the change, and if the force does not
+            change.
         patch_hz: Received patches per second.
         stable: Whether the force rests, or its oscillation decays, below the device's limit.
         rest: Whether the force rests, is slow, or is unstable.
@@ -75,7 +76,9 @@ class UserResult(BaseModel):
     loop_late_p99_us: float
     loop_missed: int
     round_trip_ms: float
+    felt_onset_ms: float | None
     felt_delay_ms: float | None
+    felt_most_ms: float | None
     patch_hz: float | None
     stable: bool | None
     rest: Rest | None
@@ -201,7 +204,9 @@ def _user(
         loop_late_p99_us=1e6 * status.loop_late_p99,
         loop_missed=status.loop_missed,
         round_trip_ms=1e3 * status.round_trip,
-        felt_delay_ms=_known(1e3 * compared.delay),
+        felt_onset_ms=_known(1e3 * compared.late.onset),
+        felt_delay_ms=_known(1e3 * compared.late.half),
+        felt_most_ms=_known(1e3 * compared.late.most),
         patch_hz=_known(patch_hz),
         stable=None if rest is None else rest is not Rest.UNSTABLE,
         rest=rest,

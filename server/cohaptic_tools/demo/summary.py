@@ -24,7 +24,7 @@ def show(result: DemoResult) -> Panel:
     """Return a panel with a verdict, a table of the users, and remarks."""
     felt = "drag felt" if result.friction else "felt of the others"
     table = Table(box=None, pad_edge=False)
-    for name in ("user", felt, "truth", "off by", "felt after", "stable", "loop"):
+    for name in ("user", felt, "truth", "off by", "half after", "90 % after", "stable", "loop"):
         table.add_column(name, justify="left" if name == "user" else "right")
     for user in result.users:
         error = user.force_error
@@ -36,6 +36,7 @@ def show(result: DemoResult) -> Panel:
             Text(_number(error, ".1%"), style="green" if good else "yellow"),
             # The first hand makes the change and has no delay.
             "" if user is result.users[0] else _number(user.felt_delay_ms, ".0f", " ms"),
+            "" if user is result.users[0] else _number(user.felt_most_ms, ".0f", " ms"),
             _REST[user.rest],
             f"{user.loop_hz:.0f} Hz",
         )
@@ -124,7 +125,7 @@ def verdict(result: DemoResult) -> str:
             f"{_outcome(result)} ({how})."
         )
     return (
-        f"{right.name} felt {left.name} {action} with {felt}, {after} later.\n"
+        f"{right.name} felt {left.name} {action} with {felt}, half of it {after} later.\n"
         f"{_outcome(result)} ({how})."
     )
 

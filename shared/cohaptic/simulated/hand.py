@@ -69,8 +69,8 @@ class Rhythm:
         t = t % self.period
         half = 0.5 * self.period
         if t < half:
-            return 1.0 - _ease(t / self.ramp) if t < self.ramp else 0.0
-        return _ease((t - half) / self.ramp)
+            return 1.0 - ease(t / self.ramp) if t < self.ramp else 0.0
+        return ease((t - half) / self.ramp)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,7 @@ class Intention:
         if since <= 0.0:
             return 0.0
         if self.rhythm is None:
-            return _ease(since / self.approach_time)
+            return ease(since / self.approach_time)
         # A rhythm begins with a release; at the start the hand is released already.
         return self.rhythm.level(since) if since > self.rhythm.ramp else 0.0
 
@@ -137,7 +137,7 @@ class Intention:
         tip = self.tip(self.level(t))
         if not self.drags:
             return tip
-        to_come = 1.0 - _ease((t - self._presses_at) / self.approach_time)
+        to_come = 1.0 - ease((t - self._presses_at) / self.approach_time)
         return add(tip, scale(self.direction, -(self.clearance + self.depth) * to_come))
 
 
@@ -248,7 +248,7 @@ def move(state: HandState, hand: Hand, target: Vec3, force: Vec3, dt: float) -> 
     return HandState((x[0] + dt * vx, x[1] + dt * vy, x[2] + dt * vz), (vx, vy, vz))
 
 
-def _ease(s: float) -> float:
+def ease(s: float) -> float:
     """Return the smooth step from 0 (s = 0) to 1 (s = 1), with zero slope at both ends."""
     s = min(1.0, max(0.0, s))
     return s * s * (3.0 - 2.0 * s)
