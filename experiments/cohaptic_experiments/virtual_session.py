@@ -5,6 +5,7 @@ Sockets, processes and schedulers, which need real time, are left out.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from cohaptic.control.law import Law
@@ -17,7 +18,7 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
-from cohaptic_client.devices.device import Device
+from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.simulated import INFO, SimulatedDevice
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
@@ -59,29 +60,45 @@ class VirtualUser:
     _on_body: Vec3 = ZERO
 
     def period(self, now: float) -> None:
-        """One haptic period, as the loop's process does it."""
-        for frame in self.down.pop_due(now):
+        """One haptic period: the messages that have come, the device, and a sample if it is due."""
+        inbox, sample = self.down.pop_due(now), self.device.read(now)
+        force, frame = self.client(now, sample, inbox)
+        self.device.write(force)
+        if frame is not None:
+            self.up.push(frame, now)
+
+    def client(
+        self, now: float, sample: DeviceSample, inbox: Sequence[bytes]
+    ) -> tuple[Vec3, bytes | None]:
+        """One haptic period, as the processes of a client do it.
+
+        Args:
+            now: Time of the period [s].
+            sample: State of the device's tip.
+            inbox: Patches that have come since the last period.
+
+        Returns:
+            Force for the device [N], and a sample for the server, if one is due.
+        """
+        for frame in inbox:
             patch = Patch.decode(frame)
             if self.listening:
                 self.ticks.append(patch.tick)
                 self.state = receive(self.state, patch, now, self.settings)
                 if patch.seq:
                     self.pacer = self.pacer.reported(patch.t_client, patch.sample_wait)
-        sample = self.device.read(now)
         before, previous = self.state, self._on_body
         self.state, output = step(self.state, sample, now, self.settings)
-        self.device.write(output.force)
         self._note(output)
         self._on_body = output.on_body
         self.unexplained.append(self._unexplained_change(before, previous, output.on_body))
-        if self.pacer.due <= now and self.talking:
-            self.pacer = self.pacer.sent(now)
-            self.seq += 1
-            tick = self.state.patch.tick if self.state.patch else 0
-            told = ContactSample(
-                self.seq, tick, now, sample.position, output.on_body, output.anchor
-            )
-            self.up.push(told.encode(), now)
+        if self.pacer.due > now or not self.talking:
+            return output.force, None
+        self.pacer = self.pacer.sent(now)
+        self.seq += 1
+        tick = self.state.patch.tick if self.state.patch else 0
+        told = ContactSample(self.seq, tick, now, sample.position, output.on_body, output.anchor)
+        return output.force, told.encode()
 
     def _unexplained_change(self, before: LoopState, previous: Vec3, on_body: Vec3) -> float:
         """Change of the contact's force beyond the hand's own displacement times K [N]."""

@@ -26,7 +26,7 @@ from cohaptic.extensions import ExtensionError, added, load
 from cohaptic.runtime.heeded import signals_heeded
 
 FIRST = "Options"
-_LIST = re.compile(r"<list\[(\w+)\]>")  # an option that may be given several times
+_LIST = re.compile(r"<list\[([\w|]+)\]>")  # an option that may be given several times
 _IN_PARENTHESES = re.compile(r"\[default: \((.*)\)\]$", re.S)
 
 

@@ -1,0 +1,1 @@
+"""What one hand feels of another: over frequency, and after a press."""

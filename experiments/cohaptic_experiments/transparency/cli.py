@@ -1,0 +1,65 @@
+"""The command `cohaptic bench transparency`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohaptic.cli.app import ChapterCommand
+from cohaptic.cli.output import check_output
+from cohaptic.control.law import Law
+
+bench = typer.Typer(help="Measure what the network does to touch.", no_args_is_help=True)
+
+
+@bench.callback()
+def measure() -> None:
+    """Measure what the network does to touch."""
+
+
+@bench.command(cls=ChapterCommand)
+def transparency(
+    law: Annotated[
+        list[Law] | None, typer.Option(help="Control law.", show_default="predictive")
+    ] = None,
+    delay_ms: Annotated[
+        list[float] | None, typer.Option(help="Delay, each way [ms].", show_default="0, 80, 250")
+    ] = None,
+    users: Annotated[
+        list[int] | None, typer.Option(help="Hands, 2 to 16.", show_default="2")
+    ] = None,
+    preset: Annotated[
+        list[str] | None, typer.Option(help="Simulated device.", show_default="rig")
+    ] = None,
+    body: Annotated[str, typer.Option(help="The object, by its name.")] = "balloon",
+    simulation_hz: Annotated[
+        float, typer.Option("--simulation-hz", "--hz", help="Ticks, 10 to 200 [Hz].")
+    ] = 60.0,
+    budget: Annotated[
+        bool, typer.Option("--budget", help="Measure the parts of the delay, too; much slower.")
+    ] = False,
+    json: Annotated[Path | None, typer.Option(help="Write the results to this file.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Draw the results to this PNG.")] = None,
+) -> None:
+    """Measure what one hand feels of another, and how late.
+
+    Hands rest pressed into the object, in virtual time, with the real room, frames and haptic
+    loops. The first one sways by eleven sines at once, and then presses. All is divided by the
+    truth: the same hands, simulated without a network. Options may be given several times; all
+    combinations are measured.
+    """
+    check_output("--json", json)
+    check_output("--out", out, ".png")
+    from cohaptic_experiments.transparency.command import Grid, run
+
+    grid = Grid(
+        tuple(law or [Law.PREDICTIVE]),
+        tuple(delay_ms if delay_ms else [0.0, 80.0, 250.0]),
+        tuple(users or [2]),
+        tuple(preset or ["rig"]),
+        body,
+        simulation_hz,
+    )
+    run(grid, budget=budget, json_file=json, picture_file=out)

@@ -1,0 +1,102 @@
+"""Runs `cohaptic bench transparency`: from its options to tables, a file and a picture."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from cohaptic import __version__
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic.simulated.delay_line import LinkSettings
+from cohaptic_client.devices.simulated import PRESETS
+from cohaptic_experiments.catalogue import extra_libraries
+from cohaptic_experiments.transparency.cells import Cell, Row, as_json, measure_all
+from cohaptic_experiments.transparency.shown import (
+    after_a_press,
+    of_others,
+    of_the_half,
+    picture,
+)
+from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.touchable import is_file, names
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Combinations to be measured.
+
+    Args:
+        laws: Laws.
+        delays_ms: Delays, each way [ms].
+        users: Numbers of users.
+        presets: Names of simulated devices.
+        body: Name of the object.
+        hz: Ticks per second.
+    """
+
+    laws: tuple[Law, ...]
+    delays_ms: tuple[float, ...]
+    users: tuple[int, ...]
+    presets: tuple[str, ...]
+    body: str
+    hz: float
+
+    def __post_init__(self) -> None:
+        for n in self.users:
+            if not 2 <= n <= 16:
+                raise SettingError("number of users", n, "from 2 to 16")
+        for delay in self.delays_ms:
+            LinkSettings(1e-3 * delay)
+        for preset in self.presets:
+            if preset not in ("rig", *PRESETS):
+                raise SettingError("preset", repr(preset), f"one of: rig, {', '.join(PRESETS)}")
+        if is_file(self.body):
+            raise SettingError("body", repr(self.body), f"one of: {', '.join(names())}")
+        ServerSettings(simulation_hz=self.hz)
+
+    def cells(self) -> list[Cell]:
+        """Return all combinations."""
+        return [
+            Cell(law, 1e-3 * delay, n, preset, hz=self.hz)
+            for law, n, preset, delay in itertools.product(
+                self.laws, self.users, self.presets, self.delays_ms
+            )
+        ]
+
+
+def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path | None) -> None:
+    """Measure a grid, and show, write and draw the results."""
+    body, console = build_body(grid.body), Console()
+    bar = Progress(
+        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
+        console=Console(stderr=True), transient=True,
+    )  # fmt: skip
+    with bar:
+        task = bar.add_task("transparency", total=1.0)
+        rows = measure_all(
+            body, grid.cells(), budget=budget,
+            progress=lambda share: bar.update(task, completed=share),
+        )  # fmt: skip
+    for table in (of_others(rows), after_a_press(rows), of_the_half(rows)):
+        if table is not None:
+            console.print(table)
+    if json_file is not None:
+        content = {"version": __version__, "body": grid.body, "rows": [as_json(r) for r in rows]}
+        json_file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
+    if picture_file is not None:
+        _draw(rows, picture_file)
+
+
+def _draw(rows: list[Row], file: Path) -> None:
+    with extra_libraries():
+        from cohaptic_experiments.plot_style import styled
+
+        with styled():
+            picture(rows).savefig(file)  # pyright: ignore[reportUnknownMemberType]

@@ -1,0 +1,76 @@
+"""The command `cohaptic bench transparency`, as on the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import cohaptic.cli.app
+from cohaptic.control.law import Law
+from cohaptic.errors import SettingError
+from cohaptic_experiments.transparency.command import Grid
+
+PNG = b"\x89PNG"
+
+
+def bench(*arguments: str) -> None:
+    cohaptic.cli.app.main(["bench", "transparency", *arguments])
+
+
+@pytest.mark.slow
+def test_a_measurement_is_shown_written_and_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Bounds of the program as it is, which may only get better."""
+    told, drawn = tmp_path / "found.json", tmp_path / "found.png"
+    with pytest.raises(SystemExit) as ended:
+        bench("--delay-ms", "0", "--delay-ms", "80", "--json", str(told), "--out", str(drawn))
+    assert ended.value.code == 0
+    assert drawn.read_bytes().startswith(PNG)
+    near, far = json.loads(told.read_text())["rows"]
+    assert (near["law"], near["users"], near["delay_ms"], far["delay_ms"]) == (
+        "predictive", 2, 0.0, 80.0,
+    )  # fmt: skip
+    assert near["bandwidth_hz"] > 2.3
+    assert far["bandwidth_hz"] > 0.95
+    assert max(near["largest"], far["largest"]) < 1.05
+    for row, ways, most in ((near, 0.0, 140.0), (far, 160.0, 430.0)):
+        (press,) = row["press"]
+        assert ways < press["onset_ms"] < press["half_ms"] < press["most_ms"] < most
+        assert press["change_n"] == pytest.approx(press["true_change_n"], rel=0.01)
+        assert len(row["others"]) == len(row["own"]) == len(row["frequencies_hz"])
+        assert row["budget_ms"] is None
+    said = capsys.readouterr().out
+    assert "predictive, 80 ms, 2" in said
+    assert max(map(len, said.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["--users", "1"], "number of users is 1"),
+        (["--delay-ms", "-3"], "delay of a link"),
+        (["--preset", "glove"], "'glove'"),
+        (["--body", "cow.obj"], "'cow.obj'"),
+        (["--hz", "7"], "simulation rate"),
+        (["--out", "found.jpg"], "found.jpg"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_before_it_begins(
+    arguments: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        bench(*arguments)
+    assert ended.value.code == 2
+    assert named in capsys.readouterr().err
+
+
+def test_a_grid_has_every_combination_once() -> None:
+    grid = Grid((Law.PREDICTIVE, Law.PI), (0.0, 80.0), (2, 4), ("rig", "omni"), "balloon", 60.0)
+    cells = grid.cells()
+    assert len(cells) == len(set(cells)) == 16
+    assert {cell.delay for cell in cells} == {0.0, 0.08}
+    with pytest.raises(SettingError):
+        Grid((Law.PI,), (0.0,), (17,), ("rig",), "balloon", 60.0)
