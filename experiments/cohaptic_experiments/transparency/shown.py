@@ -111,14 +111,15 @@ def name(cell: Cell) -> str:
 
 
 def picture(rows: Sequence[Row]) -> Figure:
-    """Draw amplitude and delay of the others, and the own object, over frequency."""
+    """Draw amplitude and delay of the others, and the own object; of rows that are linear."""
     from cohaptic_experiments.plot_style import FOURTH, GREY, LIGHT, PROBE, PROXY, THIRD, canvas
 
     colors = (PROBE, PROXY, THIRD, FOURTH, LIGHT, GREY)
     looks = {Law.PREDICTIVE: "-", Law.PI: ":", Law.PROPORTIONAL: "--"}
     figure = canvas(7.2, 3.4)
     left, middle, right = figure.subplots(1, 3)
-    for k, row in enumerate(rows):
+    linear = [row for row in rows if row.transparency.explained >= LINEAR]
+    for k, row in enumerate(linear):
         found = row.transparency
         style = {"color": colors[k % len(colors)], "linestyle": looks[row.cell.law]}
         left.plot(found.frequencies, found.weakest, label=name(row.cell), **style)
@@ -130,6 +131,7 @@ def picture(rows: Sequence[Row]) -> Figure:
     right.set_title("own stiffness / truth")
     for axes in (left, middle, right):
         axes.set_xscale("log")
+        axes.set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
         axes.set_xlabel("frequency [Hz]")
         axes.set_ylim(bottom=0.0)
     figure.legend(loc="outside lower center", ncols=3)
