@@ -128,12 +128,13 @@ class VirtualSession:
     Args:
         body: To be touched.
         simulation_hz: Ticks per second.
+        now: Time at which the session begins [s].
     """
 
-    def __init__(self, body: Body, simulation_hz: float = 60.0) -> None:
+    def __init__(self, body: Body, simulation_hz: float = 60.0, now: float = 100.0) -> None:
         self.room = Room(body, ServerSettings(simulation_hz=simulation_hz, allow_fixed_gains=True))
         self.users: dict[str, VirtualUser] = {}
-        self.now = 100.0
+        self.now = now
         self._next_tick = self.now
 
     # Above 60 lines: every option of a client is a parameter, as experiments vary each of them.

@@ -99,15 +99,15 @@ def as_delays(frequencies: Floats, response: Complex) -> Floats:
         frequencies: Frequencies, rising, shape (f,) [Hz].
         response: Response at each, shape (f,).
     """
-    delays, before = np.empty(len(frequencies)), None
-    for i, (f, z) in enumerate(zip(frequencies.tolist(), response.tolist(), strict=True)):
+    delays: list[float] = []
+    for f, z in zip(frequencies.tolist(), response.tolist(), strict=True):
         turns = -cmath.phase(z) / (2.0 * math.pi)
-        if before is None:
-            turns %= 1.0
+        if delays:
+            turns += round(delays[-1] * f - turns)
         else:
-            turns += round(before * f - turns)
-        delays[i] = before = turns / f
-    return delays
+            turns %= 1.0
+        delays.append(turns / f)
+    return np.array(delays)
 
 
 def falls_below(frequencies: Floats, amplitude: Floats, limit: float) -> float:
@@ -170,7 +170,7 @@ def _responses(setting: Setting, tips: Floats, forces: Floats) -> Responses:
 
 def _at_frequencies(values: Floats) -> Complex:
     """Return the component of values over a window at each frequency, shape (..., f)."""
-    t = PERIOD * np.arange(values.shape[-1])
+    t: Floats = PERIOD * np.arange(values.shape[-1], dtype=np.float64)
     waves = np.exp(-2j * math.pi * np.outer(t, FREQUENCIES))
     level = values - values.mean(axis=-1, keepdims=True)
     return np.asarray(2.0 * (level @ waves) / len(t))

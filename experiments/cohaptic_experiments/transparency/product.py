@@ -49,11 +49,10 @@ class Product:
 
     def __init__(self, body: Body, users: int, variant: Variant | None = None) -> None:
         variant = variant or Variant()
-        self._session = VirtualSession(body, variant.hz)
-        self._session.now = 0.0
+        self._session = VirtualSession(body, variant.hz, now=0.0)
         self.room, self.period = self._session.room, 1.0 / variant.hz
         self._lag = variant.lag
-        self._users = [
+        self.users = [
             self._session.join(
                 f"user {user}", HandScript(), law=variant.law, geometry="mesh",
                 max_damping=variant.budget, max_stiffness=variant.max_stiffness,
@@ -61,7 +60,7 @@ class Product:
             for user in range(users)
         ]  # fmt: skip
         if not variant.layer:
-            for user in self._users:
+            for user in self.users:
                 user.settings = replace(user.settings, max_damping=0.0)
 
     @property
@@ -73,7 +72,7 @@ class Product:
         self, user: int, now: float, sample: DeviceSample, inbox: Sequence[bytes]
     ) -> tuple[Vec3, bytes | None]:
         """Compute one period of the real loop, as `Scheme.client`."""
-        return self._users[user].client(now, sample, inbox)
+        return self.users[user].client(now, sample, inbox)
 
     def server(
         self, now: float, inboxes: Mapping[int, Sequence[Arrived[bytes]]]
@@ -81,7 +80,7 @@ class Product:
         """Compute one tick of the real room, as `Scheme.server`."""
         for user, came in inboxes.items():
             for at, frame in came:
-                self.room.sample(self._users[user].number, ContactSample.decode(frame), at)
+                self.room.sample(self.users[user].number, ContactSample.decode(frame), at)
         if self._lag is not None:
             chosen = self.room.world.room
             fixed = RoomLag(self._lag, chosen.coupling, chosen.margin)
@@ -89,6 +88,6 @@ class Product:
         patches = self.room.tick(now)
         return {
             user: patches[client.number].encode()
-            for user, client in enumerate(self._users)
+            for user, client in enumerate(self.users)
             if client.number in patches
         }

@@ -65,7 +65,8 @@ def without_network(scene: Scene, body: Body) -> list[Floats]:
         rests = 0.0 if plan.rhythm else 1.0  # level before the press
         hands.append(_Scripted(script.hand, plan, rests))
     motion = play_at_once(body, hands, _RESTS + _PRESSED, every=_EVERY)
-    t = PERIOD * np.arange(1, motion.from_others.shape[1] + 1) - _RESTS
+    instants = np.arange(1, motion.from_others.shape[1] + 1, dtype=np.float64)
+    t = np.asarray(PERIOD * instants - _RESTS, dtype=np.float64)
     seen = t >= -_BEFORE
     return [passed(t[seen], felt[seen]) for felt in motion.from_others]
 

@@ -48,7 +48,7 @@ def test_a_first_order_lag_falls_below_at_its_corner(tau: float) -> None:
 
 
 def test_the_weakest_and_the_slowest_hand_count() -> None:
-    others = np.array([np.ones(len(F)), 0.5 * np.exp(-2j * np.pi * F * 0.1)])
+    others = np.exp(-2j * np.pi * np.outer([0.0, 0.1], F)) * np.array([[1.0], [0.5]])
     found = Transparency(F, others, np.full(len(F), 1.1 + 0.0j), 1.0)
     assert found.weakest == pytest.approx(0.5)
     assert found.strongest == pytest.approx(1.0)

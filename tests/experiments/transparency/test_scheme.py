@@ -72,8 +72,7 @@ def test_the_program_as_a_scheme_is_the_program(law: Law, small_balloon: Balloon
     setting = Setting(small_balloon, 2, link=Link(0.02))
     plans = setting.intentions()
     _, forces = setting.play(Product(small_balloon, 2, Variant(law)), plans, 4.0)
-    session = VirtualSession(small_balloon)
-    session.now, session._next_tick = 0.0, 0.0
+    session = VirtualSession(small_balloon, now=0.0)
     for user, plan in enumerate(plans):
         session.join(
             f"user {user}", HandScript(), law=law, delay=0.02, geometry="mesh", intention=plan
@@ -102,5 +101,5 @@ def test_parts_can_be_taken_out(small_balloon: Balloon) -> None:
     for product in (usual, bare):
         setting.play(product, setting.intentions(), 3.6)
     assert usual.lag > 0.01
-    assert all(user.settings.max_damping > 0.0 for user in usual._users)
-    assert all(user.settings.max_damping == 0.0 for user in bare._users)
+    assert all(user.settings.max_damping > 0.0 for user in usual.users)
+    assert all(user.settings.max_damping == 0.0 for user in bare.users)
