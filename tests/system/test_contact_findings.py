@@ -303,3 +303,38 @@ def test_a_user_on_a_link_that_jitters_is_no_pulse_for_the_others(balloon: Ballo
     # It takes the link's measure in the first seconds.
     assert np.ptp(near.force[8000:]) < 0.1
     assert without_jumps(near)
+
+
+# An integral beside others who come, go and stop
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.04, 0.125])
+@pytest.mark.parametrize("others", ["mute", "frozen", "gone", "beside", "law"])
+def test_an_integral_moves_a_hand_no_faster_than_another_law(
+    balloon: Balloon, others: str, delay: float
+) -> None:
+    session = VirtualSession(balloon)
+    hand = Hand(1.0, 60.0, 20_000.0)  # a clamp: the hand itself does not give way
+
+    def join(name: str, angle: float, depth: float) -> VirtualUser:
+        return session.join(name, HandScript(angle, depth, hand=hand), law=Law.PI, delay=delay)
+
+    users = [join("a", math.pi, 0.008), join("b", 0.0, 0.02)]
+    session.run(3.0)
+    if others == "mute":
+        users[1].talking = False
+    elif others == "frozen":
+        session.room.frozen = True
+    elif others == "gone":
+        session.drop("b")
+    elif others == "beside":
+        users.append(join("c", math.pi - 0.2, 0.02))
+    else:
+        session.set_law("a", Law.PREDICTIVE)
+    session.run(2.0)
+    users[1].talking, session.room.frozen = True, False
+    session.set_law("a", Law.PI)
+    session.run(2.0)
+    for user in users:
+        assert max(user.force) > 1.0
+        assert without_jumps(user)

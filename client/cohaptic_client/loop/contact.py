@@ -7,6 +7,7 @@ allows, except for changes that the hand's own motion causes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -210,14 +211,18 @@ def press(
             # Friction amplifies a change of the normal force: leave a part of the pace for that.
             pace *= 1.0 - wedging(settings.friction, state.normal, C, k_h)
 
-    normal, depth = sight.normal, sight.depth
+    normal = sight.normal
     if state.normal_force > 0.0 and normal != state.normal:
         normal, pace = _direction(state, sight, moved, k_h, pace, settings)
     moved_in = -dot(normal, moved)
-    if state.sight is not None and state.safety.scale > 0.0:
-        depth = hold_back(state.depth + moved_in, depth, pace / max(k_h, SOFT))
+    # A force that the hand does not get may change at once.
+    most = pace if state.sight is not None and state.safety.scale > 0.0 else math.inf
+    depth = hold_back(state.depth + moved_in, sight.depth, most / max(k_h, SOFT))
 
-    fade, local = _law_force(state, fade, sight, depth, normal, C, counted, settings)
+    held = _held(state, fade, sight, depth, normal, C)
+    # An experiment that has no such limit behind the law has none for its integral, either.
+    most += max(0.0, settings.limits.external_rate - EXTERNAL_RATE) * counted
+    fade, local = run(fade, held, counted, settings.law, moved_in, most)
     force = law_force = scale(normal, local.normal_force)
     damping, damped_force = 0.0, local.normal_force
     if settings.max_damping > 0.0 and state.sight is not None:
@@ -284,22 +289,15 @@ def _direction(
     return slew_normal(state.normal, sight.normal, moved, k_h, force, pace)
 
 
-def _law_force(
-    state: LoopState,
-    fade: LawFade,
-    sight: Sight,
-    depth: float,
-    normal: Vec3,
-    C: Compliance3 | None,
-    counted: float,
-    settings: LoopSettings,
-) -> tuple[LawFade, LocalForce]:
-    """Run the law at `depth` less the friction's shift of the contact; return law and force."""
+def _held(
+    state: LoopState, fade: LawFade, sight: Sight, depth: float, normal: Vec3, C: Compliance3 | None
+) -> Sight:
+    """Return the surface for the law: at `depth`, less the friction's shift of the contact."""
     if C is not None:
         depth -= believed_shift(normal, C, stiffest(fade)) * normal_shift(state.friction, normal, C)
-    if depth != sight.depth:
-        sight = Sight(depth, sight.normal, sight.c_ii, sight.own_force, sight.u_others)
-    return run(fade, sight, counted, settings.law)
+    if depth == sight.depth:
+        return sight
+    return Sight(depth, sight.normal, sight.c_ii, sight.own_force, sight.u_others)
 
 
 def _damped(

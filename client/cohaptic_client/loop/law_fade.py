@@ -7,6 +7,7 @@ the new one's. A transition takes at least `LAW_FADE_TIME`. It changes the force
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -116,25 +117,36 @@ def with_gains(fade: LawFade, gains: Gains) -> LawFade:
 
 
 def run(
-    fade: LawFade, sight: Sight, dt: float, settings: LawSettings
+    fade: LawFade,
+    sight: Sight,
+    dt: float,
+    settings: LawSettings,
+    moved_in: float = 0.0,
+    most: float = math.inf,
 ) -> tuple[LawFade, LocalForce]:
     """Run the law in use, and the law that it replaces, for one period.
 
     Args:
         sight: Sample of the shown surface at the probe.
         dt: Time since the last period [s].
+        moved_in: Displacement of the hand into the surface since the last period [m].
+        most: Largest change of a law's force with an integral, as in `local_force` [N].
 
     Returns:
         The laws after this period, and the force.
     """
-    memory, force = local_force(fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings)
+    memory, force = local_force(
+        fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings, moved_in, most
+    )
     if fade.before is None and memory is fade.now.memory:
         return fade, force
     now = Running(fade.now.law, fade.now.gains, memory)
     if fade.before is None:
         return LawFade(now), force
     old = fade.before
-    memory, old_force = local_force(old.law, old.memory, sight, old.gains, dt, settings)
+    memory, old_force = local_force(
+        old.law, old.memory, sight, old.gains, dt, settings, moved_in, most
+    )
     gap = abs(force.normal_force - old_force.normal_force)
     present = old_force.normal_force + fade.share * (force.normal_force - old_force.normal_force)
     step = dt / LAW_FADE_TIME

@@ -28,7 +28,7 @@ FAULT_RELEASE_TIME: Final = 0.02
 # millisecond. A fingertip notices changes from about 0.05 N in 20 ms.
 EXTERNAL_RATE: Final = 20.0
 SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
-# Multiple of `EXTERNAL_RATE` that this layer allows for all changes that the hand's own motion does
+# Multiple of `external_rate` that this layer allows for all changes that the hand's own motion does
 # not explain: a rotation of the force adds a second-order term to the change.
 BACKSTOP: Final = 1.02
 FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
@@ -74,7 +74,7 @@ class SafetyLimits:
     stale: float = 0.002
     latch: bool = False
     dead_man: bool = False
-    external_rate: float = BACKSTOP * EXTERNAL_RATE
+    external_rate: float = EXTERNAL_RATE
 
 
 class Mode(Enum):
@@ -177,8 +177,7 @@ def guard(
         trouble: Fault of the device or the law that the caller has found; empty for none.
         held: Whether the user holds the device's switch.
         own: Largest change of the force that the hand's displacement and speed in this period
-            explain; inf for a law with an integral, which changes the force while the hand rests
-            [N].
+            explain [N].
         damping: Damping through which a change of the hand's velocity explains a change of the
             force [N s/m].
     """
@@ -206,7 +205,7 @@ def guard(
     if own > 2.0 * limits.max_force:
         own = 2.0 * limits.max_force
     held_back = own - most if own > most else 0.0
-    most = min(most, own + limits.external_rate * step)
+    most = min(most, own + BACKSTOP * limits.external_rate * step)
     force = limited(state.force, requested, share, limits.max_force, most)
     mode, cause = (_ENGAGED, "") if engaged else (state.mode, state.fault)
     return SafetyState(mode, share, force, quiet, now, cause, own=held_back, velocity=velocity)

@@ -265,14 +265,9 @@ def own_force(
     to the normal force. For a hand faster than `SLOW` the damping counts, too: the change may
     double while the damping force is cut to the law's force, and the damping may rise or fall. For
     a slower hand the damping does not count: such a hand has little energy to be taken out, and
-    would feel little but the changes that a server causes. The result is inf for a law with an
-    integral, which changes the force while the hand rests.
+    would feel little but the changes that a server causes.
     """
     fade = contact.fade
-    if fade is not None and (
-        fade.now.law.integrates or (fade.before is not None and fade.before.law.integrates)
-    ):
-        return math.inf
     way = norm(contact.moved)
     if way == 0.0:
         return 0.0

@@ -218,6 +218,8 @@ def haptics(
                         max(INTEGRAL_RELEASE_TIME, 2.0 * simulation_period),
                         MAX_FORCE,
                         T,
+                        own_way,
+                        own_pace,
                     )
                     integral[i], ramp[i], depth_before[i] = state.force, state.ramp, state.depth
                 else:

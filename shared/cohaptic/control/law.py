@@ -19,6 +19,7 @@ spectral radius rho(|C| diag(k_h)) is below 1 (3.2).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, NamedTuple
@@ -150,6 +151,8 @@ def local_force(
     gains: Gains,
     dt: float,
     settings: LawSettings = _DEFAULT,
+    moved_in: float = 0.0,
+    most: float = math.inf,
 ) -> tuple[IntegralState, LocalForce]:
     """Compute the force of a law in one period, from the free surface at the probe.
 
@@ -158,6 +161,9 @@ def local_force(
         sight: Free surface as evaluated at the probe.
         dt: Time since the last period [s].
         settings: Settings of the integral.
+        moved_in: Displacement of the hand into the surface since the last period [m].
+        most: Largest change of the force that an integral may make or leave to the surface in this
+            period, beyond the change that `moved_in` explains [N].
 
     Returns:
         State of the integral after this period, and the force.
@@ -186,6 +192,8 @@ def local_force(
             release_time=settings.release_time,
             max_force=settings.max_force,
             dt=dt,
+            moved_in=moved_in,
+            most=most,
         )
         # Once the integral has settled, the surface follows the probe and the hand feels K_o.
         stiffness = f / d_free if d_free > 0.0 else stiffness

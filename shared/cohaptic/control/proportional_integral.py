@@ -5,6 +5,13 @@ the gain K_h, the integral gain I and the haptic period T. The law integrates e 
 less the threshold theta of eq. (17) or (18); when contact ends, the integral's force goes to zero
 linearly over a few simulation periods.
 
+The paper has no limit for changes of the force that the hand does not cause. Here the integral
+takes up what exceeds such a limit: it grows, falls and goes to zero no faster than the whole force
+may change, and it gives way where the surface alone would change the force by more. The change of
+the force then passes a saturation before it is summed up, so that nothing winds up, and for small
+signals the saturation is a lower gain of the whole law, K_h and I alike. A loop that is stable at
+all such gains cannot start to swing (science 3.1).
+
 Eq. (18) as printed divides theta_2 by the integral's force I_tot; the paper's text says that theta
 grows linearly to its set value, so the code uses theta_2 I_tot / I_full. As in the text, the small
 threshold holds while the probe goes in (`entering`), the large one while it comes out (`leaving`).
@@ -85,6 +92,8 @@ def proportional_integral_step(
     release_time: float,
     max_force: float,
     dt: float,
+    moved_in: float,
+    most: float,
 ) -> tuple[IntegralState, float]:
     """Compute the force of the law L(z) = K_h + T I / (z - 1) in one period, eqs. (12), (17), (18).
 
@@ -96,16 +105,22 @@ def proportional_integral_step(
         release_time: Time in which the integral's force falls to zero when contact ends [s].
         max_force: Upper limit of the integral's force [N].
         dt: Time since the last period [s].
+        moved_in: Displacement of the hand into the surface since the last period [m].
+        most: Largest change of the force that this displacement does not explain [N]; the integral
+            keeps it as long as its own force is above 0.
 
     Returns:
         State after this period, and force on the hand along the outward normal [N].
     """
-    if depth <= 0.0:
-        force = max(0.0, state.force - state.ramp * dt)
-        return IntegralState(force, state.ramp, depth), force
     theta = integration_threshold(
         state, depth, thresholds.entering, thresholds.leaving, thresholds.full_force, dt
     )
-    force = state.force + integral_gain * dt * (depth - theta)
+    grown = integral_gain * dt * (depth - theta) if depth > 0.0 else -state.ramp * dt
+    spring = k_h * max(0.0, depth)
+    before, own = k_h * max(0.0, state.depth) + state.force, k_h * moved_in
+    least, largest = before + min(0.0, own) - most, before + max(0.0, own) + most
+    force = min(max(state.force + grown, least - spring), largest - spring)
     force = min(max(force, 0.0), max_force)
-    return IntegralState(force, force / release_time, depth), k_h * depth + force
+    # Also a force that the integral took from a surface that left the hand goes to zero in time.
+    ramp = max(0.0 if depth > 0.0 else state.ramp, force / release_time)
+    return IntegralState(force, ramp, depth), spring + force

@@ -76,16 +76,21 @@ def presses() -> list[dict[str, Any]]:
     settings = LawSettings(Thresholds(0.3e-3, 0.8e-3, 1.5), 0.12, 6.0)
     for law in Law:
         for k_h, integral_gain in ((200.0, 0.0), (90.0, 4000.0), (140.0, 30000.0)):
-            memory, steps = AT_REST, list[dict[str, Any]]()
+            memory, steps, before = AT_REST, list[dict[str, Any]](), 0.0
             for i in range(25):
                 depth = round(0.02 * math.sin(0.25 * i) - 0.002, 6)
+                # The limit of an integral is at work in every second period.
+                moved_in, most = round(0.5 * (depth - before), 6), 0.02 if i % 2 else 10.0
+                before = depth
                 sight = a_sight(rng, depth)
                 gains, dt = Gains(k_h, integral_gain), pick(rng, 5e-4, 3e-3)
-                memory, force = local_force(law, memory, sight, gains, dt, settings)
+                memory, force = local_force(law, memory, sight, gains, dt, settings, moved_in, most)
                 steps.append(
                     {
                         "sight": asdict(sight),
                         "dt": dt,
+                        "moved_in": moved_in,
+                        "most": most,
                         "pressed_depth": pressed_depth(law, sight),
                         "memory": memory._asdict(),
                         "force": asdict(force),

@@ -108,7 +108,8 @@ def test_compiled_functions_are_the_functions(
     share: float, depth: float, k_h: float, gain: float
 ) -> None:
     """Numba compiles the same source; here both run, on the functions with most branches."""
-    pi = (IntegralState(share, 0.0, depth), depth, k_h, gain, THRESHOLDS, 0.1, 10.0, T)
+    state = IntegralState(share, 0.0, depth)
+    pi = (state, depth, k_h, gain, THRESHOLDS, 0.1, 10.0, T, 0.1 * depth, 0.02)
     for ours, theirs in zip(FAST_PI(*pi), proportional_integral_step(*pi), strict=True):
         assert np.array(ours) == pytest.approx(np.array(theirs), rel=1e-12)
     taken = (0.01 * share, 4.0, k_h * 0.01, depth, T, 8.0)

@@ -92,6 +92,21 @@ def test_rooms_with_an_integral_are_stable_at_the_delays_it_was_chosen_for(
     assert room_radius(C, chosen(Law.PI, C, each), Law.PI, each, PERIOD) < 1.0
 
 
+@given(sizes, seeds, st.lists(st.integers(1, 10), min_size=8, max_size=8), st.data())
+@settings(max_examples=examples(300), deadline=None)
+def test_rooms_are_stable_while_the_limit_of_a_change_is_at_work_in_some_integrals(
+    n: int, seed: int, delays: list[int], data: st.DataObject
+) -> None:
+    """Science 3.9: where changes of the force are limited, K_h and I count as a share of theirs."""
+    C, each = random_compliance(n, seed), np.array(delays[:n])
+    shares = data.draw(st.lists(st.floats(0.02, 1.0), min_size=n, max_size=n))
+    limited = [
+        Gains(share * g.k_h, share * g.integral_gain)
+        for share, g in zip(shares, chosen(Law.PI, C, each), strict=True)
+    ]
+    assert room_radius(C, limited, Law.PI, each, PERIOD) < 1.0
+
+
 def test_a_delay_that_was_not_measured_can_make_an_integral_unstable() -> None:
     """It has to come from the measured delay: one for a single period swings at thirty."""
     unstable = 0

@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.gains import choose_gains
+from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import (
     AT_REST_SPEED,
     IntegralState,
@@ -13,12 +17,23 @@ from cohaptic.control.proportional_integral import (
 )
 
 T = 0.001  # s
+K_H = 100.0  # N/m
 RELEASE = 0.1  # s
+ROUNDING = 1e-9  # N
 forces = st.floats(0.0, 10.0)
+depths = st.floats(-0.01, 0.03)
 
 
-def step(state: IntegralState, depth: float, theta: Thresholds) -> tuple[IntegralState, float]:
-    return proportional_integral_step(state, depth, 100.0, 2000.0, theta, RELEASE, 10.0, T)
+def step(
+    state: IntegralState,
+    depth: float,
+    theta: Thresholds,
+    moved_in: float = 0.0,
+    most: float = math.inf,
+) -> tuple[IntegralState, float]:
+    return proportional_integral_step(
+        state, depth, K_H, 2000.0, theta, RELEASE, 10.0, T, moved_in, most
+    )
 
 
 @given(forces, st.floats(-0.01, 0.0))
@@ -67,3 +82,58 @@ def test_the_integral_stays_between_nothing_and_the_hands_limit(path: list[float
         state, force = step(state, depth, Thresholds())
         assert 0.0 <= state.force <= 10.0
         assert force >= 0.0
+
+
+@given(forces, depths, depths, st.floats(-0.01, 0.01), st.floats(0.0, 0.05), st.floats(0.0, 100.0))
+def test_others_change_the_whole_force_by_no_more_than_the_limit(
+    force: float, before: float, depth: float, moved_in: float, most: float, ramp: float
+) -> None:
+    """Whatever surface comes, unless the integral has nothing more to give, or no room."""
+    state = IntegralState(force, ramp, before)
+    after, now = step(state, depth, Thresholds(), moved_in, most)
+    change = now - (force + K_H * max(0.0, before))
+    own = K_H * moved_in
+    if after.force > 0.0:
+        assert change <= max(0.0, own) + most + ROUNDING
+    if after.force < 10.0:
+        assert change >= min(0.0, own) - most - ROUNDING
+
+
+@given(forces, depths, st.floats(0.0, 100.0))
+def test_a_force_taken_from_a_surface_that_left_goes_to_zero_in_time(
+    force: float, before: float, ramp: float
+) -> None:
+    state, most = IntegralState(force, ramp, before), 0.02
+    start = force + K_H * max(0.0, before)
+    for _ in range(round(start / most) + round(RELEASE / T) + 2):
+        state, f = step(state, -1e-3, Thresholds(), 0.0, most)
+    assert f == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("periods", [1, 5, 15, 30])
+def test_the_limit_does_not_make_a_hand_swing_that_jumps_far_into_the_object(periods: int) -> None:
+    """In the loop of one hand, with the server's gains and so many simulation periods of delay."""
+    k_o, n = 1000.0, 17
+    gains = choose_gains(
+        Law.PI,
+        [1.0 / k_o],
+        0,
+        max_stiffness=1e9,
+        loop_delay=periods * n * T,
+        simulation_period=n * T,
+    )
+    state, x, told, before, newest = IntegralState(), 0.0, [0.0] * periods, 0.0, 0.0
+    given_off = list[float]()
+    for k in range(20_000):
+        if k % n == 0:  # the dent of a force that is so many periods old
+            before, newest = newest, told[-periods] / k_o
+            told.append(given_off[-1] if given_off else 0.0)
+        dent = before + (k % n + 1) / n * (newest - before)
+        way, x = (0.008, 0.008) if k == 200 else (0.0, x)
+        state, f = proportional_integral_step(
+            state, x - dent, gains.k_h, gains.integral_gain, Thresholds(0.0, 0.0), RELEASE, 20.0, T,
+            way, 0.02,
+        )  # fmt: skip
+        given_off.append(f)
+    assert min(given_off[-4000:]) == pytest.approx(8.0, rel=1e-3)
+    assert max(given_off[-4000:]) == pytest.approx(8.0, rel=1e-3)

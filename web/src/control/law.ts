@@ -52,14 +52,21 @@ export function pressedDepth(law: LawName, sight: Sight): number {
   return answersOwnDent(law) ? sight.depth - sight.c_ii * dot(sight.own_force, sight.normal) : sight.depth;
 }
 
-/** Force of `law` for a probe at a local surface, free of this client's own force. */
+/**
+ * Force of `law` for a probe at a local surface, free of this client's own force.
+ *
+ * @param moved_in Way of the hand into the surface since the last period [m].
+ * @param most Largest change of a force with an integral that this way does not explain [N].
+ */
 export function localForce(
   law: LawName,
   memory: IntegralState,
   sight: Sight,
   gains: Gains,
   dt: number,
-  settings: LawSettings = DEFAULT_LAW_SETTINGS,
+  settings: LawSettings,
+  moved_in: number,
+  most: number,
 ): [memory: IntegralState, force: LocalForce] {
   const d_free = sight.depth;
   const { k_h, integral_gain } = gains;
@@ -80,7 +87,7 @@ export function localForce(
   const stiffness = proportionalStiffness(k_h, sight.c_ii);
   if (law === "proportional") return [memory, said(proportionalForce(d, k_h), stiffness, stored)];
   law satisfies "pi"; // the compiler refuses a law without a force
-  const [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt);
+  const [after, f] = proportionalIntegralStep(memory, d, k_h, integral_gain, settings, dt, moved_in, most);
   // When the integral has settled, the surface follows the probe, and the hand feels K_o.
   return [after, said(f, d_free > 0 ? f / d_free : stiffness, stored)];
 }

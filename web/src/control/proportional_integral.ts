@@ -2,8 +2,8 @@
  * The paper's proportional-integral local model, section 5, with the hygiene of 5.1.
  *
  * L(z) = K_h + T I / (z - 1), eq. (12). The integrand is e - theta, with the threshold of eq. (17) or (18); when
- * contact ends the integral's force goes to zero linearly over a few simulation periods. How (18) is read:
- * `shared/cohaptic/control/proportional_integral.py`.
+ * contact ends the integral's force goes to zero linearly over a few simulation periods. How (18) is read, and why the
+ * integral keeps the limit of the whole force's change: `shared/cohaptic/control/proportional_integral.py`.
  */
 
 /** A probe that comes out more slowly is at rest [m/s]: between two thresholds the integral would hunt. */
@@ -33,18 +33,6 @@ export interface IntegralState {
 
 export const AT_REST: IntegralState = { force: 0, ramp: 0, depth: 0 };
 
-/** theta of eq. (17) or (18) [m]. */
-export function integrationThreshold(
-  state: IntegralState,
-  depth: number,
-  { entering, leaving, full_force }: Thresholds,
-  dt: number,
-): number {
-  if (depth <= 0) return 0;
-  if (depth >= state.depth - AT_REST_SPEED * dt) return entering;
-  return leaving * (state.force >= full_force ? 1 : state.force / full_force);
-}
-
 /** Settings of the integral. */
 export interface IntegralSettings {
   readonly thresholds: Thresholds;
@@ -58,6 +46,8 @@ export interface IntegralSettings {
  * One period of L(z) = K_h + T I / (z - 1), eqs. (12), (17), (18).
  *
  * @param depth e, the depth of the probe below the surface as the simulation returned it [m].
+ * @param moved_in Way of the hand into the surface since the last period [m].
+ * @param most Largest change of the force that this way does not explain [N].
  * @returns Next state, and force on the hand along the outward normal [N].
  */
 export function proportionalIntegralStep(
@@ -67,13 +57,23 @@ export function proportionalIntegralStep(
   integral_gain: number,
   settings: IntegralSettings,
   dt: number,
+  moved_in: number,
+  most: number,
 ): [state: IntegralState, force: number] {
-  if (depth <= 0) {
-    const force = Math.max(0, state.force - state.ramp * dt);
-    return [{ force, ramp: state.ramp, depth }, force];
-  }
-  const theta = integrationThreshold(state, depth, settings.thresholds, dt);
-  const grown = state.force + integral_gain * dt * (depth - theta);
-  const force = Math.min(Math.max(grown, 0), settings.max_force);
-  return [{ force, ramp: force / settings.release_time, depth }, k_h * depth + force];
+  // Eq. (17) or (18).
+  const { entering, leaving, full_force } = settings.thresholds;
+  const rests = depth >= state.depth - AT_REST_SPEED * dt;
+  const theta = rests ? entering : leaving * (state.force >= full_force ? 1 : state.force / full_force);
+  const grown = depth > 0 ? integral_gain * dt * (depth - theta) : -state.ramp * dt;
+  const spring = k_h * Math.max(0, depth);
+  const before = k_h * Math.max(0, state.depth) + state.force - spring;
+  const own = k_h * moved_in;
+  const slewed = Math.min(
+    Math.max(state.force + grown, before + Math.min(0, own) - most),
+    before + Math.max(0, own) + most,
+  );
+  const force = Math.min(Math.max(slewed, 0), settings.max_force);
+  // Also a force that the integral took from a surface that left the hand goes to zero in time.
+  const ramp = Math.max(depth > 0 ? 0 : state.ramp, force / settings.release_time);
+  return [{ force, ramp, depth }, spring + force];
 }

@@ -21,7 +21,15 @@ interface LawVectors {
     law: LawName;
     gains: Gains;
     settings: LawSettings;
-    steps: { sight: Sight; dt: number; pressed_depth: number; memory: object; force: object }[];
+    steps: {
+      sight: Sight;
+      dt: number;
+      moved_in: number;
+      most: number;
+      pressed_depth: number;
+      memory: object;
+      force: object;
+    }[];
   }[];
 }
 
@@ -40,7 +48,7 @@ describe("as the Python client", () => {
   test.each(presses)("$law with $gains presses, rests and lets go", ({ law, gains, settings, steps }) => {
     let memory = AT_REST;
     steps.forEach((v, i) => {
-      const [after, force] = localForce(law, memory, v.sight, gains, v.dt, settings);
+      const [after, force] = localForce(law, memory, v.sight, gains, v.dt, settings, v.moved_in, v.most);
       memory = after;
       expectClose(memory, v.memory, `memory ${i}`);
       expectClose(force, v.force, `force ${i}`);

@@ -78,12 +78,11 @@ export function contactForce(
     else [normal, pace] = slewNormal(state.normal, normal, moved, k_h, force, pace);
   }
   const moved_in = -dot(normal, moved);
-  let { depth } = sight;
-  if (state.sight !== null && state.safety.scale > 0) {
-    depth = holdBack(state.depth + moved_in, depth, pace / Math.max(k_h, SOFT));
-  }
+  // A force that the hand does not get may change at once.
+  const most = state.sight !== null && state.safety.scale > 0 ? pace : Infinity;
+  const depth = holdBack(state.depth + moved_in, sight.depth, most / Math.max(k_h, SOFT));
   const aside = C === null ? 0 : believedShift(normal, C, k_h) * normalShift(state.friction, normal, C);
-  const [fade, local] = run(updated, { ...sight, depth: depth - aside }, counted, settings.law);
+  const [fade, local] = run(updated, { ...sight, depth: depth - aside }, counted, settings.law, moved_in, most);
   const f = local.normal_force;
   let damping = 0;
   let damped = f;

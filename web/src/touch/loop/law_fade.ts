@@ -73,29 +73,29 @@ export function withGains(fade: LawFade, gains: Gains): LawFade {
   return { ...fade, now: { ...fade.now, gains } };
 }
 
-/** One period of the law in use, and of the one that it replaces. */
+/** One period of the law in use, and of the one that it replaces; `moved_in` and `most` as in `localForce`. */
 export function run(
   fade: LawFade,
   sight: Sight,
   dt: number,
   settings: LawSettings,
+  moved_in: number,
+  most: number,
 ): [fade: LawFade, force: LocalForce] {
-  const [memory, force] = advance(fade.now, sight, dt, settings);
+  const advance = ({ law, memory, gains }: Running): [IntegralState, LocalForce] =>
+    localForce(law, memory, sight, gains, dt, settings, moved_in, most);
+  const [memory, force] = advance(fade.now);
   const now = { ...fade.now, memory };
   const old = fade.before;
   if (old === null) return [{ now, before: null, share: 1 }, force];
-  const [oldMemory, oldForce] = advance(old, sight, dt, settings);
+  const [oldMemory, oldForce] = advance(old);
   const gap = Math.abs(force.normal_force - oldForce.normal_force);
-  const present = oldForce.normal_force + fade.share * (force.normal_force - oldForce.normal_force);
+  const present = mix(oldForce, force, fade.share).normal_force;
   let step = dt / FADE_TIME;
   if (gap > 0) step = Math.min(step, (Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST)) * dt) / gap);
   const share = Math.min(1, fade.share + step);
   if (share >= 1) return [{ now, before: null, share: 1 }, force];
   return [{ now, before: { ...old, memory: oldMemory }, share }, mix(oldForce, force, share)];
-}
-
-function advance(running: Running, sight: Sight, dt: number, settings: LawSettings): [IntegralState, LocalForce] {
-  return localForce(running.law, running.memory, sight, running.gains, dt, settings);
 }
 
 function mix(a: LocalForce, b: LocalForce, s: number): LocalForce {

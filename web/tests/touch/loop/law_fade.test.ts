@@ -9,7 +9,7 @@ test("also where hardly anything is felt, a change of law moves the force by a h
   let before = 0.01;
   fade = switchLaw(fade, "predictive", { k_h: 20_000, integral_gain: 0 }, before, SIGHT);
   for (let i = 0; i < 3000; i += 1) {
-    const [after, force] = run(fade, SIGHT, 0.001, DEFAULT_LAW_SETTINGS);
+    const [after, force] = run(fade, SIGHT, 0.001, DEFAULT_LAW_SETTINGS, 0, 0.01);
     fade = after;
     const { normal_force } = force;
     expect(normal_force - before).toBeLessThan(0.0101 * Math.max(normal_force, 0.05));
