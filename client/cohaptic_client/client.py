@@ -33,7 +33,6 @@ from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.news import (
     FaultNews,
     fault_in_words,
-    law_in_words,
     scheduling_in_words,
     silence_in_words,
 )
@@ -196,8 +195,6 @@ class Client:
             Refused: The server refused this client.
             DeviceError: The device cannot be opened, or is gone.
         """
-        if word := law_in_words(self.settings.law, self.settings.device.name):
-            self._tell(word)
         work = [asyncio.ensure_future(self._keep_beating()), asyncio.ensure_future(self._connect())]
         try:
             done, _ = await asyncio.wait(

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from cohaptic.control.law import Law
 from cohaptic_client.loop.safety import NOT_HELD
 
 # s between two sentences about faults: a hand that is too fast in every other period would fill
@@ -32,22 +31,6 @@ def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:
     else:
         how = "lift off the object to go on"
     return f"force off: {fault}; {how}"
-
-
-def law_in_words(law: Law, device: str) -> str:
-    """Return a warning about the law; empty if the law keeps the limits of `docs/safety.md`.
-
-    Args:
-        law: Law that the client asks for.
-        device: Name of the device; a simulated one, which no person holds, gives no warning.
-    """
-    if not law.integrates or device == "simulated":
-        return ""
-    return (
-        f"the law {law.value} goes on while the hand rests, so that a hostile server may move it"
-        " at the device's full rate, not by 0.02 N in a millisecond; use it with servers that you"
-        " trust"
-    )
 
 
 def silence_in_words(status: Mapping[str, Any]) -> str:

@@ -5,12 +5,11 @@ from functools import partial
 
 import pytest
 
-from cohaptic.control.law import Law
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import COLUMNS, Row
 from cohaptic_client.client import state_in_words, status_before_touch, touch_status
 from cohaptic_client.network.timing import LinkTiming, Passage
-from cohaptic_client.news import law_in_words, silence_in_words
+from cohaptic_client.news import silence_in_words
 from cohaptic_client.settings import ClientSettings
 
 SETTINGS = ClientSettings(url="ws://127.0.0.1:1", name="left")
@@ -54,13 +53,6 @@ def test_a_device_that_sends_nothing_is_told_before_a_silent_server_and_after_a_
     assert (words(), words(held=True)) == ("device silent", "fault")
     assert "in reach" in silence_in_words({"device_silent": True})
     assert silence_in_words({"device_silent": False}) == silence_in_words({}) == ""
-
-
-def test_a_law_that_others_may_move_a_resting_hand_by_is_told_to_who_holds_a_device() -> None:
-    told = law_in_words(Law.PI, "haply")
-    assert "servers that you trust" in told
-    assert law_in_words(Law.PI, "simulated") == ""
-    assert all(law_in_words(law, "haply") == "" for law in Law if law is not Law.PI)
 
 
 def test_before_the_first_row_a_client_connects() -> None:
