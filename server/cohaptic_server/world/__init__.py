@@ -9,6 +9,7 @@ Terms:
     span: Range of one user's loads among the loads of all users.
     presence: Share of a user's force that counts, 0 to 1; it rises and falls slowly.
     nearness: Weight of a user as a neighbour: 1 in contact, 0 for a probe out of reach.
+    pressing: Whether the body carries a force of a user, who is then in the room's loop.
     window: Vertices round one contact at which a tick evaluates the free surface.
     rough: Rows of the users with friction, whose forces may have tangential parts.
 """

@@ -47,7 +47,7 @@ from cohaptic_server.world.lags.planning import (
     find_lag,
     known_coupling,
 )
-from cohaptic_server.world.lags.room_loop import RoomLoop, hand_stiffness, room_loop
+from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop, takes_part
 from cohaptic_server.world.lags.turning import find_turning_lag, steep_contacts, turned_loop
 from cohaptic_server.world.loads import (
     bounded,
@@ -77,6 +77,9 @@ NEAR_HEIGHT = 0.005  # m above the surface; a probe below it counts fully as a n
 
 def nearness(height: Floats, force: Floats) -> Floats:
     """Return the weight of each user as a neighbour, shape (n,): 1 in contact, 0 out of reach.
+
+    The gains of the paper's laws and the felt share of a swing must not step when a hand touches.
+    The room's lag may, so only users who press count there (`lags/room_loop.py`).
 
     Args:
         height: Height of each probe over the user's free surface, shape (n,) [m].
@@ -154,7 +157,8 @@ _RISE, _FALL = 1.0, 10.0
 def show_swing(
     body: Swings,
     response: Response,
-    loop: RoomLoop,
+    users: Sequence[Hand],
+    near: Sequence[float],
     gains: Gains | None,
     lag: float,
     compliance: Floats,
@@ -169,9 +173,11 @@ def show_swing(
     Args:
         body: The object, which has mass.
         response: Response of this tick.
+        users: Users with their newest samples and measured delays.
+        near: Weight of each user as a neighbour, 0 to 1.
         gains: Gains of the loop that anticipation leaves; None if the coupling cannot be
-            anticipated, and the share is 0. The share is also 0 if a hand has a law of the paper:
-            that law answers its own dent a delay later, and may have no gain left for a swing.
+            anticipated, and the share is 0. The share is also 0 if a near hand has a law of
+            the paper: it answers its own dent a delay later, and may have no gain for a swing.
         lag: Lag of the room [s].
         compliance: Compliance between the loads of the loop, shape (loads, loads) [m/N].
         spans: Span of each user's loads in `compliance`.
@@ -184,19 +190,21 @@ def show_swing(
     swinging = body.swinging(response)
     if swinging is None:
         return response
-    share, stiffest = 0.0, 0.0
+    share, stiffest, budget, papers = 0.0, 0.0, np.inf, False
     parts = np.zeros((swinging.along.shape[1],) * 2)
-    for i, (user, span, start) in enumerate(zip(loop.users, spans, starts, strict=False)):
-        if loop.nearness[i] <= 0.0:
+    for user, weight, span, start in zip(users, near, spans, starts, strict=False):
+        if weight <= 0.0 or not takes_part(user):
             continue
+        budget = min(budget, user.touch.damping_budget)
+        papers = papers or user.touch.law.answers_own_dent
         K = hand_stiffness(user, compliance[span, span])
         stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
         along = swinging.along[start : start + len(K)]
         parts += along.T @ K @ along
-    if gains is not None and not loop.papers:
-        theta, stiffness = hand_class(loop.damping_budget, stiffest)
-        weight = float(np.linalg.eigvalsh(parts)[-1])
-        share = felt_share(gains, theta, stiffness, lag, weight, body.swing)
+    if gains is not None and not papers:
+        theta, stiffness = hand_class(budget, stiffest)
+        taken = float(np.linalg.eigvalsh(parts)[-1])
+        share = felt_share(gains, theta, stiffness, lag, taken, body.swing)
     before = swinging.felt
     return swinging.showing(min(before + _RISE * dt, max(before - _FALL * dt, share)))
 
@@ -269,11 +277,12 @@ def advance(
     coupling = compliance_between(compliance, spans)
     weight = nearness(height, applied.force)
     hands = list(map(Hand, tracked.touches, tracked.delays))
-    loop = room_loop(hands, compliance, spans, weight, dt)
+    pressing = applied.force > NEGLIGIBLE
+    loop = room_loop(hands, compliance, spans, pressing, dt)
     turned = None
     if turns:
         turned = turned_loop(
-            hands, response.compliance, wide_spans, tracked.contacts, body.mesh, weight
+            hands, response.compliance, wide_spans, tracked.contacts, body.mesh, pressing
         )
     S = known_coupling(loop, turned)
     unknown_at = now if S is None else state.unknown_at
@@ -284,11 +293,11 @@ def advance(
     room = find_lag(loop, plan, state.room, dt)
     if touched_body.swings is not None:
         response = show_swing(
-            touched_body.swings, response, loop, plan.gains, room.lag, compliance, spans,
-            starts.tolist(), dt,
+            touched_body.swings, response, hands, weight.tolist(), plan.gains, room.lag, compliance,
+            spans, starts.tolist(), dt,
         )  # fmt: skip
     # Where forces are anticipated, contacts turn at once, as the anticipation assumes.
-    turning = find_turning_lag(None if plan.gains else turned, hands, room.lag, dt)
+    turning = find_turning_lag(None if plan.gains else turned, loop.longest_delay, room.lag)
 
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)

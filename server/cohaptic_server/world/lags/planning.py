@@ -156,9 +156,9 @@ def find_anticipation(
     if whole.lowest < -1.0 - ROUNDING:  # a user chose such gains: nothing is proved
         return Planned(NOTHING, None, whole.radius)
     late = 0.0 if turned is None else turned.late(whole.solve, dt)
-    # Gains count all users who may touch; only users who touch now answer.
+    # A user who has not answered a patch yet answers no change of the forces either.
     ticks = np.array([user.touch.tick for user in loop.users])
-    here = np.flatnonzero((loop.nearness >= 1.0) & (ticks > 0))
+    here = np.flatnonzero(loop.inside & (ticks > 0))
     if len(here) < 2:
         return Planned(NOTHING, whole.gains, whole.radius, late)
     sizes = np.array([span.stop - span.start for span in loop.spans])

@@ -1,4 +1,12 @@
-"""The feedback loop in which the hands of a room move each other (science 3.2, 3.8)."""
+"""The feedback loop in which the hands of a room move each other (science 3.2, 3.8).
+
+The loop consists of the hands that press. A hand in the air answers nothing, however near the
+surface it is, so it does not change what the others get. A hand that touches is in the loop from
+the tick in which the body first carries its force; the lag rises at the end of that tick. Forces
+that build up need several round trips, which are longer than a tick. A hand that has let go stays
+in the loop until the body no longer carries its force. Behind a lag tau this takes about 7 tau, so
+that a hand that taps does not leave the loop between two taps.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +18,7 @@ import numpy as np
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.stability.lag_choice import coupling_matrix
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.state import Touch
 
 
@@ -35,21 +43,21 @@ class RoomLoop:
     Args:
         users: All n users of the room.
         spans: Span of each user's loads in the rows of `S`.
-        nearness: Weight of each user as a neighbour, 0 for a user outside the loop, shape (n,).
-        stiffness: Stiffness K of each hand, not weighted by nearness, (1, 1) or (3, 3) [N/m].
+        inside: Whether each user is in the loop, shape (n,).
+        stiffness: Stiffness K of each hand, also of those outside, (1, 1) or (3, 3) [N/m].
         stiffest: Largest K of a hand in the loop, in any direction [N/m].
-        S: Coupling matrix of science 3.8, weighted by nearness, shape (loads, loads).
+        S: Coupling matrix of science 3.8, zero for users outside, shape (loads, loads).
         longest_delay: T_max, the longest loop delay plus the period in which a client blends into a
             new patch [s].
         damping_budget: Smallest damping budget of a device in the loop, infinite if the loop has
             none [N s/m].
-        predictive: Whether any user has the predictive control law.
+        predictive: Whether any user in the loop has the predictive control law.
         papers: Whether any user in the loop has one of the paper's control laws.
     """
 
     users: Sequence[Hand]
     spans: Sequence[slice]
-    nearness: Floats
+    inside: Mask
     stiffness: Sequence[Floats] | Floats
     stiffest: float
     S: Floats
@@ -59,8 +67,16 @@ class RoomLoop:
     papers: bool
 
 
+def takes_part(user: Hand) -> bool:
+    """Return whether a user is in a loop while it presses.
+
+    A user who has left, is silent, or is too slow to take part is not: its force fades.
+    """
+    return user.touch.fresh and not user.delay.too_long
+
+
 def room_loop(
-    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats, dt: float
+    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], pressing: Mask, dt: float
 ) -> RoomLoop:
     """Return the loop of a room in one tick.
 
@@ -68,31 +84,29 @@ def room_loop(
         users: Users with their newest samples and measured delays.
         compliance: Compliance between all loads, bounded, shape (loads, loads) [m/N].
         spans: Span of each user's loads in `compliance`.
-        nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
+        pressing: Whether the body carries a force of each user, shape (users,).
         dt: Simulation period N T [s].
     """
-    near: list[float] = nearness.tolist()
+    within: list[bool] = pressing.tolist()
     longest_delay, damping_budget, predictive, papers = dt, np.inf, False, False
-    for i, (user, weight) in enumerate(zip(users, near, strict=True)):
+    for i, (user, presses) in enumerate(zip(users, within, strict=True)):
+        if not presses or not takes_part(user):
+            within[i] = False
+            continue
         touch = user.touch
         predictive = predictive or not touch.law.answers_own_dent
-        # A user who has left, is silent, or is too slow to take part is outside the loop: its force
-        # fades.
-        if weight <= 0.0 or not touch.fresh or user.delay.too_long:
-            near[i] = 0.0
-            continue
         papers = papers or touch.law.answers_own_dent
         # The client blends into a new patch over one period, which adds to the delay.
         longest_delay = max(longest_delay, user.delay.counted + dt)
         damping_budget = min(damping_budget, touch.damping_budget)
-    weights = np.array(near)
-    stiffness, S = _coupling(users, compliance, spans, weights)
+    inside = np.array(within, dtype=np.bool_)
+    stiffness, S = _coupling(users, compliance, spans, inside)
     return RoomLoop(
         users=users,
         spans=spans,
-        nearness=weights,
+        inside=inside,
         stiffness=stiffness,
-        stiffest=_stiffest(compliance, spans, weights, stiffness),
+        stiffest=_stiffest(inside, stiffness),
         S=S,
         longest_delay=longest_delay,
         damping_budget=damping_budget,
@@ -102,22 +116,21 @@ def room_loop(
 
 
 def _coupling(
-    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], nearness: Floats
+    users: Sequence[Hand], compliance: Floats, spans: Sequence[slice], inside: Mask
 ) -> tuple[Sequence[Floats] | Floats, Floats]:
-    """Return the stiffness K of each hand, and the coupling matrix S weighted by nearness."""
+    """Return the stiffness K of each hand, and the coupling matrix S of those inside the loop."""
     if len(users) < 2:
         return np.zeros((0, 1, 1)), np.zeros((0, 0))
     if len(compliance) == len(users):  # no user has friction: one direction each
-        root = np.sqrt(nearness)
-        C = compliance * root[:, None] * root
+        C = compliance * inside[:, None] * inside
         own = compliance.diagonal().tolist()
         others = (np.abs(C).sum(axis=1) - np.abs(C.diagonal())).tolist()
         shares = map(_share, users, own, others)
         K = [share / c for share, c in zip(shares, own, strict=True)]
         stiffness: Sequence[Floats] | Floats = np.array(K).reshape(-1, 1, 1)
     else:
-        root = np.sqrt(np.repeat(nearness, [span.stop - span.start for span in spans]))
-        C = compliance * root[:, None] * root
+        rows = np.repeat(inside, [span.stop - span.start for span in spans])
+        C = compliance * rows[:, None] * rows
         stiffness = [
             hand_stiffness(user, compliance[span, span], others)
             for user, span, others in zip(users, spans, _sums_of_others(C, spans), strict=True)
@@ -130,29 +143,17 @@ def _coupling(
     return stiffness, S
 
 
-def _stiffest(
-    compliance: Floats, spans: Sequence[slice], near: Floats, K: Sequence[Floats] | Floats
-) -> float:
+def _stiffest(inside: Mask, K: Sequence[Floats] | Floats) -> float:
     """Return the largest stiffness K of a hand in the loop, in any direction [N/m].
 
     A hand whose gains its user has chosen may be stiffer than the body. With friction, the largest
-    row sum of |K| bounds the eigenvalues of K and nearly equals the largest one. A neighbour that
-    does not touch yet counts with its later stiffness along the normal, min(limit, 1 / C_ii).
+    row sum of |K| bounds the eigenvalues of K and nearly equals the largest one.
     """
-    if not len(K):  # one hand alone
-        return 0.0
-    here = np.flatnonzero(near > 0.0)
-    if not len(here):
+    if not len(K) or not inside.any():  # one hand alone, or none
         return 0.0
     if isinstance(K, np.ndarray):
-        return float(K[here, 0, 0].max())
-    largest = 0.0
-    for i in here.tolist():
-        a, k = spans[i].start, float(K[i][0, 0])
-        share = min(1.0, 1.0 / (float(compliance[a, a]) * k)) if near[i] < 1.0 else 1.0
-        rows: float = np.abs(K[i]).sum(axis=1).max().item()
-        largest = max(largest, share * rows)
-    return largest
+        return float(K[inside, 0, 0].max())
+    return max(float(np.abs(K[i]).sum(axis=1).max()) for i in np.flatnonzero(inside).tolist())
 
 
 def _sums_of_others(C: Floats, spans: Sequence[slice]) -> list[float]:

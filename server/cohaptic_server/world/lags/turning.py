@@ -31,7 +31,7 @@ from cohaptic.control.stability.lag_choice import SHARE
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.mesh.surface import SurfaceMesh
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.contact import Contact, Contacts
 from cohaptic_server.world.lags.room_loop import Hand, hand_stiffness
 from cohaptic_server.world.loads import contact_axes
@@ -113,7 +113,7 @@ def steep_contacts(slopes: Floats) -> list[int]:
 
 
 class Turned(NamedTuple):
-    """Loop of a room in which users turn each other's contacts, weighted by nearness.
+    """Loop of a room in which users turn each other's contacts.
 
     Args:
         S: Coupling matrix of all users' normals (p), followed by the tangents of turned contacts
@@ -170,7 +170,7 @@ def turned_loop(
     spans: Sequence[slice],
     contacts: Contacts,
     mesh: SurfaceMesh,
-    nearness: Floats,
+    pressing: Mask,
 ) -> Turned | None:
     """Return the loop of a room with the contacts that others turn; None if no contact is steep.
 
@@ -178,7 +178,7 @@ def turned_loop(
         compliance: Compliance between all loads, shape (loads or more, loads or more) [m/N].
         spans: Span of each user's loads: one load, or three with those along the tangents.
         mesh: Resting surface.
-        nearness: Weight of each user as a neighbour, 0 to 1, shape (users,).
+        pressing: Whether the body carries a force of each user, shape (users,).
     """
     turned = [i for i in steep_contacts(contacts.slopes) if spans[i].stop - spans[i].start == 3]
     if not turned:
@@ -189,7 +189,7 @@ def turned_loop(
         float(hand_stiffness(user, np.array([[c]]))[0, 0])
         for user, c in zip(users, own, strict=True)
     ]
-    K = np.array(shares) * nearness
+    K = np.array(shares) * pressing
     rows = np.concatenate([first, np.repeat(first[turned], 2) + np.tile([1, 2], len(turned))])
     owner = np.concatenate([np.arange(len(users)), np.repeat(turned, 2)])
     C = compliance[np.ix_(rows, rows)].copy()
@@ -202,17 +202,17 @@ def turned_loop(
     return Turned(0.5 * (S + S.T), 2 * len(turned))
 
 
-def find_turning_lag(turned: Turned | None, users: Sequence[Hand], lag: float, dt: float) -> float:
+def find_turning_lag(turned: Turned | None, longest_delay: float, lag: float) -> float:
     """Choose the time constant with which contacts turn if nothing is anticipated [s].
 
     Args:
         turned: Loop of the room; None if no contact is steep.
+        longest_delay: T_max, as in `RoomLoop` [s].
         lag: Lag tau of the room [s].
-        dt: Simulation period N T [s].
     """
     if turned is None:
         return 0.0
-    needed = turning_needed(turned.S, turned.tangents, _longest_delay(users, dt), lag)
+    needed = turning_needed(turned.S, turned.tangents, longest_delay, lag)
     return min(LONGEST_TURN, needed / SHARE)
 
 
@@ -237,8 +237,3 @@ def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
         share = np.maximum(0.0, curvature) / curvature[1]
     product = share * (1.0 - max(contact.slope, MIN_SLOPE))
     return np.asarray((directions * np.sqrt(product / (1.0 - product))) @ directions.T)
-
-
-def _longest_delay(users: Sequence[Hand], dt: float) -> float:
-    """Return T_max: the longest delay of users who are not too slow, plus one period `dt` [s]."""
-    return max((u.delay.counted for u in users if not u.delay.too_long), default=0.0) + dt

@@ -1,4 +1,4 @@
-"""Rooms for the tests of lags: users, the compliance between them, and how near they are."""
+"""Rooms for the tests of lags: users, the compliance between them, and which of them press."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic.control.stability.lag_choice import FULL_BUDGET, coupling_radius
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.room_loop import room_loop
 from cohaptic_server.world.state import UserState
 from tests.server.touches import touch, user_of
@@ -17,12 +17,12 @@ from tests.server.touches import touch, user_of
 DT = 1.0 / 60.0  # s
 delays = st.floats(0.0, 1.0)
 budgets = st.floats(0.0, 2.0 * FULL_BUDGET)
-Room = tuple[list[UserState], Floats, list[slice], Floats]
+Room = tuple[list[UserState], Floats, list[slice], Mask]
 
 
 @st.composite
 def rooms(draw: st.DrawFn, least: int = 1, law: Law | None = Law.PREDICTIVE) -> Room:
-    """Users, C of all their loads, which are whose, and how much each counts as a neighbour."""
+    """Users, C of all their loads, which are whose, and which users press."""
     n: int = draw(st.integers(least, 6))
     rough = draw(st.lists(st.booleans(), min_size=n, max_size=n))
     ends: list[int] = np.cumsum([0] + [3 if r else 1 for r in rough]).tolist()
@@ -45,11 +45,16 @@ def rooms(draw: st.DrawFn, least: int = 1, law: Law | None = Law.PREDICTIVE) -> 
         )
         for i in range(n)
     ]
-    near = np.array([draw(st.sampled_from([0.0, 0.3, 1.0])) for _ in range(n)])
+    pressing = np.array(draw(st.lists(st.booleans(), min_size=n, max_size=n)))
     where = [slice(a, b) for a, b in itertools.pairwise(ends)]
-    return users, C * np.outer(scale, scale), where, near
+    return users, C * np.outer(scale, scale), where, pressing
 
 
-def room_coupling(users: list[UserState], C: Floats, where: list[slice], near: Floats) -> float:
+def everybody(n: int) -> Mask:
+    """All n users press."""
+    return np.ones(n, dtype=np.bool_)
+
+
+def room_coupling(users: list[UserState], C: Floats, where: list[slice], pressing: Mask) -> float:
     """m of a room."""
-    return coupling_radius(room_loop(users, C, where, near, DT).S)
+    return coupling_radius(room_loop(users, C, where, pressing, DT).S)

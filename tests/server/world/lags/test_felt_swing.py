@@ -7,37 +7,44 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.control.delay import LoopDelay
 from cohaptic.control.law import Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
 from cohaptic_server.bodies.modal.modal_body import ModalResponse
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.world.lags.room_loop import RoomLoop, room_loop
 from cohaptic_server.world.tick import show_swing
+from cohaptic_server.world.users import Hand
 from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, solid
 from tests.server.bodies.presses import press
-from tests.server.touches import touch, user_of
+from tests.server.touches import touch
 
 WAYS = [(1.0, 0.0, 0.8), (-1.0, 0.2, 0.5), (0.0, 1.0, 0.2)]
 SPANS = [slice(0, 1), slice(1, 2), slice(2, 3)]
 
 
-def loop_of(near: list[float], budget: float = 8.0) -> tuple[RoomLoop, ModalResponse]:
+def hands_of(budget: float = 8.0) -> tuple[list[Hand], ModalResponse]:
     response = jelly().respond([press(solid(), way, 0.02) for way in WAYS])
     users = [
-        user_of(touch(i + 1, max_stiffness=2000.0, damping_budget=budget)) for i in range(len(WAYS))
+        Hand(touch(i + 1, max_stiffness=2000.0, damping_budget=budget), LoopDelay())
+        for i in range(len(WAYS))
     ]
-    return room_loop(users, response.compliance, SPANS, np.array(near), DT), response
+    return users, response
 
 
 def shown(
-    loop: RoomLoop, response: ModalResponse, before: float, gains: Gains | None = UNCOUPLED
+    near: list[float],
+    before: float,
+    gains: Gains | None = UNCOUPLED,
+    budget: float = 8.0,
 ) -> float:
     """The share after one tick."""
+    users, response = hands_of(budget)
     found = show_swing(
         jelly(),
         response.showing(before),
-        loop,
+        users,
+        near,
         gains,
         0.0,
         compliance=response.compliance,
@@ -52,8 +59,7 @@ def shown(
 @given(st.floats(0.0, 1.0), st.lists(st.sampled_from([0.0, 0.4, 1.0]), min_size=3, max_size=3))
 @settings(max_examples=examples(30), deadline=None)
 def test_it_rises_slowly_and_falls_fast(before: float, near: list[float]) -> None:
-    loop, response = loop_of(near)
-    after = shown(loop, response, before)
+    after = shown(near, before)
     assert 0.0 <= after <= 1.0
     assert before - 10.0 * DT - 1e-12 <= after <= before + DT + 1e-12
     if not any(near):  # nobody closes a loop: all of it may be shown
@@ -62,10 +68,9 @@ def test_it_rises_slowly_and_falls_fast(before: float, near: list[float]) -> Non
 
 def test_less_is_shown_to_more_hands_and_to_devices_that_damp_less() -> None:
     def steady(near: list[float], budget: float = 8.0) -> float:
-        loop, response = loop_of(near, budget)
         share = 0.0
         for _ in range(120):
-            share = shown(loop, response, share)
+            share = shown(near, share, budget=budget)
         return share
 
     one, two, three = steady([1.0, 0.0, 0.0]), steady([1.0, 1.0, 0.0]), steady([1.0, 1.0, 1.0])
@@ -74,10 +79,9 @@ def test_less_is_shown_to_more_hands_and_to_devices_that_damp_less() -> None:
 
 
 def test_none_is_shown_where_nothing_is_anticipated() -> None:
-    loop, response = loop_of([1.0, 1.0, 1.0])
-    assert shown(loop, response, 0.05, gains=None) == 0.0
+    assert shown([1.0, 1.0, 1.0], 0.05, gains=None) == 0.0
     # Hands that need all of the room's lag for themselves leave nothing for a swing.
-    assert shown(loop, response, 0.05, gains=gains_left(40.0, -0.99)) == 0.0
+    assert shown([1.0, 1.0, 1.0], 0.05, gains=gains_left(40.0, -0.99)) == 0.0
 
 
 def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
@@ -85,9 +89,9 @@ def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
     response = jelly().respond([press(solid(), WAYS[0], 0.02)])
     C, span = response.compliance, [slice(0, 1)]
     for law, expected in ((Law.PREDICTIVE, 0.05), (Law.PROPORTIONAL, 0.0), (Law.PI, 0.0)):
-        loop = room_loop([user_of(touch(1, law=law))], C, span, np.ones(1), DT)
+        users = [Hand(touch(1, law=law), LoopDelay())]
         found = show_swing(
-            jelly(), response.showing(0.05), loop, UNCOUPLED, 0.0, C, span, [0, 1], DT
+            jelly(), response.showing(0.05), users, [1.0], UNCOUPLED, 0.0, C, span, [0, 1], DT
         )
         assert isinstance(found, ModalResponse)
         assert found.felt >= expected if expected else found.felt == 0.0
@@ -100,11 +104,10 @@ def test_a_body_without_mass_does_not_swing() -> None:
 
 
 def test_the_response_of_another_body_is_left_as_it_is() -> None:
-    loop, _ = loop_of([1.0, 1.0, 1.0])
+    users, _ = hands_of()
     response = solid().respond([press(solid(), way, 0.02) for way in WAYS])
-    found = show_swing(
-        jelly(), response, loop, UNCOUPLED, 0.0, response.compliance, SPANS, [0, 1, 2, 3], DT
-    )
+    C, near = response.compliance, [1.0, 1.0, 1.0]
+    found = show_swing(jelly(), response, users, near, UNCOUPLED, 0.0, C, SPANS, [0, 1, 2, 3], DT)
     assert found is response
 
 
@@ -118,13 +121,23 @@ def test_a_hand_with_friction_counts_in_three_directions() -> None:
     response = jelly().respond(loads)
     shares: list[float] = []
     for friction, span in ((False, slice(0, 1)), (True, slice(0, 3))):
-        user = user_of(touch(1, max_stiffness=2000.0, damping_budget=8.0, friction=friction))
+        user = Hand(
+            touch(1, max_stiffness=2000.0, damping_budget=8.0, friction=friction), LoopDelay()
+        )
         C = response.compliance[span, span]
-        loop = room_loop([user], C, [span], np.ones(1), DT)
         share: float = 0.0
         for _ in range(120):
             found = show_swing(
-                jelly(), response.showing(share), loop, UNCOUPLED, 0.0, C, [span], [0, 3], DT
+                jelly(),
+                response.showing(share),
+                [user],
+                [1.0],
+                UNCOUPLED,
+                0.0,
+                C,
+                [span],
+                [0, 3],
+                DT,
             )
             assert isinstance(found, ModalResponse)
             share = found.felt

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, anticipated
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import (
     MOST_ANSWERED,
     MOST_TURNED,
@@ -22,15 +22,15 @@ from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.lags.turning import Turned
 from cohaptic_server.world.state import NOTHING, UserState
 from tests.server.touches import touch, user_of
-from tests.server.world.lags.lag_rooms import DT, Room, room_coupling, rooms
+from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
 def plan_of(
-    users: list[UserState], C: Floats, where: list[slice], near: Floats, *, known: bool = True
+    users: list[UserState], C: Floats, where: list[slice], pressing: Mask, *, known: bool = True
 ) -> Planned:
-    normals, loop = np.tile(UP, (len(users), 1)), room_loop(users, C, where, near, DT)
+    normals, loop = np.tile(UP, (len(users), 1)), room_loop(users, C, where, pressing, DT)
     S = known_coupling(loop, None) if known else None
     return find_anticipation(loop, normals, S, None, DT)
 
@@ -41,13 +41,13 @@ def answering(users: list[UserState]) -> list[UserState]:
 
 
 @given(rooms(2))
-def test_it_anticipates_those_who_touch_and_counts_all_who_may(room: Room) -> None:
-    users, C, where, near = room
-    found = plan_of(answering(users), C, where, near)
-    assert found.m == pytest.approx(room_coupling(users, C, where, near), abs=1e-12)
-    whole = anticipated(room_loop(users, C, where, near, DT).S)
+def test_it_anticipates_those_who_press(room: Room) -> None:
+    users, C, where, pressing = room
+    found = plan_of(answering(users), C, where, pressing)
+    assert found.m == pytest.approx(room_coupling(users, C, where, pressing), abs=1e-12)
+    whole = anticipated(room_loop(users, C, where, pressing, DT).S)
     assert found.gains == whole.gains
-    here = np.flatnonzero(near >= 1.0)
+    here = np.flatnonzero(pressing)
     if len(here) < 2:
         assert found.anticipation is NOTHING
         return
@@ -61,9 +61,9 @@ def test_it_anticipates_those_who_touch_and_counts_all_who_may(room: Room) -> No
 @given(rooms(2))
 def test_what_is_left_is_what_a_hand_answers_beyond_it(room: Room) -> None:
     """In newton per newton: K C between the users less X leaves eigenvalues from -held to 0."""
-    users, C, where, near = room
-    near[:] = 1.0
-    found = plan_of(answering(users), C, where, near)
+    users, C, where, pressing = room
+    pressing[:] = True
+    found = plan_of(answering(users), C, where, pressing)
     K_C = np.zeros_like(C)
     for user, w in zip(users, where, strict=True):
         K_C[w] = hand_stiffness(user, C[w, w]) @ C[w]
@@ -80,20 +80,20 @@ def test_what_is_left_is_what_a_hand_answers_beyond_it(room: Room) -> None:
 def test_a_law_of_the_paper_or_an_unknown_coupling_leaves_the_room_as_it_was(
     room: Room, data: st.DataObject
 ) -> None:
-    users, C, where, near = room
-    near[:] = 1.0
+    users, C, where, pressing = room
+    pressing[:] = True
     i = data.draw(st.integers(0, len(users) - 1))
     papers = [*users]
     papers[i] = replace(users[i], touch=replace(users[i].touch, law=Law.PROPORTIONAL))
     for found in (
-        plan_of(answering(papers), C, where, near),
-        plan_of(answering(users), C, where, near, known=False),
+        plan_of(answering(papers), C, where, pressing),
+        plan_of(answering(users), C, where, pressing, known=False),
     ):
         assert found.anticipation is NOTHING
         assert found.gains is None
-    # The law of who is out of reach does not matter.
-    near[i] = 0.0
-    assert plan_of(answering(papers), C, where, near).gains is not None
+    # The law of a user who does not press does not matter.
+    pressing[i] = False
+    assert plan_of(answering(papers), C, where, pressing).gains is not None
 
 
 def test_gains_of_a_users_own_choice_may_be_too_stiff_for_any_delay() -> None:
@@ -101,23 +101,23 @@ def test_gains_of_a_users_own_choice_may_be_too_stiff_for_any_delay() -> None:
     C = 0.004 * np.array([[1.0, 0.5], [0.5, 1.0]])
     where = [slice(0, 1), slice(1, 2)]
     users = [user_of(touch(i, tick=2, fixed_gains=Gains(2000.0, 0.0))) for i in (1, 2)]
-    assert plan_of(users, C, where, np.ones(2)).gains is None
+    assert plan_of(users, C, where, everybody(2)).gains is None
     usual = [user_of(touch(i, tick=2)) for i in (1, 2)]
-    assert plan_of(usual, C, where, np.ones(2)).gains is not None
+    assert plan_of(usual, C, where, everybody(2)).gains is not None
 
 
 def test_who_has_not_answered_a_patch_yet_is_not_anticipated() -> None:
     C = 0.004 * np.array([[1.0, 0.5], [0.5, 1.0]])
     where = [slice(0, 1), slice(1, 2)]
     users = [user_of(touch(1, tick=2)), user_of(touch(2, tick=0))]
-    found = plan_of(users, C, where, np.ones(2))
+    found = plan_of(users, C, where, everybody(2))
     assert found.anticipation is NOTHING
     assert found.gains is not None
     assert found.gains != UNCOUPLED
 
 
 def test_one_who_is_alone_needs_nothing() -> None:
-    found = plan_of([user_of(touch(1))], np.array([[0.004]]), [slice(0, 1)], np.ones(1))
+    found = plan_of([user_of(touch(1))], np.array([[0.004]]), [slice(0, 1)], everybody(1))
     assert found == Planned(NOTHING, UNCOUPLED, 0.0)
 
 
@@ -137,7 +137,7 @@ def turned_pair(along: float, slide: float) -> tuple[list[UserState], Floats, Tu
 
 def test_turned_contacts_are_anticipated_with_what_they_answer() -> None:
     users, C, turned = turned_pair(0.6, 0.3)
-    loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], np.ones(2), DT)
+    loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], everybody(2), DT)
     S = known_coupling(loop, turned)
     assert S is not None
     assert pytest.approx(loop.S + turned.answer()) == S
@@ -151,7 +151,7 @@ def test_turned_contacts_are_anticipated_with_what_they_answer() -> None:
 @pytest.mark.parametrize("slide", [MOST_TURNED + 1e-6, 1.0, 3.0])
 def test_contacts_that_are_about_to_slide_off_are_not_known(slide: float) -> None:
     users, C, turned = turned_pair(0.5, slide)
-    loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], np.ones(2), DT)
+    loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], everybody(2), DT)
     assert known_coupling(loop, turned) is None
     assert known_coupling(loop, turned_pair(0.5, MOST_TURNED - 1e-6)[2]) is not None
 
@@ -163,7 +163,7 @@ def test_contacts_that_answer_more_by_turning_than_they_are_given_are_not_known(
     """The gain of a contact as deep as the surface is curved has no bound, and is not known."""
     most = math.sqrt(MOST_ANSWERED * (1.0 - abs(slide)))
     users, C, turned = turned_pair(1.001 * most, slide)
-    loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], np.ones(2), DT)
+    loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], everybody(2), DT)
     assert known_coupling(loop, turned) is None
     assert known_coupling(loop, turned_pair(0.999 * most, slide)[2]) is not None
 
@@ -176,7 +176,7 @@ def test_three_round_a_limb_that_turn_each_other_to_and_fro_are_not_known(back: 
     """
     C = 0.004 * (np.full((3, 3), 0.2) + 0.8 * np.eye(3))
     users = [user_of(touch(i, tick=2, max_stiffness=1e4)) for i in (1, 2, 3)]
-    loop = room_loop(users, C, [slice(i, i + 1) for i in range(3)], np.ones(3), DT)
+    loop = room_loop(users, C, [slice(i, i + 1) for i in range(3)], everybody(3), DT)
     S = np.zeros((9, 9))
     S[:3, :3] = loop.S
     across = [3, 5, 7]  # the tangent of each that lies across the limb
@@ -191,12 +191,12 @@ def test_a_finger_that_sticks_where_others_turn_it_is_not_known() -> None:
     rough = [users[0], replace(users[1], touch=replace(users[1].touch, friction=True))]
     wide = 0.004 * (0.5 * np.eye(4) + 0.5 * np.array([[1.0, 0, 0, 0]] * 4))
     wide = 0.5 * (wide + wide.T)
-    loop = room_loop(rough, wide, [slice(0, 1), slice(1, 4)], np.ones(2), DT)
+    loop = room_loop(rough, wide, [slice(0, 1), slice(1, 4)], everybody(2), DT)
     assert known_coupling(loop, turned) is None
 
 
 def test_one_who_is_alone_is_turned_by_nobody() -> None:
-    loop = room_loop([user_of(touch(1))], np.array([[0.004]]), [slice(0, 1)], np.ones(1), DT)
+    loop = room_loop([user_of(touch(1))], np.array([[0.004]]), [slice(0, 1)], everybody(1), DT)
     known = known_coupling(loop, None)
     assert known is not None
     assert len(known) == 0

@@ -14,19 +14,19 @@ from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.control.stability.lag_choice import choose_lag, coupling_radius, lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import FALL_RATE, Planned, find_lag
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.state import NOTHING, UserState
 from tests.server.touches import touch, user_of
-from tests.server.world.lags.lag_rooms import DT, Room, room_coupling, rooms
+from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
 
 def lag_of(
-    users: list[UserState], C: Floats, where: list[slice], near: Floats, previous: RoomLag
+    users: list[UserState], C: Floats, where: list[slice], pressing: Mask, previous: RoomLag
 ) -> RoomLag:
     """The lag where nothing is anticipated."""
-    loop = room_loop(users, C, where, near, DT)
+    loop = room_loop(users, C, where, pressing, DT)
     return find_lag(loop, Planned(NOTHING, None, coupling_radius(loop.S)), previous, DT)
 
 
@@ -34,26 +34,26 @@ def lag_of(
 def test_the_lag_is_chosen_for_the_slowest_loop_and_the_weakest_device_of_those_who_count(
     room: Room,
 ) -> None:
-    users, C, where, near = room
-    found = lag_of(users, C, where, near, NO_LAG)
-    count = [user for user, counts in zip(users, near.tolist(), strict=True) if counts > 0.0]
+    users, C, where, pressing = room
+    found = lag_of(users, C, where, pressing, NO_LAG)
+    count = [user for user, counts in zip(users, pressing.tolist(), strict=True) if counts]
     # Nothing is known of a loop before its first sample; the ramp to a new patch is one period.
     longest = max([max(0.0, u.delay.recent) + DT for u in count], default=DT)
     budget = min([u.touch.damping_budget for u in count], default=math.inf)
-    m = room_coupling(users, C, where, near)
+    m = room_coupling(users, C, where, pressing)
     assert found == pytest.approx(choose_lag(m, longest, budget))
 
 
 @given(rooms(2), st.floats(0.01, 0.5))
 def test_hands_held_still_are_stable_with_it(room: Room, delay: float) -> None:
     """The theorem of science 3.8, by the roots of the room with everybody's own delay."""
-    users, C, where, near = room
-    near[:] = 1.0
+    users, C, where, pressing = room
+    pressing[:] = True
     users = [
         replace(user, delay=LoopDelay().measured(delay * share, 0.0))
         for user, share in zip(users, np.linspace(0.2, 1.0, len(users)).tolist(), strict=True)
     ]
-    found = lag_of(users, C, where, near, NO_LAG)
+    found = lag_of(users, C, where, pressing, NO_LAG)
     assert found.margin > 1.0
     K = [hand_stiffness(user, C[w, w]) for user, w in zip(users, where, strict=True)]
     root = np.zeros_like(C)
@@ -68,33 +68,33 @@ def test_hands_held_still_are_stable_with_it(room: Room, delay: float) -> None:
 
 @given(rooms(2), st.data())
 def test_who_has_left_or_is_silent_closes_no_loop(room: Room, data: st.DataObject) -> None:
-    users, C, where, near = room
+    users, C, where, pressing = room
     i = data.draw(st.integers(0, len(users) - 1))
     stale = [*users]
     stale[i] = replace(users[i], touch=replace(users[i].touch, fresh=False))
-    off = near.copy()
-    off[i] = 0.0
-    assert lag_of(stale, C, where, near, NO_LAG) == lag_of(users, C, where, off, NO_LAG)
+    off = pressing.copy()
+    off[i] = False
+    assert lag_of(stale, C, where, pressing, NO_LAG) == lag_of(users, C, where, off, NO_LAG)
 
 
 @given(rooms(2, law=None))
 def test_the_papers_laws_need_none_among_themselves(room: Room) -> None:
-    users, C, where, near = room
+    users, C, where, pressing = room
     papers = [
         replace(u, touch=replace(u.touch, law=Law.PROPORTIONAL))
         if u.touch.law is Law.PREDICTIVE
         else u
         for u in users
     ]
-    assert lag_of(papers, C, where, near, NO_LAG).lag == 0.0
+    assert lag_of(papers, C, where, pressing, NO_LAG).lag == 0.0
 
 
 @given(rooms(), st.floats(0.0, 10.0))
 def test_it_rises_at_once_and_falls_slowly(room: Room, before: float) -> None:
     """What was still to come does not come all at once."""
-    users, C, where, near = room
-    chosen = lag_of(users, C, where, near, NO_LAG)
-    found = lag_of(users, C, where, near, RoomLag(before, 1.0, 1.0))
+    users, C, where, pressing = room
+    chosen = lag_of(users, C, where, pressing, NO_LAG)
+    found = lag_of(users, C, where, pressing, RoomLag(before, 1.0, 1.0))
     assert found.lag >= chosen.lag
     assert found.coupling == chosen.coupling
     if found.lag > chosen.lag:
@@ -106,7 +106,7 @@ def test_it_rises_at_once_and_falls_slowly(room: Room, before: float) -> None:
 def test_it_falls_to_what_is_needed() -> None:
     lag = RoomLag(2.0, 1.0, 1.0)
     for _ in range(math.ceil((1.0 + 1.0 / FALL_RATE) / DT)):
-        lag = lag_of([], np.zeros((0, 0)), [], np.zeros(0), lag)
+        lag = lag_of([], np.zeros((0, 0)), [], everybody(0), lag)
     assert lag == NO_LAG
 
 
@@ -117,12 +117,12 @@ def test_the_worst_room_can_be_said_and_says_that_it_is_not_stable() -> None:
     users = [user_of(touch(i + 1, max_stiffness=1e6, damping_budget=0.0)) for i in range(n)]
     users = [replace(u, delay=LoopDelay().measured(TOO_LONG, 0.0)) for u in users]
     where = [slice(i, i + 1) for i in range(n)]
-    slow = lag_of(users, C, where, np.ones(n), NO_LAG)
+    slow = lag_of(users, C, where, everybody(n), NO_LAG)
     check_room(slow, remote=False)
     assert slow.coupling == pytest.approx(n - 1, rel=1e-3)
     assert slow.margin == pytest.approx(slow.lag / lag_needed(slow.coupling, TOO_LONG + DT))
     assert slow.margin < 1.0
     fixed = [replace(u, touch=replace(u.touch, fixed_gains=Gains(1e6, 0.0))) for u in users]
-    stiff = lag_of(fixed, C, where, np.ones(n), NO_LAG)
+    stiff = lag_of(fixed, C, where, everybody(n), NO_LAG)
     check_room(stiff, remote=False)
     assert stiff.margin < 1.0

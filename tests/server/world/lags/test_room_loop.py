@@ -9,40 +9,39 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.delay import TOO_LONG
 from cohaptic.control.law import Gains, Law
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from tests.server.touches import touch, user_of
-from tests.server.world.lags.lag_rooms import DT, Room, room_coupling, rooms
+from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
 
-@given(st.floats(10.0, 1e4), st.floats(10.0, 1e4), st.floats(-0.99, 0.99), st.floats(0.0, 1.0))
+@given(st.floats(10.0, 1e4), st.floats(10.0, 1e4), st.floats(-0.99, 0.99), st.booleans())
 def test_two_users_are_coupled_by_what_each_makes_of_the_other(
-    one: float, two: float, share: float, near: float
+    one: float, two: float, share: float, presses: bool
 ) -> None:
-    """m = sqrt(K_1 K_2) |C_12|, and less of one who only approaches."""
+    """m = sqrt(K_1 K_2) |C_12|, and 0 with one who does not press."""
     C = np.array([[0.004, share * 0.004], [share * 0.004, 0.004]])
     users = [user_of(touch(i, max_stiffness=k)) for i, k in enumerate((one, two), start=1)]
     k = math.sqrt(min(250.0, one) * min(250.0, two))
     where = [slice(0, 1), slice(1, 2)]
-    found = room_coupling(users, C, where, np.array([1.0, near]))
-    assert found == pytest.approx(k * 0.004 * abs(share) * math.sqrt(near), abs=1e-12)
-    assert room_coupling(users[:1], C[:1, :1], where[:1], np.ones(1)) == 0.0
+    found = room_coupling(users, C, where, np.array([True, presses]))
+    assert found == pytest.approx(k * 0.004 * abs(share) * presses, abs=1e-12)
+    assert room_coupling(users[:1], C[:1, :1], where[:1], everybody(1)) == 0.0
 
 
 @given(rooms(2))
-def test_the_stiffest_hand_counts_in_full_however_near_it_is(room: Room) -> None:
-    """Of those who are near at all; with friction in its stiffest direction."""
-    users, C, where, near = room
+def test_the_stiffest_hand_that_presses_counts_in_full(room: Room) -> None:
+    """With friction in its stiffest direction."""
+    users, C, where, pressing = room
     expected = 0.0
-    for user, span, weight in zip(users, where, near.tolist(), strict=True):
-        if weight > 0.0:
+    for user, span, presses in zip(users, where, pressing.tolist(), strict=True):
+        if presses:
             stiffness = np.linalg.eigvalsh(hand_stiffness(user, C[span, span]))[-1]
-            # Who is only near may count less by how the tangents add to the normal's compliance.
-            whole = 1.0 if weight >= 1.0 else 1.0 / (C[span, span][0, 0] * stiffness)
-            expected = max(expected, float(stiffness) * min(1.0, whole))
-    found = room_loop(users, C, where, near, DT).stiffest
-    assert found >= 0.3 * expected if (near < 1.0).any() else found >= expected * (1.0 - 1e-9)
-    lone = [i for i, span in enumerate(where) if span.stop - span.start == 1 and near[i] > 0.0]
+            expected = max(expected, float(stiffness))
+    found = room_loop(users, C, where, pressing, DT).stiffest
+    assert expected * (1.0 - 1e-9) <= found <= 3.0 * expected
+    lone = [i for i, span in enumerate(where) if span.stop - span.start == 1 and pressing[i]]
     if lone and not any(user.touch.friction for user in users):
         limits = [min(users[i].touch.max_stiffness, 1.0 / C[i, i]) for i in lone]
         assert found == pytest.approx(max(limits))
@@ -52,9 +51,9 @@ def test_gains_of_ones_own_that_are_stiffer_than_the_body_count_as_stiff_as_they
     C = np.array([[0.004, 0.0005], [0.0005, 0.004]])
     user = user_of(touch(1, fixed_gains=Gains(1000.0, 0.0)))
     users, where = [user, user_of(touch(2))], [slice(0, 1), slice(1, 2)]
-    for near in (1.0, 0.5):
-        loop = room_loop(users, C, where, np.array([near, 1.0]), DT)
-        assert loop.stiffest == pytest.approx(1000.0)
+    assert room_loop(users, C, where, everybody(2), DT).stiffest == pytest.approx(1000.0)
+    away = room_loop(users, C, where, np.array([False, True]), DT)
+    assert away.stiffest == pytest.approx(250.0)
 
 
 def test_soft_hands_on_a_soft_body_are_as_soft_as_they_are() -> None:
@@ -63,28 +62,28 @@ def test_soft_hands_on_a_soft_body_are_as_soft_as_they_are() -> None:
     C, where = 4.0 * np.eye(6), [slice(0, 3), slice(3, 6)]
     expected = np.linalg.eigvalsh(hand_stiffness(users[0], C[:3, :3]))[-1]
     assert expected < 0.5
-    assert room_loop(users, C, where, np.ones(2), DT).stiffest == pytest.approx(expected)
+    assert room_loop(users, C, where, everybody(2), DT).stiffest == pytest.approx(expected)
 
 
 @given(rooms(2), st.integers(0, 2**32 - 1))
 def test_which_way_the_tangents_lie_does_not_matter(room: Room, seed: int) -> None:
-    users, C, where, near = room
+    users, C, where, pressing = room
     turn = np.eye(len(C))
     angles = np.random.default_rng(seed).uniform(-3.0, 3.0, len(where))
     for span, a in zip(where, angles.tolist(), strict=True):
         if span.stop - span.start == 3:
             along = slice(span.start + 1, span.stop)
             turn[along, along] = [[math.cos(a), -math.sin(a)], [math.sin(a), math.cos(a)]]
-    turned = room_coupling(users, turn @ C @ turn.T, where, near)
-    assert turned == pytest.approx(room_coupling(users, C, where, near), rel=1e-9, abs=1e-9)
+    turned = room_coupling(users, turn @ C @ turn.T, where, pressing)
+    assert turned == pytest.approx(room_coupling(users, C, where, pressing), rel=1e-9, abs=1e-9)
 
 
 @given(rooms(2, law=None), st.data())
-def test_who_is_out_of_reach_couples_with_nobody(room: Room, data: st.DataObject) -> None:
+def test_a_hand_that_does_not_press_couples_with_nobody(room: Room, data: st.DataObject) -> None:
     """Whatever law it runs."""
-    users, C, where, near = room
+    users, C, where, pressing = room
     away = data.draw(st.integers(0, len(users) - 1))
-    near[away] = 0.0
+    pressing[away] = False
     here = [i for i in range(len(users)) if i != away]
     rows = [row for i in here for row in range(where[i].start, where[i].stop)]
     ends = np.cumsum([0] + [where[i].stop - where[i].start for i in here]).tolist()
@@ -92,23 +91,57 @@ def test_who_is_out_of_reach_couples_with_nobody(room: Room, data: st.DataObject
         [users[i] for i in here],
         C[np.ix_(rows, rows)],
         [slice(a, b) for a, b in itertools.pairwise(ends)],
-        near[here],
+        pressing[here],
     )
     if len(here) > 1:
-        assert room_coupling(users, C, where, near) == pytest.approx(without, abs=1e-12)
+        assert room_coupling(users, C, where, pressing) == pytest.approx(without, abs=1e-12)
+
+
+@given(rooms(2, law=None), st.data())
+def test_the_loop_is_that_of_a_room_of_those_who_press(room: Room, data: st.DataObject) -> None:
+    """A user who does not press, is silent or is too slow changes no value of the loop.
+
+    A single hand has no coupling, so at least two of them press.
+    """
+    users, C, where, pressing = room
+    pressing[:2] = True
+    for i, presses in enumerate(pressing.tolist()):
+        if not presses and data.draw(st.booleans()):
+            pressing[i], touch_ = True, users[i].touch
+            silent = data.draw(st.booleans())
+            users[i] = (
+                replace(users[i], touch=replace(touch_, fresh=False))
+                if silent
+                else user_of(touch_, delay=1.01 * TOO_LONG)
+            )
+    inside = pressing & np.array([u.touch.fresh and not u.delay.too_long for u in users])
+    here = np.flatnonzero(inside).tolist()
+    rows = [row for i in here for row in range(where[i].start, where[i].stop)]
+    ends = np.cumsum([0] + [where[i].stop - where[i].start for i in here]).tolist()
+    spans = [slice(a, b) for a, b in itertools.pairwise(ends)]
+    whole = room_loop(users, C, where, pressing, DT)
+    part = room_loop(
+        [users[i] for i in here], C[np.ix_(rows, rows)], spans, everybody(len(here)), DT
+    )
+    assert whole.inside.tolist() == inside.tolist()
+    assert whole.stiffest == pytest.approx(part.stiffest)
+    for name in ("longest_delay", "damping_budget", "predictive", "papers"):
+        assert getattr(whole, name) == getattr(part, name)
+    assert whole.S[np.ix_(rows, rows)] == pytest.approx(part.S, abs=1e-9)
+    assert np.abs(np.delete(whole.S, rows, axis=0)).max(initial=0.0) == 0.0
 
 
 @given(rooms(2, law=Law.PROPORTIONAL))
 def test_the_papers_laws_are_coupled_with_their_own_dent_too(room: Room) -> None:
     """With the gains of the row rule, which bear any delay: at most 1 without friction."""
-    users, C, where, near = room
-    near[:] = 1.0
+    users, C, where, pressing = room
+    pressing[:] = True
     others = [np.abs(C[w.start]).sum() - np.abs(C[w.start, w]).sum() for w in where]
     shares: list[float] = []
     for user, w, coupled in zip(users, where, others, strict=True):
         own = float(C[w.start, w.start])
         shares.append(own * min(user.touch.max_stiffness, 1.0 / (own + float(coupled))))
-    found = room_coupling(users, C, where, near)
+    found = room_coupling(users, C, where, pressing)
     assert found >= max(shares) * (1.0 - 1e-9)
     if len(C) == len(users):
         assert found <= 1.0 + 1e-9

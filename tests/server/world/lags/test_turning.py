@@ -16,8 +16,8 @@ from cohaptic_server.world.lags.turning import (
     turned_loop,
 )
 from tests.server.touches import contacts_of, touch, user_of
+from tests.server.world.lags.lag_rooms import DT, everybody
 
-DT = 1.0 / 60.0  # s
 DEEP = 0.7  # slope of a probe at 0.3 of the radius of curvature
 STIFF = 200.0  # N/m, along the normal
 
@@ -39,7 +39,7 @@ def limb_compliance(sideways: float) -> Floats:
 
 
 def loop_of(
-    body: Balloon, slopes: list[float], sideways: float, near: float = 1.0
+    body: Balloon, slopes: list[float], sideways: float, *, press: bool = True
 ) -> Turned | None:
     users = [user_of(touch(i, max_stiffness=1e4)) for i in (1, 2)]
     steep = steep_contacts(np.array(slopes))
@@ -48,14 +48,13 @@ def loop_of(
     ends = np.cumsum([0, *widths]).tolist()
     spans = [slice(ends[0], ends[1]), slice(ends[1], ends[2])]
     C = limb_compliance(sideways)[np.ix_(rows, rows)]
-    return turned_loop(users, C, spans, contacts_at(body, slopes), body.mesh, np.full(2, near))
+    return turned_loop(users, C, spans, contacts_at(body, slopes), body.mesh, np.full(2, press))
 
 
 def lag_of(
-    body: Balloon, slopes: list[float], sideways: float, delay: float = 0.1, near: float = 1.0
+    body: Balloon, slopes: list[float], sideways: float, delay: float = 0.1, *, press: bool = True
 ) -> float:
-    users = [user_of(touch(i), delay=delay) for i in (1, 2)]
-    return find_turning_lag(loop_of(body, slopes, sideways, near), users, 0.0, DT)
+    return find_turning_lag(loop_of(body, slopes, sideways, press=press), delay + DT, 0.0)
 
 
 def test_nobody_turns_a_hand_that_is_alone_or_a_gentle_contact(small_balloon: Balloon) -> None:
@@ -77,7 +76,7 @@ def test_a_limb_that_gives_way_sideways_needs_a_lag_and_another_none(
 def test_it_grows_with_delay_and_a_hand_in_the_air_turns_nobody(small_balloon: Balloon) -> None:
     lags = [lag_of(small_balloon, [DEEP, DEEP], 8.0, delay) for delay in (0.02, 0.1, 0.3)]
     assert lags[0] < lags[1] < lags[2]
-    assert lag_of(small_balloon, [DEEP, DEEP], 8.0, near=0.0) == 0.0
+    assert lag_of(small_balloon, [DEEP, DEEP], 8.0, press=False) == 0.0
 
 
 @pytest.mark.parametrize("slope", [0.0, 1e-9, 0.1])
@@ -92,10 +91,10 @@ def test_a_contact_on_three_vertices_of_one_line_is_no_trouble(small_balloon: Ba
     k = lone.vertices[:1]
     one = Contact(lone.frame, k, np.ones(1), DEEP)
     where = contacts_of([one, at.at(1)])
-    users = [user_of(touch(i, max_stiffness=1e4), delay=0.1) for i in (1, 2)]
+    users = [user_of(touch(i, max_stiffness=1e4)) for i in (1, 2)]
     spans = [slice(0, 3), slice(3, 6)]
-    turned = turned_loop(users, limb_compliance(8.0), spans, where, mesh, np.ones(2))
-    assert 0.0 < find_turning_lag(turned, users, 0.0, DT) <= LONGEST_TURN
+    turned = turned_loop(users, limb_compliance(8.0), spans, where, mesh, everybody(2))
+    assert 0.0 < find_turning_lag(turned, 0.1 + DT, 0.0) <= LONGEST_TURN
 
 
 def test_contacts_that_are_turned_make_the_object_no_stiffer_and_answer_as_in_time(
@@ -115,7 +114,7 @@ def test_contacts_that_are_turned_make_the_object_no_stiffer_and_answer_as_in_ti
 
 
 def test_a_hand_in_the_air_answers_nothing_by_turning(small_balloon: Balloon) -> None:
-    turned = loop_of(small_balloon, [DEEP, DEEP], 8.0, near=0.0)
+    turned = loop_of(small_balloon, [DEEP, DEEP], 8.0, press=False)
     assert turned is not None
     assert turned.along == 0.0
     assert (turned.answer() == 0.0).all()
