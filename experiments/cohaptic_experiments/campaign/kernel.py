@@ -97,7 +97,8 @@ def haptics(
             press, and the end of all motion [s]. Shape (n, 9).
         link: Rows delay up, delay down, jitter [s], loss, shape (n, 4).
         gains: Rows K_h, I, shape (n, 2).
-        lag: Lag of the room [s].
+        lag: Lag of the room while all hands press [s]. It is kept throughout, although the server
+            has a shorter one before they have touched and after they have let go.
         S: Coupling that is anticipated, shape (3 n, 3 n); empty for none.
         root: As in `server_plan.Plan`, shape (3 n,).
         share: As in `server_plan.Plan`.

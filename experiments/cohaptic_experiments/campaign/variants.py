@@ -90,7 +90,7 @@ class Coupling(NamedTuple):
 
 
 def lag_of(trial: Trial, variant: Variant) -> tuple[float, Coupling]:
-    """Lag that the server would choose for the room [s], and what it would anticipate.
+    """Lag that the server would choose while all hands press [s], and what it would anticipate.
 
     Both are nothing for the paper's laws.
     """

@@ -95,7 +95,8 @@ class Gatherer:
         return tuple(sorted(told, key=lambda user: user.seat))
 
     def _user(self, member: Member, seat: _Seat, skipped: int, now: float) -> UserMetrics:
-        users = self._server.room.world.users
+        world = self._server.room.world
+        users, cause = world.users, world.cause
         row = users.rows.get(member.user)
         delay = None if row is None else users.tracked.delays[row]
         sent, used = member.seen - seat.seen, member.used - seat.used
@@ -111,6 +112,7 @@ class Gatherer:
             force=0.0 if row is None else float(users.applied.force[row]),
             skipped=skipped,
             capabilities=member.hello.capabilities,
+            sets_lag=cause.by if member.user in cause.users else None,
         )
 
 

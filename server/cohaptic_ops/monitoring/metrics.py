@@ -6,6 +6,8 @@ names, which strangers choose, while a room has a fixed number of seats.
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from cohaptic.protocol.control.message import Capabilities
@@ -47,6 +49,9 @@ class UserMetrics(_Frozen):
         force: Force of the user on the body now [N].
         skipped: Number of patches so far that a newer patch replaced before they were sent.
         capabilities: Capabilities of the device as its client states them; None if it states none.
+        sets_lag: Property of this user that the room's lag is for, `damping` or `delay`: no device
+            in use may damp less, or no loop is slower. None if the lag is for another user or for
+            none in particular.
     """
 
     seat: int = Field(ge=1)
@@ -57,6 +62,7 @@ class UserMetrics(_Frozen):
     force: float
     skipped: int = Field(ge=0)
     capabilities: Capabilities | None = None
+    sets_lag: Literal["damping", "delay"] | None = None
 
 
 class RoomMetrics(_Frozen):

@@ -12,12 +12,14 @@ from rich.text import Text
 
 from cohaptic.errors import one_line
 from cohaptic.status.quantiles import TIME_EDGES
+from cohaptic.status.table import LEAST_LAG
 from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts
 
 _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the rest
 _WIDE = 100  # columns from which on there is space for less important values
 _GOOD, _ODD, _BAD = "green", "yellow", "red"
 NONE = "-"
+_MOST_NAMES = 3  # in a sentence
 # Delay [s] above which a user feels that the object lags; fraction of unused samples above which
 # the user loses contact with the object.
 _LONG_DELAY, _MUCH_LOSS = 0.3, 0.5
@@ -70,7 +72,29 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
     ]
     if any(room.metrics is not None and room.metrics.users for room in status.rooms):
         parts.append(_users(status.rooms, width))
+    # Below the tables, which they would move while hands come and go.
+    parts += [Text(words, _ODD) for room in status.rooms if (words := lag_words(room))]
     return Group(*parts)
+
+
+def lag_words(room: RoomStatus) -> str:
+    """Return a sentence on the users whose damping or delay sets a room's lag; empty if none do."""
+    metrics = room.metrics
+    if metrics is None or not room.ticking or metrics.lag < LEAST_LAG:
+        return ""
+    users = [user for user in metrics.users if user.sets_lag is not None]
+    if not users:
+        return ""
+    names = [_name(user.name) for user in users[:_MOST_NAMES]]
+    if len(users) > _MOST_NAMES:
+        names.append(f"{len(users) - _MOST_NAMES} more")
+    told = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    many = len(users) > 1
+    if users[0].sets_lag == "delay":
+        why = f"loops of {told} are slowest" if many else f"loop of {told} is slowest"
+    else:
+        why = f"device{'s' if many else ''} of {told} may damp least"
+    return f"{_name(room.name)}: lag of {1e3 * metrics.lag:.0f} ms, since the {why}"
 
 
 def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetrics | None:

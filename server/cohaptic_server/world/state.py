@@ -7,6 +7,7 @@ part of the coupling that the next tick anticipates (science 3.13).
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -149,6 +150,23 @@ class Release:
             self.share * self.press.force,
             None if tangential is None else self.share * tangential,
         )
+
+
+class LagCause(NamedTuple):
+    """The reason why a room's lag is as long as it is, and the users who are the reason.
+
+    Args:
+        by: `damping` if the lag is for moving hands, which need it the longer the less their
+            devices may damp (science 3.8, 3.13); `delay` if it is for loops with a delay (3.8).
+        users: Numbers of the users on the devices that may damp least, or with the longest delay;
+            empty without a lag, and if no device of the room may damp less than any needs to.
+    """
+
+    by: Literal["damping", "delay"] = "damping"
+    users: tuple[int, ...] = ()
+
+
+NO_CAUSE = LagCause()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

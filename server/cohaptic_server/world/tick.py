@@ -290,7 +290,7 @@ def advance(
         S = None
     plan = find_anticipation(loop, tracked.contacts.normals, S, turned, dt)
     past = remember(state.past, time.number, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
-    room = find_lag(loop, plan, state.room, dt)
+    room, cause = find_lag(loop, plan, state.room, state.cause, dt)
     if touched_body.swings is not None:
         response = show_swing(
             touched_body.swings, response, hands, weight.tolist(), plan.gains, room.lag, compliance,
@@ -311,7 +311,7 @@ def advance(
     users = Users(tracked, applied, observed, of_contacts, k_o_coupled)
     after = WorldState(
         time.number, users, response, releases, room, coupling, turning, plan.anticipation, past,
-        unknown_at,
+        unknown_at, cause,
     )  # fmt: skip
     return settled(after, now), patches
 

@@ -36,7 +36,16 @@ from cohaptic_server.world.displacement_field import (
 )
 from cohaptic_server.world.lags.planning import CALM_TIME
 from cohaptic_server.world.patch_geometry import Windows
-from cohaptic_server.world.state import NOTHING, Anticipation, Carried, Release, Touch, UserState
+from cohaptic_server.world.state import (
+    NO_CAUSE,
+    NOTHING,
+    Anticipation,
+    Carried,
+    LagCause,
+    Release,
+    Touch,
+    UserState,
+)
 
 
 def vectors(rows: Sequence[Sequence[float]]) -> Floats:
@@ -247,6 +256,7 @@ class WorldState:
         anticipation: Part of the coupling that the next tick anticipates.
         past: Forces that the body carried in ticks that samples may still answer, oldest first.
         unknown_at: Last time at which a tick could not determine the coupling [s].
+        cause: Reason for the length of the room's lag.
     """
 
     tick: int = 0
@@ -259,6 +269,7 @@ class WorldState:
     anticipation: Anticipation = NOTHING
     past: tuple[Carried, ...] = ()
     unknown_at: float = -math.inf
+    cause: LagCause = NO_CAUSE
 
     def free_field(self, row: int) -> Field:
         """Return the displacement of the free surface of the user in `row`.

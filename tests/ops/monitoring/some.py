@@ -21,7 +21,7 @@ def times(*values: float) -> TimeCounts:
     return TimeCounts(counts=histogram.counts, total=histogram.total)
 
 
-def user(seat: int = 1, name: str = "ada", **more: float | None) -> UserMetrics:
+def user(seat: int = 1, name: str = "ada", **more: float | str | None) -> UserMetrics:
     told = {"delay": 0.05, "loss": 0.25, "silence": 0.01, "force": 1.5, "skipped": 3} | more
     return UserMetrics.model_validate({"seat": seat, "name": name} | told)
 

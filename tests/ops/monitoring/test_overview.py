@@ -61,6 +61,25 @@ def test_what_a_stranger_wrote_is_one_printable_line(name: str, problem: str) ->
     assert all(line.isprintable() for line in drawn(of(known), 200))
 
 
+def test_a_sentence_tells_for_whom_the_lag_is() -> None:
+    def told(lag: float, *by: str | None) -> list[str]:
+        users = tuple(user(i, f"user{i}", sets_lag=why) for i, why in enumerate(by, start=1))
+        lines = drawn(of(ticking(room(users=users, lag=lag))), 120)
+        return [line for line in lines if "lag of" in line]
+
+    assert told(0.24, None, "damping") == [
+        "main: lag of 240 ms, since the device of user2 may damp least"
+    ]
+    assert told(0.5, "delay", None, "delay") == [
+        "main: lag of 500 ms, since the loops of user1 and user3 are slowest"
+    ]
+    assert told(0.24, *["damping"] * 6) == [
+        "main: lag of 240 ms, since the devices of user1, user2, user3 and 3 more may damp least"
+    ]
+    assert told(0.03, None, None) == []
+    assert told(0.001, "damping") == []
+
+
 def test_brackets_in_a_name_are_brackets() -> None:
     text = "\n".join(drawn(of(ticking(room(users=(user(name="[red]ada[/]"),)))), 80))
     assert "[red]ada[/]" in text

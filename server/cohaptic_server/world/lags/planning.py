@@ -35,8 +35,10 @@ from cohaptic.control.stability.anticipation import (
 )
 from cohaptic.control.stability.lag_choice import (
     EXACT,
+    FULL_BUDGET,
     choose_lag,
     coupling_radius,
+    hand_time,
     margin,
 )
 from cohaptic.control.stability.swing import shown_gain, worst_row_gain
@@ -45,7 +47,7 @@ from cohaptic_server.numeric import Floats
 from cohaptic_server.world.lags.room_loop import RoomLoop
 from cohaptic_server.world.lags.turning import LONGEST_TURN, Turned
 from cohaptic_server.world.loads import contact_axes
-from cohaptic_server.world.state import NOTHING, Anticipation
+from cohaptic_server.world.state import NO_CAUSE, NOTHING, Anticipation, LagCause
 
 
 def lag_where_turned(gains: Gains, damping_budget: float, stiffest: float, late: float) -> float:
@@ -193,27 +195,37 @@ def find_anticipation(
 FALL_RATE = 0.2
 
 
-def find_lag(loop: RoomLoop, plan: Planned, previous: RoomLag, dt: float) -> RoomLag:
-    """Choose the room's lag for the next tick, and its stability margin.
+def find_lag(
+    loop: RoomLoop, plan: Planned, previous: RoomLag, cause: LagCause, dt: float
+) -> tuple[RoomLag, LagCause]:
+    """Choose the room's lag for the next tick, with its stability margin, and find its cause.
 
     Args:
         loop: Loop along the normals.
         plan: Plan of this tick for the next.
         previous: Lag of the last tick.
+        cause: Cause of that lag; it remains the cause while the lag falls.
         dt: Simulation period N T [s].
     """
     # The gains of the paper's laws are chosen for any delay; such users need no lag.
-    needed, m, gains = 0.0, plan.m, plan.gains
+    needed, m, gains, slow = 0.0, plan.m, plan.gains, False
     if gains is not None:
         hands = (gains, loop.damping_budget, loop.stiffest)
         needed = lag_where_turned(*hands, plan.late) if plan.late else lag_of_hands(*hands)
     elif loop.predictive:
         needed = choose_lag(m, loop.longest_delay, loop.damping_budget).lag
+        slow = needed > hand_time(loop.damping_budget, m) * m
     lag = max(needed, previous.lag - max(FALL_RATE, previous.lag) * dt)
+    if lag == needed:
+        cause = NO_CAUSE
+        if needed > 0.0 and slow:
+            cause = LagCause("delay", loop.slowest)
+        elif needed > 0.0 and loop.damping_budget < FULL_BUDGET:
+            cause = LagCause("damping", loop.weakest)
     # A lag beyond the range of the wire is cut to it, so that patches still go out; the margin
     # then shows that it is too short.
     lag = min(MAX_LAG, lag)
     edge = margin(m, loop.longest_delay, lag)
     if gains is not None:
         edge = 1.0 / gains.held if gains.held > EXACT else float("inf")
-    return RoomLag(lag, min(MAX_COUPLING, m), edge)
+    return RoomLag(lag, min(MAX_COUPLING, m), edge), cause

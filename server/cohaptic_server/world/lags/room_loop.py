@@ -51,6 +51,8 @@ class RoomLoop:
             new patch [s].
         damping_budget: Smallest damping budget of a device in the loop, infinite if the loop has
             none [N s/m].
+        slowest: Numbers of the users with the longest loop delay.
+        weakest: Numbers of the users with the smallest damping budget.
         predictive: Whether any user in the loop has the predictive control law.
         papers: Whether any user in the loop has one of the paper's control laws.
     """
@@ -63,6 +65,8 @@ class RoomLoop:
     S: Floats
     longest_delay: float
     damping_budget: float
+    slowest: tuple[int, ...]
+    weakest: tuple[int, ...]
     predictive: bool
     papers: bool
 
@@ -89,6 +93,8 @@ def room_loop(
     """
     within: list[bool] = pressing.tolist()
     longest_delay, damping_budget, predictive, papers = dt, np.inf, False, False
+    slowest: list[int] = []
+    weakest: list[int] = []
     for i, (user, presses) in enumerate(zip(users, within, strict=True)):
         if not presses or not takes_part(user):
             within[i] = False
@@ -97,8 +103,15 @@ def room_loop(
         predictive = predictive or not touch.law.answers_own_dent
         papers = papers or touch.law.answers_own_dent
         # The client blends into a new patch over one period, which adds to the delay.
-        longest_delay = max(longest_delay, user.delay.counted + dt)
-        damping_budget = min(damping_budget, touch.damping_budget)
+        delay = user.delay.counted + dt
+        if delay > longest_delay:
+            longest_delay, slowest = delay, []
+        if delay == longest_delay:
+            slowest.append(touch.user)
+        if touch.damping_budget < damping_budget:
+            damping_budget, weakest = touch.damping_budget, []
+        if touch.damping_budget == damping_budget:
+            weakest.append(touch.user)
     inside = np.array(within, dtype=np.bool_)
     stiffness, S = _coupling(users, compliance, spans, inside)
     return RoomLoop(
@@ -110,6 +123,8 @@ def room_loop(
         S=S,
         longest_delay=longest_delay,
         damping_budget=damping_budget,
+        slowest=tuple(slowest),
+        weakest=tuple(weakest),
         predictive=predictive,
         papers=papers,
     )

@@ -11,13 +11,19 @@ from hypothesis import strategies as st
 from cohaptic.control.delay import TOO_LONG, LoopDelay
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.room_lag import NO_LAG, RoomLag
-from cohaptic.control.stability.lag_choice import choose_lag, coupling_radius, lag_needed
+from cohaptic.control.stability.anticipation import anticipated
+from cohaptic.control.stability.lag_choice import (
+    FULL_BUDGET,
+    choose_lag,
+    coupling_radius,
+    lag_needed,
+)
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import FALL_RATE, Planned, find_lag
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
-from cohaptic_server.world.state import NOTHING, UserState
+from cohaptic_server.world.state import NO_CAUSE, NOTHING, LagCause, UserState
 from tests.server.touches import touch, user_of
 from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
@@ -27,7 +33,8 @@ def lag_of(
 ) -> RoomLag:
     """The lag where nothing is anticipated."""
     loop = room_loop(users, C, where, pressing, DT)
-    return find_lag(loop, Planned(NOTHING, None, coupling_radius(loop.S)), previous, DT)
+    planned = Planned(NOTHING, None, coupling_radius(loop.S))
+    return find_lag(loop, planned, previous, NO_CAUSE, DT)[0]
 
 
 @given(rooms())
@@ -101,6 +108,45 @@ def test_it_rises_at_once_and_falls_slowly(room: Room, before: float) -> None:
         assert before - found.lag == pytest.approx(max(FALL_RATE, before) * DT)
     # And it is said how far the room is from the edge with the lag that it has.
     assert found.margin >= chosen.margin
+
+
+@given(rooms(2), st.booleans())
+def test_its_cause_is_the_weakest_device_or_the_slowest_loop_of_those_who_count(
+    room: Room, anticipate: bool
+) -> None:
+    """With full damping of these devices, or without delay of these loops, it is shorter."""
+    users, C, where, pressing = room
+    loop = room_loop(users, C, where, pressing, DT)
+    whole = anticipated(loop.S) if anticipate else None
+    gains = None if whole is None else whole.gains
+    planned = Planned(NOTHING, gains, coupling_radius(loop.S))
+    found, cause = find_lag(loop, planned, NO_LAG, NO_CAUSE, DT)
+    by_number = {user.touch.user: user for user in users}
+    count = [user for user, presses in zip(users, pressing.tolist(), strict=True) if presses]
+    if not cause.users:
+        assert found.lag == 0.0 or loop.damping_budget >= FULL_BUDGET
+        return
+    assert found.lag > 0.0
+    assert set(cause.users) <= {user.touch.user for user in count}
+    if cause.by == "damping":
+        damping = [by_number[number].touch.damping_budget for number in cause.users]
+        assert damping == [min(user.touch.damping_budget for user in count)] * len(damping)
+        other = replace(loop, damping_budget=FULL_BUDGET)
+    else:
+        assert not anticipate
+        delays = [by_number[number].delay.counted for number in cause.users]
+        assert delays == [max(user.delay.counted for user in count)] * len(delays)
+        other = replace(loop, longest_delay=0.0)
+    assert find_lag(other, planned, NO_LAG, NO_CAUSE, DT)[0].lag < found.lag
+
+
+def test_the_cause_of_a_lag_is_told_until_it_has_fallen() -> None:
+    lag, cause = RoomLag(0.3, 1.0, 1.0), LagCause("delay", (7,))
+    loop = room_loop([], np.zeros((0, 0)), [], everybody(0), DT)
+    while lag.lag > 0.0:
+        assert cause == LagCause("delay", (7,))
+        lag, cause = find_lag(loop, Planned(NOTHING, None, 0.0), lag, cause, DT)
+    assert cause == NO_CAUSE
 
 
 def test_it_falls_to_what_is_needed() -> None:

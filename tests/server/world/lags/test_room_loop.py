@@ -125,7 +125,9 @@ def test_the_loop_is_that_of_a_room_of_those_who_press(room: Room, data: st.Data
     )
     assert whole.inside.tolist() == inside.tolist()
     assert whole.stiffest == pytest.approx(part.stiffest)
-    for name in ("longest_delay", "damping_budget", "predictive", "papers"):
+    for name in (
+        "longest_delay", "damping_budget", "slowest", "weakest", "predictive", "papers",
+    ):  # fmt: skip
         assert getattr(whole, name) == getattr(part, name)
     assert whole.S[np.ix_(rows, rows)] == pytest.approx(part.S, abs=1e-9)
     assert np.abs(np.delete(whole.S, rows, axis=0)).max(initial=0.0) == 0.0
