@@ -7,7 +7,7 @@ each user (`--delays`) by the room's exact roots and by the theorem of science 3
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, assert_never
 
 import numpy as np
 
@@ -81,19 +81,21 @@ def alone(
     rate_ratio, samples = _in_samples(sim_period, delay, haptic_period)
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
-    if not law.answers_own_dent:
+    if law is Law.PREDICTIVE:
         # The surface is free of the client's own force: with the true compliance there is no loop.
         radius = 0.0
-    elif law.integrates:
+    elif law is Law.PI:
         local = integral_model(k_h, integral_gain, haptic_period)
         radius = lifted_radius(local, body, rate_ratio, samples)
         if samples == 0 and k_h > 0.0 and integral_gain > 0.0:
             period = rate_ratio * haptic_period
             closed = integral_is_stable(k_h, integral_gain, k_o, period, b_o)
-    else:
+    elif law is Law.PROPORTIONAL:
         radius = lifted_radius(proportional_model(k_h), body, rate_ratio, samples)
         if samples == 0 or b_o == 0.0:
             closed = proportional_is_stable(k_h, k_o, b_o)
+    else:
+        assert_never(law)
     return {
         "law": law.value,
         "stable": radius < 1.0,

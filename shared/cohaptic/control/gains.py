@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import assert_never
 
 from cohaptic.control.law import Gains, Law
 from cohaptic.control.stability.single_contact import elastic_object, integral_model, lifted_radius
@@ -67,11 +68,13 @@ def choose_gains(
     """
     if fixed is not None:
         return Gains(min(fixed.k_h, max_stiffness), fixed.integral_gain)
-    if not law.answers_own_dent:
+    if law is Law.PREDICTIVE:
         return Gains(min(1.0 / row[i], max_stiffness))
     coupled = coupled_stiffness(row)
-    if not law.integrates:
+    if law is Law.PROPORTIONAL:
         return Gains(min(alpha * coupled, max_stiffness))
+    if law is not Law.PI:
+        assert_never(law)
     # The integral, too, must stay within the stiffness that the device renders.
     coupled = min(coupled, max_stiffness)
     k_h = PI_SHARE_K * coupled

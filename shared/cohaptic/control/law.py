@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, assert_never
 
 from cohaptic.control.geometry import Sight
 from cohaptic.control.proportional_integral import (
@@ -233,9 +233,13 @@ def felt_stiffness(law: Law, k_h: float, k_o: float) -> float:
         k_h: Gain of the law [N/m].
         k_o: Stiffness of the object at the contact, 1 / C_ii [N/m].
     """
-    if law.integrates:
+    if law is _PREDICTIVE:
+        return min(k_h, k_o)
+    if law is _PROPORTIONAL:
+        return k_h * k_o / (k_h + k_o)  # eq. (11)
+    if law is _PI:
         return k_o
-    return k_h * k_o / (k_h + k_o) if law.answers_own_dent else min(k_h, k_o)  # eq. (11)
+    assert_never(law)
 
 
 def proportional_stiffness(k_h: float, c_ii: float) -> float:

@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.gains import ALPHA, choose_gains, coupled_stiffness, largest_integral
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import AT_REST, Gains, Law, felt_stiffness, local_force
 from cohaptic.control.stability.several_contacts import room_radius
+from cohaptic.vec import ZERO
 from tests.examples_of_laws import examples
 from tests.system.spectral import random_compliance
 
@@ -141,3 +143,24 @@ def test_fixed_gains_are_as_requested_but_never_beyond_the_device() -> None:
             fixed=asked,
         )
         assert got == Gains(k_h, 3000.0)
+
+
+def test_a_law_that_is_not_registered_gets_nothing_of_another() -> None:
+    stranger = object.__new__(Law)
+    stranger._name_ = stranger._value_ = "stranger"
+    stranger.answers_own_dent, stranger.integrates = True, True
+    with pytest.raises(AssertionError, match="stranger"):
+        choose_gains(
+            stranger,
+            [1e-3],
+            0,
+            max_stiffness=1e9,
+            loop_delay=PERIOD,
+            simulation_period=PERIOD,
+        )
+    with pytest.raises(AssertionError, match="stranger"):
+        felt_stiffness(stranger, 100.0, 200.0)
+    # The loop takes this error as a fault, and releases the force.
+    sight = Sight(0.01, (0.0, 0.0, 1.0), 1e-3, ZERO, ZERO)
+    with pytest.raises(ValueError, match="stranger"):
+        local_force(stranger, AT_REST, sight, Gains(100.0), 1e-3)
