@@ -103,7 +103,7 @@ def test_others_change_the_whole_force_by_no_more_than_the_limit(
 def test_a_force_taken_from_a_surface_that_left_goes_to_zero_in_time(
     force: float, before: float, ramp: float
 ) -> None:
-    state, most = IntegralState(force, ramp, before), 0.02
+    state, f, most = IntegralState(force, ramp, before), math.inf, 0.02
     start = force + K_H * max(0.0, before)
     for _ in range(round(start / most) + round(RELEASE / T) + 2):
         state, f = step(state, -1e-3, Thresholds(), 0.0, most)
