@@ -26,6 +26,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cohaptic.control.stability.anticipation import HAND_DAMPING, HAND_MASS
 from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import norm
 from cohaptic_server.bodies.body import Body
@@ -205,6 +206,10 @@ def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
 # Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its
 # own; three radii are one and a half diameters, deeper than any user presses on purpose.
 MAX_INDENTATION = 3.0
+# s; least lag of a hand whose force the body does not carry yet. The room's lag counts that hand
+# only from the next tick on. The first force passes the lag of two hands whose devices damp nothing
+# and whose coupling is strong: theta of science 3.13.
+FIRST_LAG = HAND_MASS / HAND_DAMPING
 MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow the room is
 
 
@@ -276,7 +281,7 @@ def apply_forces(
     max_force = np.where(c_ii < np.inf, max_force, np.inf)
     limited = limit_forces(requested, max_force)
     deep = limited < requested
-    lag = _lags(state, tracked)
+    lag = _lags(state, tracked, previous, limited)
     along = was = tracked.tangential
     if tracked.rough:
         scale = present * (limited / np.maximum(requested, 1e-300))
@@ -313,10 +318,24 @@ def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[
     return rows, jumped(tracked.contacts.frames, tracked.before, old, max_move, rows)
 
 
-def _lags(state: WorldState, tracked: Tracked) -> Floats:
-    """Return the lag of each force [s], shape (n,), limited where a user's samples have stopped."""
+def _lags(state: WorldState, tracked: Tracked, previous: Floats, requested: Floats) -> Floats:
+    """Return the lag of each force [s], shape (n,).
+
+    It is the room's lag, shorter where a user's samples have stopped, and longer for the first
+    force of a hand among others.
+
+    Args:
+        state: The world after the last tick.
+        tracked: Users with their contacts and requested forces.
+        previous: Normal force of each user in the last tick, shape (n,) [N].
+        requested: Normal force of each user that the lagged force approaches, shape (n,) [N].
+    """
     lag = state.room.lag
-    return np.where(tracked.settings[3] > 0.0, lag, min(lag, MAX_RELEASE_LAG))
+    lags = np.where(tracked.settings[3] > 0.0, lag, min(lag, MAX_RELEASE_LAG))
+    if len(previous) > 1:
+        first = (previous <= NEGLIGIBLE) & (requested > previous)
+        lags = np.where(first, np.maximum(lags, FIRST_LAG), lags)
+    return lags
 
 
 def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Floats:
