@@ -26,7 +26,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from cohaptic.control.stability.anticipation import HAND_DAMPING, HAND_MASS
 from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import norm
 from cohaptic_server.bodies.body import Body
@@ -207,9 +206,9 @@ def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
 # own; three radii are one and a half diameters, deeper than any user presses on purpose.
 MAX_INDENTATION = 3.0
 # s; least lag of a hand whose force the body does not carry yet. The room's lag counts that hand
-# only from the next tick on. The first force passes the lag of two hands whose devices damp nothing
-# and whose coupling is strong: theta of science 3.13.
-FIRST_LAG = HAND_MASS / HAND_DAMPING
+# only from the next tick on. The value is the lag of two hands on opposite sides of the balloon, on
+# devices that damp fully. With 0.25 s two hands on a lobe of rubber kept swinging behind 250 ms.
+FIRST_LAG = 0.03
 MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow the room is
 
 
