@@ -1,0 +1,161 @@
+"""A hand's mass, damping and stiffness, from its tip and the force on it while it does as it likes.
+
+m x'' + b x' + k x + f = k i holds with the depth x, the force f against it and the intention i,
+which is unknown. Multiplied by a window times a wave and integrated by parts, it becomes one
+complex number r for each frequency, without any derivative of a measured value (modulating
+functions, Shinbrot 1957).
+
+Voluntary motion is in r. Where the contact answers the own motion with f = K x + p, a least square
+of r is small for Z = -K whatever the hand: the answer is in f. The likelihood of x is
+
+    prod 1 / (s^2 + |x + p / (Z + K)|^2) = prod 1 / (s^2 + |x r / (r - p)|^2),    p = f - K x,
+
+with K known from the other hands' models, s the motion of an unquiet hand, and a scale of the
+intention at each frequency that nobody knows. Own motion alone then says nothing; motion that
+others, or a swing, cause at some frequencies says what Z is there. A cloud of hands carries the
+likelihood on from window to window, and drifts, so that it forgets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cohaptic_experiments.partner_models.small_gain import Complex
+from cohaptic_server.numeric import Floats
+
+BLOCK = 10  # haptic periods whose mean is one value: 10 ms
+WINDOW = 2.0  # s
+STEP = 1.0  # s from one window to the next
+BANDS = np.arange(
+    1.0, 20.01, 0.5
+)  # Hz; whole periods in a window, so that a rest has no part in it
+# Ends of a cloud: a hand on a light device to an arm on a heavy one.
+LEAST, MOST = np.array([0.03, 0.5, 50.0]), np.array([0.8, 20.0, 1500.0])
+USUAL = np.array([0.15, 5.0, 400.0])
+_SPREAD = 0.7  # of the logarithms of the cloud that knows nothing
+_WEIGHT = 0.4  # windows overlap, and neighbouring frequencies of a window do
+_ROUNDS = 4  # in which a window's likelihood is taken in, so that a cloud can follow
+_DRIFT = 0.02  # of the logarithms between two windows: a fifth in a hundred
+_KEEP = 0.98  # Liu and West (2001): a cloud that is drawn anew keeps its mean and its spread
+# m, unexplained motion of a hand at rest: of its intention at 1 Hz, falling with the frequency,
+# and of its sensors. It is the same for all hands, so that a hand that hardly moves says nothing.
+_UNQUIET, _SENSED = 30e-6, 3e-6
+
+
+def _waves() -> tuple[Complex, Complex, Complex]:
+    n = round(WINDOW / (0.001 * BLOCK))
+    t, w = 0.001 * BLOCK * np.arange(n)[:, None], 2.0 * np.pi * BANDS
+    a = 2.0 * np.pi / WINDOW
+    # Hann's window, so that its first derivative is zero at both ends as the window is.
+    hann, d, dd = 1.0 + 0.0j - np.cos(a * t), a * np.sin(a * t), a**2 * np.cos(a * t)
+    wave = 2.0 / n * np.exp(-1j * w * t)
+    return (hann * wave, -(d - 1j * w * hann) * wave, (dd - 2j * w * d - w**2 * hann) * wave)
+
+
+_WAVES = _waves()
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One window of h hands: X_i stands for the i-th derivative of the depth; shapes (h, f)."""
+
+    position: Complex
+    velocity: Complex
+    acceleration: Complex
+    force: Complex
+
+    def intended(self, hands: Floats) -> Complex:
+        """Return r, the intention's force, if the hands were these (h, p, 3); (h, p, f) [N]."""
+        m, b, k = (hands[..., i, None] for i in range(3))
+        x, v, a, f = (
+            part[:, None] for part in (self.position, self.velocity, self.acceleration, self.force)
+        )
+        return np.asarray(m * a + b * v + k * x + f)
+
+
+def seen(depth: Floats, force: Floats) -> Seen:
+    """Return a window of depths [m] and forces [N], means of blocks, shape (h, WINDOW / block)."""
+    x = depth - depth.mean(axis=1, keepdims=True)
+    x0, x1, x2 = (x @ wave for wave in _WAVES)
+    return Seen(x0, x1, x2, (force - force.mean(axis=1, keepdims=True)) @ _WAVES[0])
+
+
+class Clouds:
+    """Clouds of p hands for each of h hands.
+
+    Args:
+        hands: Number h.
+        size: Number p.
+        seed: Seed of the draws.
+    """
+
+    def __init__(self, hands: int, size: int = 256, seed: int = 0) -> None:
+        self._rng = np.random.default_rng(seed)
+        drawn = np.log(USUAL) + _SPREAD * self._rng.standard_normal((hands, size, 3))
+        self._log = self._bounded(drawn)
+
+    @property
+    def hands(self) -> Floats:
+        """The clouds, shape (h, p, 3)."""
+        return np.asarray(np.exp(self._log))
+
+    @property
+    def mean(self) -> Floats:
+        """Mean of the logarithms of each cloud, as a hand, shape (h, 3)."""
+        return np.asarray(np.exp(self._log.mean(axis=1)))
+
+    @property
+    def spread(self) -> Floats:
+        """Standard deviation of the logarithms of each cloud, shape (h, 3)."""
+        return np.asarray(self._log.std(axis=1))
+
+    def take(self, window: Seen, contact: Complex) -> None:
+        """Take in a window.
+
+        Args:
+            window: Depth and force of the h hands.
+            contact: Stiffness K that each meets at its contact at `BANDS`, shape (h, f) [N/m].
+        """
+        h, p, _ = self._log.shape
+        self._log = self._bounded(self._log + _DRIFT * self._rng.standard_normal((h, p, 3)))
+        for _ in range(_ROUNDS):
+            weight = _WEIGHT / _ROUNDS * _likelihood(self.hands, window, contact)
+            share = np.exp(weight - weight.max(axis=1, keepdims=True))
+            self._draw(share / share.sum(axis=1, keepdims=True))
+
+    def _draw(self, share: Floats) -> None:
+        h, p, _ = self._log.shape
+        # Systematic draws: each hand as often as its share says, up to one.
+        index: npt.NDArray[np.int64] = np.empty((h, p), dtype=np.int64)
+        for i in range(h):
+            start = float(self._rng.random())
+            places = np.asarray((np.arange(float(p)) + start) / p, dtype=np.float64)
+            index[i] = np.searchsorted(np.cumsum(share[i]), places)
+        index = np.minimum(index, p - 1)
+        drawn = np.take_along_axis(self._log, index[..., None], axis=1)
+        mean = drawn.mean(axis=1, keepdims=True)
+        off = drawn - mean
+        squares = np.einsum("hpi,hpj->hij", off, off) / p + 1e-6 * np.eye(3)
+        spread = np.asarray(np.linalg.cholesky(squares), dtype=np.float64)
+        noise = np.einsum("hij,hpj->hpi", spread, self._rng.standard_normal((h, p, 3)))
+        self._log = self._bounded(mean + _KEEP * off + (1.0 - _KEEP**2) ** 0.5 * noise)
+
+    @staticmethod
+    def _bounded(log: Floats) -> Floats:
+        low, high = np.log(LEAST), np.log(MOST)
+        # Reflected, so that no hand gathers at a bound.
+        log = np.where(log < low, 2.0 * low - log, log)
+        return np.asarray(np.clip(np.where(log > high, 2.0 * high - log, log), low, high))
+
+
+def _likelihood(hands: Floats, window: Seen, contact: Complex) -> Floats:
+    """Return the logarithm of the likelihood of each hand of each cloud, shape (h, p)."""
+    r = window.intended(hands)
+    # (Z + K) x as the window sees it, so that own motion alone says nothing however it changes.
+    own = r + contact[:, None] * window.position[:, None] - window.force[:, None]
+    unexplained = window.position[:, None] * r / np.where(own == 0.0, 1.0, own)
+    quiet = (_UNQUIET / BANDS) ** 2 + _SENSED**2
+    return np.asarray(-np.log(quiet + np.abs(unexplained) ** 2).sum(axis=-1))
