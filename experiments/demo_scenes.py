@@ -54,7 +54,7 @@ def row(result: dict[str, Any]) -> str:
     users = result["users"]
     # Those who wait; the first hand makes the change itself.
     late = {
-        share: max(user[share] or math.inf for user in users[1:])
+        share: max(math.inf if user[share] is None else user[share] for user in users[1:])
         for share in ("felt_delay_ms", "felt_most_ms")
     }
     errors = [user["force_error"] for user in users]

@@ -45,8 +45,8 @@ balloon.
 - *lag*: time constant with which the object answers the others; it grows with the coupling,
   and the delay changes it little.
 - *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
-  still creeps to its value, or whose swings die out, when the next press comes; *inf*: that share
-  of a change never came before it.
+  still creeps to its value, or whose swings die out, when the next press comes; *inf*: of some
+  hand the force changes by less than 0.05 N. Shares are of the change that came.
 
 {scenes}
 
@@ -56,7 +56,8 @@ With the proportional law most of the other hand's force is lost: the law has to
 1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The integral of `pi` restores
 the force, long after the surface has moved. The predictive law has the object's own stiffness,
 whoever else is there. The server anticipates what hands are about to feel, behind a short lag
-(science 3.13): the steady force equals the reference, and the others' forces arrive a little later.
+(science 3.13): the steady force equals the reference, and the others' forces arrive as late as the
+table says.
 
 ## The paper's figures, and further experiments
 

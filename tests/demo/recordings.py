@@ -18,6 +18,8 @@ from cohaptic_tools.demo.analysis import STEP, Recording
 from cohaptic_tools.demo.comparison import RIGHT, reference_drag
 from cohaptic_tools.demo.scene import Scene
 
+LAG = 0.16  # s, of the room while the first hand presses
+
 
 def blank(name: str, t: Floats) -> Recording:
     """A hand that is engaged, in place, and feels nothing."""
@@ -49,6 +51,7 @@ def played(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[Re
         felt = np.asarray(np.interp(t - delay, t, motion.from_others[user]), dtype=np.float64)
         recording.columns.update(felt_from_others=felt, level=level[user])
         recording.columns["k_h"] += 200.0
+        recording.columns["lag"] += LAG * (level[0] >= 1.0)  # nobody else is there without it
         found.append(recording)
     return found
 

@@ -1,7 +1,7 @@
 """Many linear rooms at once: hands that touch a linear body all the time, behind a network.
 
 A fast stand-in for a session, for ensembles: contacts neither open nor move, and C is given. The
-network, the clients' models and the sampling are those of `replica`.
+network, the clients' models and the sampling are those of `estimated_replica`.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class Cell:
         delay: Delay, each way [s].
         users: Number of users.
         preset: Name of the simulated device of every user; "rig" for the usual one, which may
-            render 8 N s/m of damping.
+            render 8 N s/m of damping. The hand that sways over frequency is always on a rig.
         hand: Mechanics of the hands.
         hz: Ticks per second.
     """
@@ -144,14 +144,14 @@ def as_json(row: Row) -> dict[str, Any]:
         "own": _numbers(np.abs(found.own)),
         "own_phase_deg": _numbers(np.degrees(np.angle(found.own))),
         "bandwidth_hz": _number(found.bandwidth),
-        "largest": found.strongest,
-        "explained": found.explained,
+        "largest": _number(found.strongest),
+        "explained": _number(found.explained),
         "press": [
             {
                 **{f"{name}_ms": _number(1e3 * t) for name, t in press.late._asdict().items()},
                 "settled_ms": _number(1e3 * press.settled),
-                "change_n": press.change,
-                "true_change_n": press.true_change,
+                "change_n": _number(press.change),
+                "true_change_n": _number(press.true_change),
             }
             for press in row.press
         ],

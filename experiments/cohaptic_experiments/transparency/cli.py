@@ -31,9 +31,9 @@ def transparency(
         list[int] | None, typer.Option(help="Hands, 2 to 16.", show_default="2")
     ] = None,
     preset: Annotated[
-        list[str] | None, typer.Option(help="Simulated device.", show_default="rig")
+        list[str] | None,
+        typer.Option(help="Device of the hands that rest.", show_default="rig"),
     ] = None,
-    body: Annotated[str, typer.Option(help="The object, by its name.")] = "balloon",
     simulation_hz: Annotated[
         float, typer.Option("--simulation-hz", "--hz", help="Ticks, 10 to 200 [Hz].")
     ] = 60.0,
@@ -45,7 +45,7 @@ def transparency(
 ) -> None:
     """Measure what one hand feels of another, and how late.
 
-    Hands rest pressed into the object, in virtual time, with the real room, frames and haptic
+    Hands rest pressed into the balloon, in virtual time, with the real room, frames and haptic
     loops. The first one sways by eleven sines at once, and then presses. All is divided by the
     truth: the same hands, simulated without a network. Options may be given several times; all
     combinations are measured.
@@ -59,7 +59,6 @@ def transparency(
         tuple(delay_ms if delay_ms else [0.0, 80.0, 250.0]),
         tuple(users or [2]),
         tuple(preset or ["rig"]),
-        body,
         simulation_hz,
     )
     run(grid, budget=budget, json_file=json, picture_file=out)

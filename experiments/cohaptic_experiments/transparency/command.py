@@ -23,9 +23,8 @@ from cohaptic_experiments.transparency.shown import (
     of_the_half,
     picture,
 )
-from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.touchable import is_file, names
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +36,6 @@ class Grid:
         delays_ms: Delays, each way [ms].
         users: Numbers of users.
         presets: Names of simulated devices.
-        body: Name of the object.
         hz: Ticks per second.
     """
 
@@ -45,7 +43,6 @@ class Grid:
     delays_ms: tuple[float, ...]
     users: tuple[int, ...]
     presets: tuple[str, ...]
-    body: str
     hz: float
 
     def __post_init__(self) -> None:
@@ -57,23 +54,20 @@ class Grid:
         for preset in self.presets:
             if preset not in ("rig", *PRESETS):
                 raise SettingError("preset", repr(preset), f"one of: rig, {', '.join(PRESETS)}")
-        if is_file(self.body):
-            raise SettingError("body", repr(self.body), f"one of: {', '.join(names())}")
         ServerSettings(simulation_hz=self.hz)
 
     def cells(self) -> list[Cell]:
-        """Return all combinations."""
+        """Return all combinations, each once."""
+        every = itertools.product(self.laws, self.users, self.presets, self.delays_ms)
         return [
-            Cell(law, 1e-3 * delay, n, preset, hz=self.hz)
-            for law, n, preset, delay in itertools.product(
-                self.laws, self.users, self.presets, self.delays_ms
-            )
+            Cell(law, 1e-3 * ms, n, preset, hz=self.hz)
+            for law, n, preset, ms in dict.fromkeys(every)
         ]
 
 
 def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path | None) -> None:
     """Measure a grid, and show, write and draw the results."""
-    body, console = build_body(grid.body), Console()
+    body, console = Balloon(), Console()
     bar = Progress(
         TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
         console=Console(stderr=True), transient=True,
@@ -88,7 +82,7 @@ def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path 
         if table is not None:
             console.print(table)
     if json_file is not None:
-        content = {"version": __version__, "body": grid.body, "rows": [as_json(r) for r in rows]}
+        content = {"version": __version__, "rows": [as_json(r) for r in rows]}
         json_file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
     if picture_file is not None:
         _draw(rows, picture_file)

@@ -26,6 +26,7 @@ FREQUENCIES = (0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 14.0, 20.0)  # Hz
 GENTLE = 0.8e-3  # m/s; peak velocity of each sine, of a hand that sways by 1 mm at 0.1 Hz
 WINDOW = 10.0  # s; whole periods of every frequency
 _SETTLE = 1.0  # s from the start of the sway to the window
+_LEAD = 0.1  # turns; a larger lead at the lowest frequency counts as a delay
 HALF_POWER = math.sqrt(0.5)  # amplitude at -3 dB
 
 
@@ -92,8 +93,8 @@ class Transparency:
 def as_delays(frequencies: Floats, response: Complex) -> Floats:
     """Return the phase of a response as a delay at each frequency, shape (f,) [s].
 
-    A phase is known up to whole turns. That of the first frequency counts as the least possible
-    one; each further one as the one whose delay is nearest to that of the frequency before.
+    A phase is known up to whole turns. At the first frequency it counts as the least delay, or as a
+    small lead; at each further one as the delay that is nearest to that of the frequency before.
 
     Args:
         frequencies: Frequencies, rising, shape (f,) [Hz].
@@ -105,7 +106,7 @@ def as_delays(frequencies: Floats, response: Complex) -> Floats:
         if delays:
             turns += round(delays[-1] * f - turns)
         else:
-            turns %= 1.0
+            turns += turns < -_LEAD  # a small lead is none of a turn's delay
         delays.append(turns / f)
     return np.array(delays)
 

@@ -38,7 +38,8 @@ class Setting:
 
     Args:
         body: Touched body.
-        users: Number of hands, evenly round the body; the second one is opposite the first.
+        users: Number of hands, evenly round the body; the second one is opposite the first, or
+            next to opposite where their number is odd.
         hand: Mechanics of the hands.
         info: Device of every hand.
         link: Link of every user.

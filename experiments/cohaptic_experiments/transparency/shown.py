@@ -40,7 +40,7 @@ def over_frequency(rows: Sequence[Row], title: str, values: Callable[[Transparen
     for row in rows:
         found = row.transparency
         at = np.searchsorted(found.frequencies, _SHOWN)
-        if found.explained < LINEAR:
+        if not found.explained >= LINEAR:  # NaN too
             table.add_row(name(row.cell), *["-"] * len(_SHOWN))
             continue
         table.add_row(name(row.cell), *(f"{v:{form}}" for v in values(found)[at].tolist()))

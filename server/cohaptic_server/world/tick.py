@@ -285,7 +285,8 @@ def advance(
             hands, response.compliance, wide_spans, tracked.contacts, body.mesh, pressing
         )
     S = known_coupling(loop, turned)
-    unknown_at = now if S is None else state.unknown_at
+    # A hand with a law of the paper may come and go in every tick, as contacts at a limit may.
+    unknown_at = now if S is None or loop.papers else state.unknown_at
     if now - unknown_at < CALM_TIME:
         S = None
     plan = find_anticipation(loop, tracked.contacts.normals, S, turned, dt)

@@ -49,10 +49,10 @@ class UserResult(BaseModel):
         loop_late_p99_us: Lateness of a period, 99th percentile [us].
         loop_missed: Number of periods of the haptic loop that were omitted.
         round_trip_ms: Measured round trip between client and server [ms].
-        felt_onset_ms, felt_delay_ms, felt_most_ms: Delays with which the force makes a tenth, half
-            and nine tenths of its change, relative to the same hands simulated without a network
-            [ms]; None for the first hand, which causes the change, and if the force does not
-            change.
+        felt_onset_ms, felt_delay_ms, felt_most_ms: Largest delay of any level up to a tenth, half
+            and nine tenths of the change of force, relative to the same hands simulated without a
+            network; in a scene with friction relative to the recorded force of the first hand [ms].
+            None for the first hand, which causes the change, and if the force does not change.
         patch_hz: Received patches per second.
         stable: Whether the force rests, or its oscillation decays, below the device's limit.
         rest: Whether the force rests, is slow, or is unstable.
@@ -96,7 +96,9 @@ class DemoResult(BaseModel):
     jitter_ms: float
     seed: int
     friction: float = Field(description="mu of every finger; 0 for none.")
-    lag_ms: float = Field(description="In how long the object answers the others, at the end.")
+    lag_ms: float = Field(
+        description="In how long the object answers the others while the first presses."
+    )
     presses: int = Field(description="Measured presses, or drags, of the first user.")
     enough_s: float = Field(description="Duration in which every force can come to rest [s].")
     users: tuple[UserResult, ...]
@@ -168,12 +170,19 @@ def evaluate(
         jitter_ms=1e3 * scene.jitter,
         seed=scene.seed,
         friction=scene.friction,
-        lag_ms=1e3 * max(status.lag for status in statuses),
+        lag_ms=1e3 * _lag(timeline, pressed, statuses),
         presses=len(pressed),
         # If no whole press fits into that duration, the machine is slow and needs a longer one.
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )
+
+
+def _lag(timeline: Timeline, pressed: Sequence[slice], statuses: Sequence[TouchStatus]) -> float:
+    """Return the room's lag while the first hand presses; at the end if it never does [s]."""
+    if not pressed:
+        return max(status.lag for status in statuses)
+    return max(float(timeline.columns["lag"][:, measured(stretch)].max()) for stretch in pressed)
 
 
 def _user(

@@ -3,7 +3,7 @@
 The law is L(z) = K_h + T I / (z - 1), eq. (12), on the surface as the simulation returned it, with
 the gain K_h, the integral gain I and the haptic period T. The law integrates e - theta, the depth e
 less the threshold theta of eq. (17) or (18); when contact ends, the integral's force goes to zero
-linearly over a few simulation periods.
+linearly over a few simulation periods, if that is no faster than the limit below.
 
 The paper has no limit for changes of the force that the hand does not cause. Here the integral
 takes up what exceeds such a limit: it grows, falls and goes to zero no faster than the whole force

@@ -53,7 +53,6 @@ def test_a_measurement_is_shown_written_and_drawn(
         (["--users", "1"], "number of users is 1"),
         (["--delay-ms", "-3"], "delay of a link"),
         (["--preset", "glove"], "'glove'"),
-        (["--body", "cow.obj"], "'cow.obj'"),
         (["--hz", "7"], "simulation rate"),
         (["--out", "found.jpg"], "found.jpg"),
     ],
@@ -68,9 +67,11 @@ def test_what_cannot_be_measured_is_refused_before_it_begins(
 
 
 def test_a_grid_has_every_combination_once() -> None:
-    grid = Grid((Law.PREDICTIVE, Law.PI), (0.0, 80.0), (2, 4), ("rig", "omni"), "balloon", 60.0)
+    grid = Grid((Law.PREDICTIVE, Law.PI), (0.0, 80.0), (2, 4), ("rig", "omni"), 60.0)
     cells = grid.cells()
     assert len(cells) == len(set(cells)) == 16
+    again = Grid((Law.PI, Law.PI), (80.0, 80.0), (2,), ("rig",), 60.0)
+    assert len(again.cells()) == 1
     assert {cell.delay for cell in cells} == {0.0, 0.08}
     with pytest.raises(SettingError):
-        Grid((Law.PI,), (0.0,), (17,), ("rig",), "balloon", 60.0)
+        Grid((Law.PI,), (0.0,), (17,), ("rig",), 60.0)

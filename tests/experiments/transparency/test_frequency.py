@@ -34,6 +34,12 @@ def test_a_delay_is_found_at_every_frequency(delay: float) -> None:
     assert as_delays(F, np.exp(-2j * np.pi * F * delay)) == pytest.approx(delay, abs=1e-9)
 
 
+@given(st.floats(0.0, 0.09))
+def test_a_small_lead_is_no_delay_of_a_turn(turns: float) -> None:
+    lead = turns / F[0]
+    assert as_delays(F, np.exp(2j * np.pi * F * lead)) == pytest.approx(-lead, abs=1e-9)
+
+
 @given(st.floats(0.002, 0.5))
 def test_a_first_order_lag_falls_below_at_its_corner(tau: float) -> None:
     amplitude = np.abs(1.0 / (1.0 + 2j * np.pi * F * tau))

@@ -141,7 +141,7 @@ def find_anticipation(
     """Choose the part of a room's coupling that the next tick anticipates.
 
     Nothing is anticipated, and the room has the lag of science 3.8, if the coupling is not known or
-    if a user has a law of the paper, which also answers the dent of its own force.
+    if a user in the loop has a law of the paper, which also answers the dent of its own force.
 
     Args:
         loop: Loop along the normals.

@@ -4,8 +4,7 @@ The loop consists of the hands that press. A hand in the air answers nothing, ho
 surface it is, so it does not change what the others get. A hand that touches is in the loop from
 the tick in which the body first carries its force; the lag rises at the end of that tick, and until
 then the force passes a lag of its own (`applied_forces.FIRST_LAG`). A hand that has let go stays
-in the loop until the body no longer carries its force. Behind a lag tau this takes about 7 tau, so
-that a hand that taps does not leave the loop between two taps.
+in the loop until the body no longer carries its force, behind a lag tau for 7 to 10 tau.
 """
 
 from __future__ import annotations
