@@ -7,12 +7,11 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from cohaptic.errors import SettingError
 from cohaptic_experiments.catalogue import Experiment, choose, extra_libraries, in_words, load
 from cohaptic_experiments.outcome import Options, Outcome
-from cohaptic_experiments.report import show, write
+from cohaptic_experiments.report import progress_bar, show, write
 
 
 def experiment(
@@ -57,14 +56,7 @@ def experiment(
 
 def _run(chosen: Experiment, options: Options, folder: Path) -> Outcome:
     """Run one experiment under a progress bar, and write its outcome."""
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with extra_libraries(), bar:
+    with extra_libraries(), progress_bar() as bar:
         from cohaptic_experiments.plot_style import styled
 
         task = bar.add_task(chosen.name, total=1.0)

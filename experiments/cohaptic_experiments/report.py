@@ -7,12 +7,22 @@ import json
 import math
 from pathlib import Path
 
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table as Shown
 from rich.text import Text
 
 from cohaptic import __version__
 from cohaptic_experiments.catalogue import Experiment
 from cohaptic_experiments.outcome import Check, Number, Options, Outcome
+
+
+def progress_bar() -> Progress:
+    """A bar that vanishes when the work is done, on the stream of errors."""
+    return Progress(
+        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
+        console=Console(stderr=True), transient=True,
+    )  # fmt: skip
 
 
 def write(experiment: Experiment, options: Options, outcome: Outcome, folder: Path) -> None:

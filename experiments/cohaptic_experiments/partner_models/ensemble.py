@@ -6,23 +6,25 @@ Run `python -m cohaptic_experiments.partner_models.ensemble` for the table; see 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_experiments.partner_models.linear_room import PERIOD, Played, Rooms, Way, play, truth
+from cohaptic.simulated.hand import Hand
+from cohaptic_experiments.partner_models.linear_room import Played, Rooms, Way, play, truth
 from cohaptic_experiments.partner_models.small_gain import (
     FREQUENCIES,
-    Complex,
     contacts,
     impedance,
     loops,
     radius,
 )
+from cohaptic_experiments.transparency.frequency import HALF_POWER, Complex, falls_below
+from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.numeric import Floats
 
-USUAL = np.array([0.15, 8.0, 400.0])  # the hand that everybody is taken for at first
+USUAL = np.array(astuple(Hand()))  # the hand that everybody is taken for at first
 OWN = 1.0 / 325.0  # m/N; compliance of a balloon under a finger
 # Of it between two contacts; more hands share what the air inside can carry.
 BETWEEN = {2: -0.55, 3: -0.41, 4: -0.28}
@@ -32,6 +34,7 @@ _DRIFT = ((0.3e-3, 0.05, 0.3), (0.3e-3, 0.05, 0.3))  # m, Hz, Hz
 _SWAY = ((3e-3, 0.3, 1.0), (1e-3, 1.0, 3.0))
 _TAP = 8e-3  # m
 PRESS = 4e-3  # m
+_HIGHEST = 20.0  # Hz, up to which the first frequency at -3 dB is sought
 
 
 def compliance(rooms: int, n: int) -> Floats:
@@ -205,7 +208,7 @@ def _line(rooms: Rooms, found: Outcome) -> str:
     models = rooms.hands * np.exp(found.error)
     other = np.abs(felt(rooms.C, rooms.hands, models, found.lags, rooms.delay))[..., 1:]
     weakest, strongest = other.min(axis=-1), other.max(axis=(1, 2))
-    below = np.array([_first_below(row) for row in weakest])
+    below = np.array([min(_HIGHEST, falls_below(FREQUENCIES, row, HALF_POWER)) for row in weakest])
     lag = 1e3 * found.lags
     return (
         f"{int(found.swung.sum()):3d} {int(found.grew.sum()):3d} /{len(small)};"
@@ -217,22 +220,16 @@ def _line(rooms: Rooms, found: Outcome) -> str:
     )
 
 
-def _first_below(ratio: Floats) -> float:
-    """Return the first frequency [Hz], up to 20 Hz, at which a ratio is below -3 dB."""
-    below = np.flatnonzero((ratio < 0.5**0.5) & (FREQUENCIES <= 20.0))
-    return float(FREQUENCIES[below[0]]) if len(below) else 20.0
-
-
 def _main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kinds", nargs="*", default=list(KINDS))
-    parser.add_argument("--users", nargs="*", type=int, default=[2])
+    parser.add_argument("--kinds", nargs="*", choices=KINDS, default=list(KINDS))
+    parser.add_argument("--users", nargs="*", type=int, choices=tuple(BETWEEN), default=[2])
     parser.add_argument("--delays-ms", nargs="*", type=float, default=[0.0, 80.0, 250.0])
     parser.add_argument("--rooms", type=int, default=40)
     parser.add_argument("--seconds", type=float, default=16.0)
     parser.add_argument("--least-damping", type=float, default=1.0)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--ways", nargs="*", default=list(WAYS))
+    parser.add_argument("--ways", nargs="*", choices=tuple(WAYS), default=list(WAYS))
     a = parser.parse_args()
     run(
         tuple(a.kinds), tuple(a.users), tuple(1e-3 * d for d in a.delays_ms), a.rooms, a.seconds,

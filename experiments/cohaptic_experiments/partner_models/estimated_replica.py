@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -35,13 +35,13 @@ from cohaptic_experiments.partner_models.hand_estimate import (
 )
 from cohaptic_experiments.partner_models.small_gain import (
     FREQUENCIES,
-    Complex,
     Surroundings,
     lag,
     lag_towards,
     surroundings,
     towards,
 )
+from cohaptic_experiments.transparency.frequency import Complex
 from cohaptic_experiments.transparency.scheme import Arrived
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.body import Body
@@ -106,7 +106,7 @@ class EstimatedReplica:
         self._told: list[Told | None] = [None] * users
         self._intended: Floats | None = None
         estimation = estimation or Estimation()
-        first = np.array([model.mass, model.damping, model.stiffness])
+        first = np.array(astuple(model))
         self.clients = [Client(u, users, first, self.period, estimation) for u in range(users)]
 
     def client(

@@ -23,7 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_experiments.partner_models.small_gain import Complex
+from cohaptic_experiments.transparency.frequency import Complex
+from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.numeric import Floats
 
 BLOCK = 10  # haptic periods whose mean is one value: 10 ms
@@ -34,6 +35,8 @@ BANDS = np.arange(
 )  # Hz; whole periods in a window, so that a rest has no part in it
 # Ends of a cloud: a hand on a light device to an arm on a heavy one.
 LEAST, MOST = np.array([0.03, 0.5, 50.0]), np.array([0.8, 20.0, 1500.0])
+# Middle of the cloud that knows nothing; less damped than the hand that models begin with, since
+# weak damping is what has to be found.
 USUAL = np.array([0.15, 5.0, 400.0])
 _SPREAD = 0.7  # of the logarithms of the cloud that knows nothing
 _WEIGHT = 0.4  # windows overlap, and neighbouring frequencies of a window do
@@ -46,8 +49,8 @@ _UNQUIET, _SENSED = 30e-6, 3e-6
 
 
 def _waves() -> tuple[Complex, Complex, Complex]:
-    n = round(WINDOW / (0.001 * BLOCK))
-    t, w = 0.001 * BLOCK * np.arange(n)[:, None], 2.0 * np.pi * BANDS
+    n = round(WINDOW / (PERIOD * BLOCK))
+    t, w = PERIOD * BLOCK * np.arange(n)[:, None], 2.0 * np.pi * BANDS
     a = 2.0 * np.pi / WINDOW
     # Hann's window, so that its first derivative is zero at both ends as the window is.
     hann, d, dd = 1.0 + 0.0j - np.cos(a * t), a * np.sin(a * t), a**2 * np.cos(a * t)

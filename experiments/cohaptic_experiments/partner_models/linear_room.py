@@ -27,10 +27,10 @@ from cohaptic_experiments.partner_models.small_gain import (
     surroundings,
     towards,
 )
+from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.numeric import Floats
 
 Numbers = npt.NDArray[np.int64]
-PERIOD = 0.001  # s
 
 
 @dataclass(frozen=True, eq=False)

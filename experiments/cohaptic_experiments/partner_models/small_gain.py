@@ -14,11 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from cohaptic_experiments.transparency.frequency import Complex
 from cohaptic_server.numeric import Floats
-
-Complex = npt.NDArray[np.complex128]
 
 # Hz; narrower than the peaks of hands with b / m = 2 / s, which are 0.3 Hz wide. Above, the gain
 # falls with 1 / f^2.
@@ -151,7 +149,7 @@ def sampled_radius(
     """Return the largest spectral radius with q sampled in ticks and joined by lines, shape (...).
 
     What comes back at w of samples is the sum over m of T(w + 2 pi m / tick), each with the gain
-    sinc^2 of lines between samples; see `docs-draft.md`.
+    sinc^2 of lines between samples; science 3.15.
 
     Args:
         C: Compliance, shape (..., n, n) [m/N].

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from cohaptic import __version__
 from cohaptic.control.law import Law
@@ -16,6 +15,7 @@ from cohaptic.errors import SettingError
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_client.devices.simulated import PRESETS
 from cohaptic_experiments.catalogue import extra_libraries
+from cohaptic_experiments.report import progress_bar
 from cohaptic_experiments.transparency.cells import Cell, Row, as_json, measure_all
 from cohaptic_experiments.transparency.shown import (
     after_a_press,
@@ -68,11 +68,7 @@ class Grid:
 def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path | None) -> None:
     """Measure a grid, and show, write and draw the results."""
     body, console = Balloon(), Console()
-    bar = Progress(
-        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
-        console=Console(stderr=True), transient=True,
-    )  # fmt: skip
-    with bar:
+    with progress_bar() as bar:
         task = bar.add_task("transparency", total=1.0)
         rows = measure_all(
             body, grid.cells(), budget=budget,

@@ -84,11 +84,6 @@ class Transparency:
         """Frequency from which on the weakest other hand is below -3 dB [Hz]; inf if it is not."""
         return falls_below(self.frequencies, self.weakest, HALF_POWER)
 
-    @property
-    def own_error(self) -> Floats:
-        """Error of the amplitude of the own stiffness, shape (f,)."""
-        return np.asarray(np.abs(self.own) - 1.0)
-
 
 def as_delays(frequencies: Floats, response: Complex) -> Floats:
     """Return the phase of a response as a delay at each frequency, shape (f,) [s].
