@@ -57,6 +57,7 @@ contact_samples = st.builds(
     probe=vectors(10.0),
     force=vectors(100.0),
     anchor=st.none() | vectors(10.0),
+    give=st.none() | st.floats(-10.0, 10.0, width=32),
 )
 
 # Values of a room that survive 16 bits.

@@ -97,7 +97,9 @@ class VirtualUser:
         self.pacer = self.pacer.sent(now)
         self.seq += 1
         tick = self.state.patch.tick if self.state.patch else 0
-        told = ContactSample(self.seq, tick, now, sample.position, output.on_body, output.anchor)
+        told = ContactSample(
+            self.seq, tick, now, sample.position, output.on_body, output.anchor, output.give
+        )
         return output.force, told.encode()
 
     def _unexplained_change(self, before: LoopState, previous: Vec3, on_body: Vec3) -> float:
@@ -158,6 +160,7 @@ class VirtualSession:
         geometry: GeometryName = "plane",
         friction: float = 0.0,
         device: Device | None = None,
+        models: bool = False,
     ) -> VirtualUser:
         """Let a user join now.
 
@@ -179,6 +182,7 @@ class VirtualSession:
             geometry: Geometry of the patches.
             friction: Coefficient of friction.
             device: Instead of a simulated hand.
+            models: Whether the client moves models of the hands.
         """
         if not passivity:
             max_damping = 0.0
@@ -194,6 +198,7 @@ class VirtualSession:
             max_stiffness=max_stiffness,
             max_force=limits.max_force if limits else INFO.max_force,
             damping_budget=max_damping,
+            models=models,
         )
         welcome, _, _ = self.room.join(hello, self.now)
         info = describe(self.room.body)

@@ -10,6 +10,7 @@ from cohaptic.vec import Vec3
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
+Complex = npt.NDArray[np.complex128]
 Narrow = npt.NDArray[np.float32]
 
 _YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])

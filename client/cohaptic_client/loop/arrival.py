@@ -12,6 +12,7 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.contact import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
+from cohaptic_client.loop.replica import follow
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
 # Multiple of the longest recent gap between patches; a shorter silence is the link's jitter.
@@ -55,7 +56,8 @@ def receive(
     else:
         fade = switch(state.fade, patch.law, gains, force=state.normal_force, sight=state.sight)
     before, offset = state.surface, None
-    at_arrival = shown(state, state.probe, progress(state, now, settings))
+    share = progress(state, now, settings)
+    at_arrival = shown(state, state.probe, share)
     if before is not None and at_arrival is not None:
         offset = difference(at_arrival, before.look(state.probe))
     return LoopState(
@@ -76,6 +78,7 @@ def receive(
         compliance=state.compliance,
         safety=state.safety,
         patience=patience,
+        replica=None if patch.partners is None else follow(state.replica, patch.partners, share),
     )
 
 

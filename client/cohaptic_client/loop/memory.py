@@ -22,8 +22,9 @@ from cohaptic.runtime.owned_files import own, remove_leftovers
 from cohaptic.status.row import ROW
 
 COMMAND: Final = struct.Struct("<Q?I")  # heartbeat, stop, faults acknowledged so far
-# time, tick of the patch in use, probe, force on body, whether there is an anchor, and the anchor
-SAMPLE: Final = struct.Struct("<dI6d?3d")
+# time, tick of the patch in use, probe, force on body, whether there is an anchor, and the anchor,
+# whether there is a give, and the give
+SAMPLE: Final = struct.Struct("<dI6d?3d?d")
 _HEAD: Final = struct.Struct("<QII")  # version, length, checksum of version and payload
 _VERSION: Final = struct.Struct("<Q")
 _COUNT: Final = struct.Struct("<Q")

@@ -22,6 +22,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.loop.law_fade import LawFade
 from cohaptic_client.loop.passivity import NOTHING_OWED, Passivity
+from cohaptic_client.loop.replica import Replica
 from cohaptic_client.loop.safety import (
     NEVER_ENGAGED,
     Mode,
@@ -117,6 +118,7 @@ class LoopState:
             newest patch; None before the first, and without friction.
         safety: Memory of the safety layer.
         patience: Time for which the server may be silent on this link [s].
+        replica: Models of the hands; None before the first patch with partners.
     """
 
     patch: Final[Patch | None]
@@ -136,6 +138,7 @@ class LoopState:
     compliance: Final[Compliance3 | None]
     safety: Final[SafetyState]
     patience: Final[float]
+    replica: Final[Replica | None]
 
     def __init__(
         self,
@@ -156,6 +159,7 @@ class LoopState:
         compliance: Compliance3 | None = None,
         safety: SafetyState = NEVER_ENGAGED,
         patience: float = 0.0,
+        replica: Replica | None = None,
     ) -> None:
         self.patch = patch
         self.arrived = arrived
@@ -174,6 +178,7 @@ class LoopState:
         self.compliance = compliance
         self.safety = safety
         self.patience = patience
+        self.replica = replica
 
     def silenced(self) -> LoopState:
         """Return this state with an infinitely old newest patch, so that the force fades."""
@@ -225,6 +230,8 @@ class Output:
         damping_force: Damping force of the passivity layer, along the normal [N].
         u_others: Displacement of the contact point by the other users, along the normal [m].
         silent: Whether the server counts as silent.
+        give: Displacement of the own hand's model before this period's force [m]; None if the
+            client moves no models.
     """
 
     force: Final[Vec3]
@@ -234,6 +241,7 @@ class Output:
     damping_force: Final[float]
     u_others: Final[float]
     silent: Final[bool]
+    give: Final[float | None]
 
     def __init__(
         self,
@@ -244,6 +252,7 @@ class Output:
         damping_force: float,
         u_others: float,
         silent: bool,
+        give: float | None = None,
     ) -> None:
         self.force = force
         self.on_body = on_body
@@ -252,3 +261,4 @@ class Output:
         self.damping_force = damping_force
         self.u_others = u_others
         self.silent = silent
+        self.give = give

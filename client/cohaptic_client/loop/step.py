@@ -23,6 +23,7 @@ from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
+from cohaptic_client.loop.replica import answer, move
 from cohaptic_client.loop.safety import SafetyLimits, SafetyState, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
@@ -197,6 +198,9 @@ def _step(
     share = progress(state, now, settings)
     sight = shown(state, sample.position, share)
     contact = NO_SURFACE
+    replica, forces = state.replica, list[float]()
+    if sight is not None and replica is not None:
+        forces, sight = answer(replica, sight, share, state.k_h, limits.max_force)
     if sight is not None:
         contact = press(state, sample, sight, share, dt, silent, settings)
         check_memory(contact)
@@ -212,6 +216,12 @@ def _step(
     passivity = NOTHING_OWED
     if settings.max_damping > 0.0 and sight is not None and state.sight is not None:
         passivity = balance(state, contact, state.sight, sight, safety, given_ratio, dt)
+    pushed = on_body(contact.law_force, given_ratio, limits.max_force)
+    give: float | None = None
+    if replica is not None:
+        give = replica.gives[0].y
+        counted = min(dt, 2.0 * limits.period)
+        replica = move(replica, forces, dot(pushed, contact.normal), counted)
     after = LoopState(
         patch=state.patch,
         arrived=state.arrived if state.arrived < now else now,
@@ -230,15 +240,17 @@ def _step(
         compliance=contact.compliance,
         safety=safety,
         patience=state.patience,
+        replica=replica,
     )
     output = Output(
         force=safety.force,
-        on_body=on_body(contact.law_force, given_ratio, limits.max_force),
+        on_body=pushed,
         anchor=told(anchor_of(contact.friction, sample.position, contact.normal, contact.depth)),
         local=contact.local,
         damping_force=contact.damped_force - contact.local.normal_force,
         u_others=dot(sight.u_others, sight.normal) if sight is not None else 0.0,
         silent=silent,
+        give=give,
     )
     return after, output
 

@@ -299,7 +299,9 @@ class Conversation:
 
     def _send_sample(self, tip: TipSample) -> None:
         self._seq += 1
-        sample = ContactSample(self._seq, tip.tick, tip.t, tip.probe, tip.force, tip.anchor)
+        sample = ContactSample(
+            self._seq, tip.tick, tip.t, tip.probe, tip.force, tip.anchor, tip.give
+        )
         self._link.send(sample.encode())
 
 

@@ -1,7 +1,7 @@
 """Many linear rooms at once: hands that touch a linear body all the time, behind a network.
 
 A fast stand-in for a session, for ensembles: contacts neither open nor move, and C is given. The
-network, the clients' models and the sampling are those of `estimated_replica`.
+network, the clients' models and the sampling are those of the program.
 """
 
 from __future__ import annotations
@@ -11,15 +11,17 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic_experiments.partner_models.hand_estimate import (
+from cohaptic_experiments.virtual_session import PERIOD
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.partners.hand_estimate import (
     BANDS,
-    BLOCK,
     STEP,
     WINDOW,
     Clouds,
+    on_grid,
     seen,
 )
-from cohaptic_experiments.partner_models.small_gain import (
+from cohaptic_server.world.partners.small_gain import (
     FREQUENCIES,
     Surroundings,
     lag,
@@ -27,8 +29,6 @@ from cohaptic_experiments.partner_models.small_gain import (
     surroundings,
     towards,
 )
-from cohaptic_experiments.virtual_session import PERIOD
-from cohaptic_server.numeric import Floats
 
 Numbers = npt.NDArray[np.int64]
 
@@ -128,10 +128,9 @@ def play(rooms: Rooms, way: Way) -> Played:
     last = np.full((R, n), -1)
     rooms_: Numbers = np.arange(R, dtype=np.int64)[:, None, None]
     hands_: Numbers = own[None, None, :]
-    clouds = Clouds(R * n, seed=way.seed) if way.estimates else None
-    blocks, window, step = round(WINDOW / PERIOD / BLOCK), BLOCK, round(STEP / PERIOD)
-    ring_x, ring_f = np.zeros((R * n, blocks)), np.zeros((R * n, blocks))
-    sum_x, sum_f = np.zeros(R * n), np.zeros(R * n)
+    clouds = Clouds.of(R * n, seed=way.seed) if way.estimates else None
+    kept, step = round(WINDOW / rooms.tick) + 2, round(STEP / PERIOD)
+    tips, pushes = list[Floats](), list[Floats]()
     played = Played(np.empty(rooms.intentions.shape))
     for t in range(steps):
         now = t * PERIOD
@@ -167,19 +166,16 @@ def play(rooms: Rooms, way: Way) -> Played:
             models = towards(models, wanted_models, rooms.tick)
             lags = lag_towards(lags, wanted_lags, rooms.tick)
             sent_q[tick], sent_models[tick] = q, models
+            tips, pushes = [*tips, sensed.ravel()][-kept:], [*pushes, f.ravel()][-kept:]
         v = (v + PERIOD / m * (k * (rooms.intentions[t] - x) - f)) / (1.0 + PERIOD * b / m)
         x = x + PERIOD * v
         if clouds is None:
             continue
-        # The force of a period acts on the tip of the next one, half a period on average.
-        sum_x, sum_f = sum_x + sensed.ravel(), sum_f + f.ravel()
-        if (t + 1) % window == 0:
-            ring_x, ring_f = np.roll(ring_x, -1, axis=1), np.roll(ring_f, -1, axis=1)
-            ring_x[:, -1], ring_f[:, -1] = sum_x / BLOCK, sum_f / BLOCK
-            sum_x, sum_f = np.zeros(R * n), np.zeros(R * n)
-        if (t + 1) % step == 0 and now > WINDOW:
+        if (t + 1) % step == 0 and now > WINDOW + rooms.tick:
             around = surroundings(rooms.C, models, BANDS)
-            clouds.take(seen(ring_x, ring_f), (1.0 / around.give).reshape(R * n, -1))
+            times = rooms.tick * np.arange(len(tips), dtype=np.float64)
+            window = seen(on_grid(times, np.array(tips)), on_grid(times, np.array(pushes)))
+            clouds = clouds.after(window, (1.0 / around.give).reshape(R * n, -1))
             wanted_models, wanted_lags = _chosen(rooms.C, clouds, models, lags, way)
             played.models.append(models)
             played.lags.append(lags)

@@ -13,15 +13,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from cohaptic_experiments.transparency.motion import rich_sway
 from cohaptic_experiments.transparency.scheme import AnyScheme
 from cohaptic_experiments.transparency.setting import Setting
 from cohaptic_experiments.virtual_session import PERIOD
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Complex, Floats
 
-Complex = npt.NDArray[np.complex128]
 FREQUENCIES = (0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 14.0, 20.0)  # Hz
 GENTLE = 0.8e-3  # m/s; peak velocity of each sine, of a hand that sways by 1 mm at 0.1 Hz
 WINDOW = 10.0  # s; whole periods of every frequency

@@ -28,6 +28,7 @@ class Variant:
         max_stiffness: Stiffness that each device renders [N/m].
         lag: Lag of the room in place of the one that the server chooses [s]; None for the latter.
         layer: Whether the passivity layer acts; the server reckons with `budget` either way.
+        models: Whether clients move models of the hands.
     """
 
     law: Law = Law.PREDICTIVE
@@ -36,6 +37,7 @@ class Variant:
     max_stiffness: float = 2000.0
     lag: float | None = None
     layer: bool = True
+    models: bool = False
 
 
 class Product:
@@ -56,6 +58,7 @@ class Product:
             self._session.join(
                 f"user {user}", HandScript(), law=variant.law, geometry="mesh",
                 max_damping=variant.budget, max_stiffness=variant.max_stiffness,
+                models=variant.models,
             )
             for user in range(users)
         ]  # fmt: skip

@@ -241,6 +241,7 @@ class Room:
             hello.friction,
             hello.damping_budget,
             sample.anchor if hello.friction else None,
+            (sample.give or 0.0) if hello.models else None,
         )
         member.heard = now
 

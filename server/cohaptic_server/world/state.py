@@ -63,6 +63,8 @@ class Touch:
         friction: Whether the force may have a tangential part.
         anchor: Point of the resting surface that the finger holds by friction [m]; None if it
             holds no point.
+        give: Displacement of the client's model of its own hand [m]; None if the client moves no
+            models.
     """
 
     user: int
@@ -81,6 +83,7 @@ class Touch:
     friction: bool = False
     damping_budget: float = 0.0
     anchor: Vec3 | None = None
+    give: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,7 @@ from cohaptic.control.gains import choose_gains
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.control.stability.anticipation import Gains, hand_class
 from cohaptic.control.stability.swing import felt_share
+from cohaptic.protocol.partners import Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import Body, Response, Swings, without_own
@@ -58,6 +59,13 @@ from cohaptic_server.world.loads import (
 )
 from cohaptic_server.world.loops.free_surfaces import put_contacts
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
+from cohaptic_server.world.partners.wishes import (
+    NO_PARTNERS,
+    may_superpose,
+    moves_models,
+    next_wishes,
+    partners_of,
+)
 from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows, free_shapes
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import (
@@ -98,6 +106,7 @@ def build_patches(
     rows: Sequence[Sequence[float]],
     delays: Sequence[float],
     compliance: Sequence[Compliance3 | None],
+    partners: Mapping[int, Partners],
     room: RoomLag,
     time: TickTime,
 ) -> dict[int, Patch]:
@@ -110,6 +119,7 @@ def build_patches(
             users weighted by nearness, shape (n, n) [m/N].
         delays: Loop delay of each user, without the room's lag [s].
         compliance: 3x3 compliance of each contact; None without friction.
+        partners: The other hands, for each user whose client moves models.
     """
     frames, x_free = users.contacts.frames, observed.x_free
     normals = np.ascontiguousarray(frames[:, 2])
@@ -140,6 +150,7 @@ def build_patches(
             time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),
             touch.geometry, touch.law, places[i], normal[i], curved[i], rows[i][i], gains.k_h,
             gains.integral_gain, force[i], by_others[i], room, neighbourhoods[i], compliance[i],
+            partners.get(touch.user),
         )  # fmt: skip
     return patches
 
@@ -300,19 +311,26 @@ def advance(
     # Where forces are anticipated, contacts turn at once, as the anticipation assumes.
     turning = find_turning_lag(None if plan.gains else turned, loop.longest_delay, room.lag)
 
+    wishes, partners = state.wishes, NO_PARTNERS
+    if wishes.hands or moves_models(tracked):
+        normals = np.array([span.start for span in spans], dtype=np.int64)
+        C = compliance[np.ix_(normals, normals)]
+        linear = not turns and may_superpose(body, response)
+        wishes = next_wishes(wishes, tracked, applied, height, C, linear, time)
+        partners = partners_of(wishes, tracked, applied, weight, C)
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)
     for i in tracked.rough:
         of_contacts[i] = contact_compliance(compliance, tracked.contacts.frames[i, 2], spans[i])
     patches = build_patches(
         touched_body, tracked, applied, observed, connected, weighted.tolist(), delays, of_contacts,
-        room, time,
+        partners, room, time,
     )  # fmt: skip
     k_o_coupled = (1.0 / np.abs(weighted).sum(axis=1)).tolist()
     users = Users(tracked, applied, observed, of_contacts, k_o_coupled)
     after = WorldState(
         time.number, users, response, releases, room, coupling, turning, plan.anticipation, past,
-        unknown_at, cause,
+        unknown_at, cause, wishes,
     )  # fmt: skip
     return settled(after, now), patches
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.room_lag import RoomLag
 from cohaptic_server.bodies.body import Response
 from cohaptic_server.numeric import Floats, Ints, Mask, vec3
@@ -35,6 +36,7 @@ from cohaptic_server.world.displacement_field import (
     ZeroField,
 )
 from cohaptic_server.world.lags.planning import CALM_TIME
+from cohaptic_server.world.partners.learning import Learned
 from cohaptic_server.world.patch_geometry import Windows
 from cohaptic_server.world.state import (
     NO_CAUSE,
@@ -241,6 +243,26 @@ NOBODY = Users(
 )
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Wishes:
+    """What is kept of the hands that clients move models of, from tick to tick.
+
+    Args:
+        intended: Depth that each hand would have below the surface without any force, behind its
+            lag, by user [m].
+        hands: What is known of each hand, by user.
+        past: Number and models of each of the last ticks, oldest first.
+        weight: Share of the models' forces in what clients show, 0 to 1.
+        forbidden_at: Last time at which models were forbidden [s].
+    """
+
+    intended: Mapping[int, float] = field(default_factory=dict[int, float])
+    hands: Mapping[int, Learned] = field(default_factory=dict[int, Learned])
+    past: tuple[tuple[int, Mapping[int, HandModel]], ...] = ()
+    weight: float = 1.0
+    forbidden_at: float = -math.inf
+
+
 @dataclass(frozen=True, slots=True)
 class WorldState:
     """The world between two ticks.
@@ -257,6 +279,7 @@ class WorldState:
         past: Forces that the body carried in ticks that samples may still answer, oldest first.
         unknown_at: Last time at which a tick could not determine the coupling [s].
         cause: Reason for the length of the room's lag.
+        wishes: Wishes of the hands that clients move models of.
     """
 
     tick: int = 0
@@ -270,6 +293,7 @@ class WorldState:
     past: tuple[Carried, ...] = ()
     unknown_at: float = -math.inf
     cause: LagCause = NO_CAUSE
+    wishes: Wishes = field(default_factory=Wishes)
 
     def free_field(self, row: int) -> Field:
         """Return the displacement of the free surface of the user in `row`.

@@ -18,15 +18,17 @@ from cohaptic.protocol.frame import (
     open_frame,
     open_header,
 )
-from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, FrameKind
+from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, GIVE, FrameKind
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
 _BODY = CONTACT_SAMPLE.packer()
 _ANCHOR = ANCHOR.packer()
+_GIVE = GIVE.packer()
 SIZE = CONTACT_SAMPLE.size
-ANCHORED_SIZE = SIZE + ANCHOR.size
-ANCHORED = 1  # flag: an anchor follows
+ANCHORED, GIVING = 1, 2  # flags: an anchor follows; a give does
+# By the flags.
+SIZES = (SIZE, SIZE + ANCHOR.size, SIZE + GIVE.size, SIZE + ANCHOR.size + GIVE.size)
 _PLAIN_HEAD = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, 0)
 _U32 = 2**32 - 1
 
@@ -50,29 +52,37 @@ class ContactSample(NamedTuple):
     probe: Vec3
     force: Vec3
     anchor: Vec3 | None = None
+    give: float | None = None
 
     def encode(self) -> bytes:
         """The frame of this sample; raises LocalProtocolError when a value is out of its limits."""
         self._check(remote=False)
         body = _BODY.pack(self.seq, self.tick, self.t_client, *self.probe, *self.force)
-        if self.anchor is None:
+        if self.anchor is None and self.give is None:
             return _PLAIN_HEAD + body
-        head = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, ANCHORED)
-        return head + body + _ANCHOR.pack(*self.anchor)
+        flags = 0
+        if self.anchor is not None:
+            flags, body = flags | ANCHORED, body + _ANCHOR.pack(*self.anchor)
+        if self.give is not None:
+            flags, body = flags | GIVING, body + _GIVE.pack(self.give)
+        return HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, flags) + body
 
     @classmethod
     def decode(cls, data: bytes) -> ContactSample:
         """The sample in a frame; raises RemoteProtocolError for any invalid bytes."""
         anchor: Vec3 | None = None
+        give: float | None = None
         if len(data) != SIZE or data[:4] != _PLAIN_HEAD:
             flags = open_header(data, FrameKind.CONTACT_SAMPLE)
-            check_range("flags of a contact sample", flags, 0, ANCHORED, remote=True)
-            open_frame(data, FrameKind.CONTACT_SAMPLE, ANCHORED_SIZE if flags else SIZE)
-            if flags:
+            check_range("flags of a contact sample", flags, 0, len(SIZES) - 1, remote=True)
+            open_frame(data, FrameKind.CONTACT_SAMPLE, SIZES[flags])
+            if flags & ANCHORED:
                 x, y, z = _ANCHOR.unpack_from(data, SIZE)
                 anchor = (x, y, z)
+            if flags & GIVING:
+                (give,) = _GIVE.unpack_from(data, SIZES[flags & ANCHORED])
         seq, tick, t, x, y, z, f_x, f_y, f_z = _BODY.unpack_from(data, HEADER.size)
-        sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z), anchor)
+        sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z), anchor, give)
         # The server decodes a sample of each user at each tick. One condition tests all limits of
         # `_check` that bytes can break; only if it fails does `_check` find which limit is broken.
         if not (
@@ -81,6 +91,7 @@ class ContactSample(NamedTuple):
             and norm(sample.probe) <= MAX_POSITION
             and norm(sample.force) <= MAX_FORCE
             and (anchor is None or norm(anchor) <= MAX_POSITION)
+            and (give is None or abs(give) <= MAX_POSITION)
         ):
             sample._check(remote=True)
         return sample
@@ -93,3 +104,5 @@ class ContactSample(NamedTuple):
         check_vector("force", self.force, MAX_FORCE, "N", remote=remote)
         if self.anchor is not None:
             check_vector("anchor", self.anchor, MAX_POSITION, "m", remote=remote)
+        if self.give is not None:
+            check_range("give", self.give, -MAX_POSITION, MAX_POSITION, remote=remote)

@@ -149,7 +149,12 @@ CONTACT_SAMPLE: Final = Layout(
         Field("probe", "f32", 3, "m", "tip, world frame", _LENGTH),
         Field("force", "f32", 3, "N", "on the hand, world frame", "length <= 100"),
     ),
-    Frame(FrameKind.CONTACT_SAMPLE, "client to server", "bit 0: the `anchor` follows", "others 0"),
+    Frame(
+        FrameKind.CONTACT_SAMPLE,
+        "client to server",
+        "bit 0: the `anchor` follows; bit 1: the `give` follows, behind it",
+        "others 0",
+    ),
 )
 
 ANCHOR: Final = Layout(
@@ -159,6 +164,19 @@ ANCHOR: Final = Layout(
         Field(
             "anchor", "f32", 3, "m",
             "point of the resting surface that the finger holds, world frame", _LENGTH,
+        ),
+    ),
+)  # fmt: skip
+
+GIVE: Final = Layout(
+    "give",
+    "Behind a contact sample of a client that moves models of the hands.",
+    (
+        Field(
+            "give", "f32", 1, "m",
+            "displacement of the model of this client's own hand, out of the body, by the forces "
+            "on the hand before `t_client`",
+            "+-10",
         ),
     ),
 )  # fmt: skip
@@ -218,7 +236,7 @@ PATCH: Final = Layout(
     Frame(
         FrameKind.PATCH,
         "server to client",
-        f"{_SHAPE}; bit 8: the `compliance` follows",
+        f"{_SHAPE}; bit 8: the `compliance` follows; bit 9: the `partners` follow, behind it",
         f"{_SHAPES}, others 0",
     ),
 )  # fmt: skip
@@ -235,9 +253,63 @@ COMPLIANCE: Final = Layout(
     ),
 )  # fmt: skip
 
+_MODEL = (
+    Field("mass", "f32", 1, "kg", "of the model", "0.01..10"),
+    Field("damping", "f32", 1, "N s/m", "of the model", "0.1..100"),
+    Field("stiffness", "f32", 1, "N/m", "of the model", "10..1e4"),
+)
+
+PARTNERS: Final = Layout(
+    "partners",
+    "Behind a patch and its compliance, for a client that moves models of the hands (`science.md` "
+    "3.15).",
+    (
+        Field("count", "u16", 1, "", "partners that follow", "<= 7"),
+        _reserved(2),
+        Field(
+            "weight", "f32", 1, "1",
+            "share of the models' forces; the rest is that of the forces in this surface", "0..1",
+        ),
+        *_MODEL,
+    ),
+)  # fmt: skip
+
+PARTNER: Final = Layout(
+    "partner",
+    "Another hand: its contact, what it wants, and its model. Its row of the compliance follows.",
+    (
+        Field("user", "u32", 1, "", "its number", ">= 1"),
+        *_MODEL,
+        Field(
+            "intended", "f32", 1, "m",
+            "depth of its tip below the surface without any force, plus the `give` that it told",
+            "+-20",
+        ),
+        Field("give", "f32", 1, "m", "the `give` that it told", "+-10"),
+        Field(
+            "force", "f32", 1, "N", "of this hand along its normal, in this surface", "0..300"
+        ),
+        Field("most", "f32", 1, "N", "largest force of this hand", "0..100"),
+        Field(
+            "c_jj", "f32", 1, "m/N", "compliance of its contact and its device", "1e-6..10"
+        ),
+    ),
+)  # fmt: skip
+
+COUPLED: Final = Layout(
+    "coupled",
+    "Behind a partner, for this client's contact and for each partner before it.",
+    (
+        Field(
+            "coupled", "f32", 1, "m/N",
+            "compliance between both contacts, along their normals", "+-10",
+        ),
+    ),
+)  # fmt: skip
+
 NEIGHBOURHOOD: Final = Layout(
     "neighbourhood",
-    "Behind a mesh patch and its compliance: the free surface round the contact.",
+    "Behind a mesh patch, its compliance and its partners: the free surface round the contact.",
     (
         Field(
             "count", "u16", 1, "", "neighbours that follow; the frame ends with the last", "<= 97"
@@ -408,8 +480,8 @@ ACK: Final = Layout(
 )  # fmt: skip
 
 LAYOUTS: Final = (
-    CONTACT_SAMPLE, ANCHOR,
-    PATCH, COMPLIANCE, NEIGHBOURHOOD, NEIGHBOUR,
+    CONTACT_SAMPLE, ANCHOR, GIVE,
+    PATCH, COMPLIANCE, PARTNERS, PARTNER, COUPLED, NEIGHBOURHOOD, NEIGHBOUR,
     REST_MESH, VERTEX, FACE, BOX,
     SCENE, USER, SURFACE,
     ACK,

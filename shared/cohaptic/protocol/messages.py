@@ -89,6 +89,8 @@ class Hello(WithSecrets):
         token: Token of an invitation or of a session. Not on the wire if None.
         capabilities: Capabilities of the device, only shown to people. Not on the wire if None.
         wait: Whether the client waits for a seat if the room is full. Not on the wire if False.
+        models: Whether the client moves models of the hands (science 3.15); patches then carry
+            partners, and samples the give. Not on the wire if False.
     """
 
     type: Literal["hello"] = "hello"
@@ -105,6 +107,7 @@ class Hello(WithSecrets):
     token: Token | None = Field(default=None, repr=False)
     capabilities: Capabilities | None = None
     wait: bool = False
+    models: bool = False
 
 
 class Come(ControlMessage):

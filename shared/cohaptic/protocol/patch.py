@@ -31,6 +31,7 @@ from cohaptic.protocol.frame import (
 )
 from cohaptic.protocol.layout import COMPLIANCE, PATCH, FrameKind
 from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.partners import Partners
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
@@ -59,6 +60,7 @@ _GEOMETRY_MASK: Final = 0x000F
 _LAW_SHIFT: Final = 4
 _LAW_MASK: Final = 0x000F
 _COMPLIANCE_FLAG: Final = 0x0100
+_PARTNERS_FLAG: Final = 0x0200
 _COMPLIANCE: Final = COMPLIANCE.packer()
 LAWS: Final = tuple(Law)  # in the order of their numbers on the wire, from 1
 
@@ -104,6 +106,7 @@ class Patch:
         neighbourhood: Surface around the contact in a mesh patch; None in a plane or sphere patch.
         compliance: Compliance of the contact in all directions, for a client with friction; None
             for a client without friction.
+        partners: The other hands, for a client that moves models of them; None for other clients.
     """
 
     tick: Final[int]
@@ -124,6 +127,7 @@ class Patch:
     room: Final[RoomLag]
     neighbourhood: Final[Neighbourhood | None]
     compliance: Final[Compliance3 | None]
+    partners: Final[Partners | None]
 
     def __init__(
         self,
@@ -145,6 +149,7 @@ class Patch:
         room: RoomLag = NO_LAG,
         neighbourhood: Neighbourhood | None = None,
         compliance: Compliance3 | None = None,
+        partners: Partners | None = None,
     ) -> None:
         self.tick = tick
         self.seq = seq
@@ -164,6 +169,7 @@ class Patch:
         self.room = room
         self.neighbourhood = neighbourhood
         self.compliance = compliance
+        self.partners = partners
 
     @property
     def k_o(self) -> float:
@@ -178,6 +184,9 @@ class Patch:
         if self.compliance is not None:
             flags |= _COMPLIANCE_FLAG
             tail = _COMPLIANCE.pack(*self.compliance)
+        if self.partners is not None:
+            flags |= _PARTNERS_FLAG
+            tail += self.partners.encode()
         if self.neighbourhood is not None:
             tail += self.neighbourhood.encode()
         body = _BODY.pack(
@@ -208,15 +217,18 @@ class Patch:
         check_range("geometry of a patch", kind, _FIRST, _MESH, remote=True)
         law = flags >> _LAW_SHIFT & _LAW_MASK
         check_range("law of a patch", law, 1, len(LAWS), remote=True)
-        check_range("flags of a patch", flags, 0, 2 * _COMPLIANCE_FLAG - 1, remote=True)
+        check_range("flags of a patch", flags, 0, 2 * _PARTNERS_FLAG - 1, remote=True)
         mesh, size = kind == _MESH, SIZE
         if flags & _COMPLIANCE_FLAG:
             size += _COMPLIANCE.size
+        partners: Partners | None = None
+        if flags & _PARTNERS_FLAG and len(data) >= size:
+            partners, size = Partners.decode(data, size)
         if len(data) < size or (len(data) > size and not mesh):
             limit = f"{size} bytes" + (" and a neighbourhood" if mesh else "")
             raise RemoteProtocolError("patch length", len(data), limit)
         neighbourhood = Neighbourhood.decode(data[size:]) if mesh else None
-        patch = cls._unpack(data, flags, neighbourhood)
+        patch = cls._unpack(data, flags, neighbourhood, partners)
         patch.check(remote=True)
         return patch
 
@@ -224,14 +236,22 @@ class Patch:
     def decode_checked(cls, data: bytes) -> Patch:
         """The patch in a frame that `decode` has accepted before; the values are not checked."""
         flags = int(HEADER.unpack_from(data)[2])
-        neighbourhood = None
+        neighbourhood, partners = None, None
+        size = SIZE + _COMPLIANCE.size if flags & _COMPLIANCE_FLAG else SIZE
+        if flags & _PARTNERS_FLAG:
+            partners, size = Partners.decode(data, size)
         if flags & _GEOMETRY_MASK == _MESH:
-            size = SIZE + _COMPLIANCE.size if flags & _COMPLIANCE_FLAG else SIZE
             neighbourhood = Neighbourhood.decode_checked(data[size:])
-        return cls._unpack(data, flags, neighbourhood)
+        return cls._unpack(data, flags, neighbourhood, partners)
 
     @classmethod
-    def _unpack(cls, data: bytes, flags: int, neighbourhood: Neighbourhood | None) -> Patch:
+    def _unpack(
+        cls,
+        data: bytes,
+        flags: int,
+        neighbourhood: Neighbourhood | None,
+        partners: Partners | None,
+    ) -> Patch:
         """The patch in a frame with these flags; the values are not checked."""
         compliance = None
         if flags & _COMPLIANCE_FLAG:
@@ -242,7 +262,7 @@ class Patch:
             LAWS[(flags >> _LAW_SHIFT & _LAW_MASK) - 1],
             (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9],
             (v[10], v[11], v[12]), (v[13], v[14], v[15]), RoomLag(v[16], v[17], v[18]),
-            neighbourhood, compliance,
+            neighbourhood, compliance, partners,
         )  # fmt: skip
 
     def check(self, *, remote: bool) -> None:
@@ -270,6 +290,8 @@ class Patch:
         check_vector("own_force", self.own_force, MAX_FORCE, "N", remote=remote)
         check_vector("u_others", self.u_others, MAX_POSITION, "m", remote=remote)
         check_room(self.room, remote=remote)
+        if self.partners is not None:
+            self.partners.check(remote=remote)
         for value in self.compliance or ():
             check_range("compliance", value, -MAX_POSITION, MAX_POSITION, remote=remote)
         if self.compliance is not None and not is_definite(self.compliance):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
-from cohaptic.protocol.contact_sample import ANCHORED_SIZE, SIZE, ContactSample
+from cohaptic.protocol.contact_sample import SIZE, SIZES, ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
 from tests.strategies import contact_samples
 
@@ -76,13 +76,13 @@ def test_a_wrong_length_names_value_and_limit(length: int) -> None:
 
 def test_an_absurd_anchor_names_value_and_limit() -> None:
     data = bytearray(GOOD._replace(anchor=(0.1, 0.0, 0.0)).encode())
-    assert len(data) == ANCHORED_SIZE
+    assert len(data) == SIZES[1]
     struct.pack_into("<f", data, 44, 1000.0)
     with pytest.raises(RemoteProtocolError, match=r"length of anchor is '1000 m'; expected <= 10"):
         ContactSample.decode(bytes(data))
 
 
-@pytest.mark.parametrize(("flags", "size"), [(1, SIZE), (0, ANCHORED_SIZE), (2, SIZE)])
+@pytest.mark.parametrize(("flags", "size"), [(1, SIZE), (0, SIZES[1]), (2, SIZE), (4, SIZE)])
 def test_an_anchor_is_there_where_the_flags_say_so(flags: int, size: int) -> None:
     data = bytearray((GOOD.encode() + bytes(64))[:size])
     struct.pack_into("<H", data, 2, flags)

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
@@ -20,10 +21,14 @@ from cohaptic.protocol.layout import (
     BOX,
     COMPLIANCE,
     CONTACT_SAMPLE,
+    COUPLED,
+    GIVE,
     HEAD,
     LAYOUTS,
     NEIGHBOUR,
     NEIGHBOURHOOD,
+    PARTNER,
+    PARTNERS,
     PATCH,
     REST_MESH,
     SCENE,
@@ -33,6 +38,7 @@ from cohaptic.protocol.layout import (
     Layout,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.partners import Partner, Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
@@ -61,9 +67,11 @@ def test_every_kind_has_one_frame() -> None:
 @pytest.mark.parametrize(
     ("layouts", "kept"),
     [
-        ((CONTACT_SAMPLE, ANCHOR), set(ContactSample._fields)),
-        # Geometry and law are in the flags of a patch, and a neighbourhood is behind it.
-        ((PATCH, COMPLIANCE), members(Patch) - {"geometry", "law", "neighbourhood"}),
+        ((CONTACT_SAMPLE, ANCHOR, GIVE), set(ContactSample._fields)),
+        # Geometry and law are in the flags of a patch; partners and neighbourhood are behind it.
+        ((PATCH, COMPLIANCE), members(Patch) - {"geometry", "law", "partners", "neighbourhood"}),
+        ((PARTNERS,), members(Partners) - {"model", "partners"} | {"count", *HandModel._fields}),
+        ((PARTNER, COUPLED), set(Partner._fields) - {"model"} | set(HandModel._fields)),
         ((REST_MESH,), members(RestMesh)),
         ((BOX,), members(QuantisedMesh) - {"places", "faces"}),
         ((SCENE,), members(Scene) - {"surface"}),

@@ -72,6 +72,13 @@ export function writeAnchor(view: DataView, at: number, anchor: Vec3): void {
   setVec(view, at, anchor);
 }
 
+export const GIVE_SIZE = 4;
+
+/** Behind a contact sample of a client that moves models of the hands: displacement of the model of this client's own hand, out of the body, by the forces on the hand before `t_client` [m]; +-10 */
+export function readGive(view: DataView, at: number): number {
+  return view.getFloat32(at, true);
+}
+
 export const PATCH_SIZE = 104;
 export const PATCH_AT = { tick: 4, seq: 8, t_server: 12, t_client: 20, sample_wait: 28, x_free: 32, normal: 44, curvature: 56, c_ii: 60, k_h: 64, integral_gain: 68, own_force: 72, u_others: 84, lag: 96, coupling: 100, margin: 102 } as const;
 
@@ -127,10 +134,69 @@ export function readCompliance(view: DataView, at: number): readonly [number, nu
   return [...getVec(view, at), ...getVec(view, at + 12)];
 }
 
+export const PARTNERS_SIZE = 20;
+export const PARTNERS_AT = { count: 0, weight: 4, mass: 8, damping: 12, stiffness: 16 } as const;
+
+/** Behind a patch and its compliance, for a client that moves models of the hands (`science.md` 3.15). */
+export interface PartnersFields {
+  /** partners that follow; <= 7 */ readonly count: number;
+  /** share of the models' forces; the rest is that of the forces in this surface [1]; 0..1 */ readonly weight: number;
+  /** of the model [kg]; 0.01..10 */ readonly mass: number;
+  /** of the model [N s/m]; 0.1..100 */ readonly damping: number;
+  /** of the model [N/m]; 10..1e4 */ readonly stiffness: number;
+}
+
+export function readPartnersFields(view: DataView, at: number): PartnersFields {
+  return {
+    count: view.getUint16(at, true),
+    weight: view.getFloat32(at + 4, true),
+    mass: view.getFloat32(at + 8, true),
+    damping: view.getFloat32(at + 12, true),
+    stiffness: view.getFloat32(at + 16, true),
+  };
+}
+
+export const PARTNER_SIZE = 36;
+export const PARTNER_AT = { user: 0, mass: 4, damping: 8, stiffness: 12, intended: 16, give: 20, force: 24, most: 28, c_jj: 32 } as const;
+
+/** Another hand: its contact, what it wants, and its model. Its row of the compliance follows. */
+export interface PartnerFields {
+  /** its number; >= 1 */ readonly user: number;
+  /** of the model [kg]; 0.01..10 */ readonly mass: number;
+  /** of the model [N s/m]; 0.1..100 */ readonly damping: number;
+  /** of the model [N/m]; 10..1e4 */ readonly stiffness: number;
+  /** depth of its tip below the surface without any force, plus the `give` that it told [m]; +-20 */ readonly intended: number;
+  /** the `give` that it told [m]; +-10 */ readonly give: number;
+  /** of this hand along its normal, in this surface [N]; 0..300 */ readonly force: number;
+  /** largest force of this hand [N]; 0..100 */ readonly most: number;
+  /** compliance of its contact and its device [m/N]; 1e-6..10 */ readonly c_jj: number;
+}
+
+export function readPartnerFields(view: DataView, at: number): PartnerFields {
+  return {
+    user: view.getUint32(at, true),
+    mass: view.getFloat32(at + 4, true),
+    damping: view.getFloat32(at + 8, true),
+    stiffness: view.getFloat32(at + 12, true),
+    intended: view.getFloat32(at + 16, true),
+    give: view.getFloat32(at + 20, true),
+    force: view.getFloat32(at + 24, true),
+    most: view.getFloat32(at + 28, true),
+    c_jj: view.getFloat32(at + 32, true),
+  };
+}
+
+export const COUPLED_SIZE = 4;
+
+/** Behind a partner, for this client's contact and for each partner before it: compliance between both contacts, along their normals [m/N]; +-10 */
+export function readCoupled(view: DataView, at: number): number {
+  return view.getFloat32(at, true);
+}
+
 export const NEIGHBOURHOOD_SIZE = 10;
 export const NEIGHBOURHOOD_AT = { count: 0, scale: 2, c_scale: 6 } as const;
 
-/** Behind a mesh patch and its compliance: the free surface round the contact. */
+/** Behind a mesh patch, its compliance and its partners: the free surface round the contact. */
 export interface NeighbourhoodFields {
   /** neighbours that follow; the frame ends with the last; <= 97 */ readonly count: number;
   /** one unit of the displacements [m]; 0..10/32767 */ readonly scale: number;

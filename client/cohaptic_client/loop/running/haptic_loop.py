@@ -281,7 +281,11 @@ class HapticLoop:
         anchor = output.anchor
         ax, ay, az = anchor or ZERO
         holds = anchor is not None
-        self._memory.sample.write(SAMPLE.pack(now, tick, x, y, z, fx, fy, fz, holds, ax, ay, az))
+        give = output.give
+        raw = SAMPLE.pack(
+            now, tick, x, y, z, fx, fy, fz, holds, ax, ay, az, give is not None, give or 0.0
+        )
+        self._memory.sample.write(raw)
 
     def _keep_row(self, sample: DeviceSample, output: Output, now: float, late: float) -> None:
         state, patch, local = self._state, self._state.patch, output.local

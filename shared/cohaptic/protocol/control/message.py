@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
-_SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company")
+_SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company", "models")
 
 MAX_NAME = 32  # characters
 # Names are printable and of one line, since terminals and pages show them.

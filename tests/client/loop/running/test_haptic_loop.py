@@ -42,7 +42,7 @@ def test_the_newest_sample_is_the_last_row(parent: Parent) -> None:
     raw = parent.memory.sample.read()
     assert raw is not None
     last = rows[-1]
-    assert SAMPLE.unpack(raw) == (last.t, last.tick, *last[1:7], False, *ZERO)
+    assert SAMPLE.unpack(raw) == (last.t, last.tick, *last[1:7], False, *ZERO, False, 0.0)
 
 
 def test_told_to_stop_it_fades_to_zero_force_and_ends(parent: Parent) -> None:

@@ -22,12 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import CubicSpline
 
-from cohaptic_experiments.transparency.frequency import Complex
-from cohaptic_experiments.virtual_session import PERIOD
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Complex, Floats
 
-BLOCK = 10  # haptic periods whose mean is one value: 10 ms
+GRID = 0.01  # s between two values of a window
 WINDOW = 2.0  # s
 STEP = 1.0  # s from one window to the next
 BANDS = np.arange(
@@ -49,8 +48,8 @@ _UNQUIET, _SENSED = 30e-6, 3e-6
 
 
 def _waves() -> tuple[Complex, Complex, Complex]:
-    n = round(WINDOW / (PERIOD * BLOCK))
-    t, w = PERIOD * BLOCK * np.arange(n)[:, None], 2.0 * np.pi * BANDS
+    n = round(WINDOW / GRID)
+    t, w = GRID * np.arange(n)[:, None], 2.0 * np.pi * BANDS
     a = 2.0 * np.pi / WINDOW
     # Hann's window, so that its first derivative is zero at both ends as the window is.
     hann, d, dd = 1.0 + 0.0j - np.cos(a * t), a * np.sin(a * t), a**2 * np.cos(a * t)
@@ -79,79 +78,103 @@ class Seen:
         return np.asarray(m * a + b * v + k * x + f)
 
 
+def on_grid(times: Floats, values: Floats) -> Floats:
+    """Return values at the instants of the last window.
+
+    The curve is cubic: samples are not quite evenly spaced, and lines between them would make
+    motion at other frequencies of it.
+
+    Args:
+        times: Times of k samples, rising, over more than a window, shape (k,) [s].
+        values: Values at these times, shape (k, c).
+
+    Returns:
+        Shape (c, WINDOW / GRID).
+    """
+    n = round(WINDOW / GRID)
+    at = times[-1] - GRID * np.arange(n, dtype=np.float64)[::-1]
+    return np.asarray(CubicSpline(times, values)(at).T)
+
+
 def seen(depth: Floats, force: Floats) -> Seen:
-    """Return a window of depths [m] and forces [N], means of blocks, shape (h, WINDOW / block)."""
+    """Return a window of depths [m] and forces [N], shape (h, WINDOW / GRID)."""
     x = depth - depth.mean(axis=1, keepdims=True)
     x0, x1, x2 = (x @ wave for wave in _WAVES)
     return Seen(x0, x1, x2, (force - force.mean(axis=1, keepdims=True)) @ _WAVES[0])
 
 
+@dataclass(frozen=True, eq=False, slots=True)
 class Clouds:
     """Clouds of p hands for each of h hands.
 
     Args:
-        hands: Number h.
-        size: Number p.
+        log: Logarithms of the hands, shape (h, p, 3).
         seed: Seed of the draws.
+        windows: Number of windows that were taken in.
     """
 
-    def __init__(self, hands: int, size: int = 256, seed: int = 0) -> None:
-        self._rng = np.random.default_rng(seed)
-        drawn = np.log(USUAL) + _SPREAD * self._rng.standard_normal((hands, size, 3))
-        self._log = self._bounded(drawn)
+    log: Floats
+    seed: int = 0
+    windows: int = 0
+
+    @classmethod
+    def of(cls, hands: int, size: int = 256, seed: int = 0) -> Clouds:
+        """Return clouds that know nothing: `size` hands for each of `hands`."""
+        rng = np.random.default_rng((seed, 0))
+        return cls(_bounded(np.log(USUAL) + _SPREAD * rng.standard_normal((hands, size, 3))), seed)
 
     @property
     def hands(self) -> Floats:
         """The clouds, shape (h, p, 3)."""
-        return np.asarray(np.exp(self._log))
+        return np.asarray(np.exp(self.log))
 
     @property
     def mean(self) -> Floats:
         """Mean of the logarithms of each cloud, as a hand, shape (h, 3)."""
-        return np.asarray(np.exp(self._log.mean(axis=1)))
+        return np.asarray(np.exp(self.log.mean(axis=1)))
 
     @property
     def spread(self) -> Floats:
         """Standard deviation of the logarithms of each cloud, shape (h, 3)."""
-        return np.asarray(self._log.std(axis=1))
+        return np.asarray(self.log.std(axis=1))
 
-    def take(self, window: Seen, contact: Complex) -> None:
-        """Take in a window.
+    def after(self, window: Seen, contact: Complex) -> Clouds:
+        """Return the clouds with one more window.
 
         Args:
             window: Depth and force of the h hands.
             contact: Stiffness K that each meets at its contact at `BANDS`, shape (h, f) [N/m].
         """
-        h, p, _ = self._log.shape
-        self._log = self._bounded(self._log + _DRIFT * self._rng.standard_normal((h, p, 3)))
+        rng = np.random.default_rng((self.seed, self.windows + 1))
+        log = _bounded(self.log + _DRIFT * rng.standard_normal(self.log.shape))
         for _ in range(_ROUNDS):
-            weight = _WEIGHT / _ROUNDS * _likelihood(self.hands, window, contact)
+            weight = _WEIGHT / _ROUNDS * _likelihood(np.exp(log), window, contact)
             share = np.exp(weight - weight.max(axis=1, keepdims=True))
-            self._draw(share / share.sum(axis=1, keepdims=True))
+            log = _drawn(log, share / share.sum(axis=1, keepdims=True), rng)
+        return Clouds(log, self.seed, self.windows + 1)
 
-    def _draw(self, share: Floats) -> None:
-        h, p, _ = self._log.shape
-        # Systematic draws: each hand as often as its share says, up to one.
-        index: npt.NDArray[np.int64] = np.empty((h, p), dtype=np.int64)
-        for i in range(h):
-            start = float(self._rng.random())
-            places = np.asarray((np.arange(float(p)) + start) / p, dtype=np.float64)
-            index[i] = np.searchsorted(np.cumsum(share[i]), places)
-        index = np.minimum(index, p - 1)
-        drawn = np.take_along_axis(self._log, index[..., None], axis=1)
-        mean = drawn.mean(axis=1, keepdims=True)
-        off = drawn - mean
-        squares = np.einsum("hpi,hpj->hij", off, off) / p + 1e-6 * np.eye(3)
-        spread = np.asarray(np.linalg.cholesky(squares), dtype=np.float64)
-        noise = np.einsum("hij,hpj->hpi", spread, self._rng.standard_normal((h, p, 3)))
-        self._log = self._bounded(mean + _KEEP * off + (1.0 - _KEEP**2) ** 0.5 * noise)
 
-    @staticmethod
-    def _bounded(log: Floats) -> Floats:
-        low, high = np.log(LEAST), np.log(MOST)
-        # Reflected, so that no hand gathers at a bound.
-        log = np.where(log < low, 2.0 * low - log, log)
-        return np.asarray(np.clip(np.where(log > high, 2.0 * high - log, log), low, high))
+def _drawn(log: Floats, share: Floats, rng: np.random.Generator) -> Floats:
+    h, p, _ = log.shape
+    # Systematic draws: each hand as often as its share says, up to one.
+    index: npt.NDArray[np.int64] = np.empty((h, p), dtype=np.int64)
+    for i in range(h):
+        places = np.asarray((np.arange(float(p)) + rng.random()) / p, dtype=np.float64)
+        index[i] = np.searchsorted(np.cumsum(share[i]), places)
+    drawn = np.take_along_axis(log, np.minimum(index, p - 1)[..., None], axis=1)
+    mean = drawn.mean(axis=1, keepdims=True)
+    off = drawn - mean
+    squares = np.einsum("hpi,hpj->hij", off, off) / p + 1e-6 * np.eye(3)
+    spread = np.asarray(np.linalg.cholesky(squares), dtype=np.float64)
+    noise = np.einsum("hij,hpj->hpi", spread, rng.standard_normal((h, p, 3)))
+    return _bounded(mean + _KEEP * off + (1.0 - _KEEP**2) ** 0.5 * noise)
+
+
+def _bounded(log: Floats) -> Floats:
+    low, high = np.log(LEAST), np.log(MOST)
+    # Reflected, so that no hand gathers at a bound.
+    log = np.where(log < low, 2.0 * low - log, log)
+    return np.asarray(np.clip(np.where(log > high, 2.0 * high - log, log), low, high))
 
 
 def _likelihood(hands: Floats, window: Seen, contact: Complex) -> Floats:

@@ -7,17 +7,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_experiments.partner_models.hand_estimate import BANDS, BLOCK, WINDOW, Clouds, seen
 from cohaptic_server.numeric import Floats
+from cohaptic_server.world.partners.hand_estimate import (
+    BANDS,
+    GRID,
+    WINDOW,
+    Clouds,
+    Seen,
+    on_grid,
+    seen,
+)
 
 CONTACT = np.full((1, len(BANDS)), 325.0 + 0.0j)  # N/m; a contact beside hands that hold still
-BLOCKS = round(WINDOW / 0.001 / BLOCK)
+GRID_POINTS = round(WINDOW / GRID)
+SAMPLES = 122  # at 60 samples per second, over a little more than a window
 
 masses, dampings, stiffnesses = st.floats(0.05, 0.5), st.floats(1.5, 10.0), st.floats(100.0, 1000.0)
 
 
-def move(hand: Floats, wanted: Floats, pushed: Floats) -> tuple[Floats, Floats]:
-    """Depth and force of a hand at a contact that others push out by `pushed` [m], in blocks."""
+def move(hand: Floats, wanted: Floats, pushed: Floats) -> Floats:
+    """Time, depth and force, 60 per second, at a contact that others push by `pushed` [m]."""
     m, b, k = hand
     x = v = 0.0
     xs, fs = np.empty(len(wanted)), np.empty(len(wanted))
@@ -25,13 +34,20 @@ def move(hand: Floats, wanted: Floats, pushed: Floats) -> tuple[Floats, Floats]:
         xs[t], fs[t] = x, 325.0 * (x + pushed[t])
         v = (v + 0.001 / m * (k * (wanted[t] - x) - fs[t])) / (1.0 + 0.001 * b / m)
         x += 0.001 * v
-    return xs.reshape(-1, BLOCK).mean(axis=1), fs.reshape(-1, BLOCK).mean(axis=1)
+    sampled = np.round(np.arange(0.0, len(xs) - 0.5, 1000.0 / 60.0)).astype(np.int64)
+    return np.stack([0.001 * sampled, xs[sampled], fs[sampled]], axis=1)
 
 
-def take_all(clouds: Clouds, x: Floats, f: Floats) -> None:
-    for end in range(BLOCKS, len(x) + 1, BLOCKS // 2):
-        part = slice(end - BLOCKS, end)
-        clouds.take(seen(x[None, part], f[None, part]), CONTACT)
+def window_of(samples: Floats) -> Seen:
+    """The window that ends with the last of some samples."""
+    depth, force = on_grid(samples[:, 0], samples[:, 1:])
+    return seen(depth[None], force[None])
+
+
+def take_all(clouds: Clouds, samples: Floats) -> Clouds:
+    for end in range(SAMPLES, len(samples) + 1, 60):
+        clouds = clouds.after(window_of(samples[end - SAMPLES : end]), CONTACT)
+    return clouds
 
 
 def noise(seed: int, size: float, seconds: float) -> Floats:
@@ -46,8 +62,7 @@ def noise(seed: int, size: float, seconds: float) -> Floats:
 @settings(max_examples=15, deadline=None)
 def test_the_right_hand_leaves_nothing_unexplained(m: float, b: float, k: float, seed: int) -> None:
     hand, pushed = np.array([m, b, k]), noise(seed, 2e-3, 4.0)
-    x, f = move(hand, np.full(len(pushed), 3e-3), pushed)
-    window = seen(x[None, -BLOCKS:], f[None, -BLOCKS:])
+    window = window_of(move(hand, np.full(len(pushed), 3e-3), pushed)[-SAMPLES:])
     left = np.abs(window.intended(hand[None, None]))[0, 0]
     assert left.max() < 0.04 * np.abs(window.force).max()
 
@@ -57,9 +72,8 @@ def test_the_right_hand_leaves_nothing_unexplained(m: float, b: float, k: float,
 def test_a_hand_that_others_push_is_known_within_a_few_seconds(
     m: float, b: float, k: float
 ) -> None:
-    hand, clouds = np.array([m, b, k]), Clouds(1)
-    pushed = noise(1, 3e-3, 10.0)
-    take_all(clouds, *move(hand, noise(2, 0.1e-3, 10.0), pushed))
+    hand, pushed = np.array([m, b, k]), noise(1, 3e-3, 10.0)
+    clouds = take_all(Clouds.of(1), move(hand, noise(2, 0.1e-3, 10.0), pushed))
     z, found = ((h[2] - h[0] * w**2 + 1j * h[1] * w) for h in (hand, clouds.mean[0])
                 for w in (2.0 * np.pi * np.arange(1.0, 8.0),))  # fmt: skip
     assert np.abs(found / z - 1.0).mean() < 0.35
@@ -68,20 +82,20 @@ def test_a_hand_that_others_push_is_known_within_a_few_seconds(
 @given(st.integers(0, 99))
 @settings(max_examples=8, deadline=None)
 def test_own_motion_alone_says_nothing(seed: int) -> None:
-    clouds, hand = Clouds(1, seed=seed), np.array([0.3, 3.0, 800.0])
+    clouds, hand = Clouds.of(1, seed=seed), np.array([0.3, 3.0, 800.0])
     before = np.log(clouds.mean[0])
     wanted = noise(seed, 5e-3, 8.0)
-    take_all(clouds, *move(hand, wanted, np.zeros(len(wanted))))
+    clouds = take_all(clouds, move(hand, wanted, np.zeros(len(wanted))))
     # A regression of the force would say -325 N/m, and the ends of the cloud are far away.
     assert np.abs(np.log(clouds.mean[0]) - before).max() < 0.5
     assert (clouds.spread[0] > 0.3).all()
 
 
 def test_a_hand_at_rest_leaves_its_cloud_as_it_is() -> None:
-    clouds = Clouds(2)
+    clouds = Clouds.of(2)
     before, spread = clouds.mean, clouds.spread
-    rest = np.full((2, BLOCKS), 0.004)
+    rest = np.full((2, GRID_POINTS), 0.004)
     for _ in range(5):
-        clouds.take(seen(rest, 300.0 * rest), np.repeat(CONTACT, 2, axis=0))
+        clouds = clouds.after(seen(rest, 300.0 * rest), np.repeat(CONTACT, 2, axis=0))
     assert clouds.mean == pytest.approx(before, rel=0.3)
     assert clouds.spread == pytest.approx(spread, rel=0.3)

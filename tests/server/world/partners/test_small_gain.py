@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_experiments.partner_models.ensemble import compliance, felt
-from cohaptic_experiments.partner_models.small_gain import (
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.partners.small_gain import (
     FREQUENCIES,
     GAIN,
     LAGS,
@@ -21,7 +22,6 @@ from cohaptic_experiments.partner_models.small_gain import (
     surroundings,
     towards,
 )
-from cohaptic_server.numeric import Floats
 
 users = st.integers(2, 4)
 seeds = st.integers(0, 1000)

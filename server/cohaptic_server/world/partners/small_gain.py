@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_experiments.transparency.frequency import Complex
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Complex, Floats
 
 # Hz; narrower than the peaks of hands with b / m = 2 / s, which are 0.3 Hz wide. Above, the gain
 # falls with 1 / f^2.

@@ -1,0 +1,192 @@
+"""What the hands want that clients move models of, and whether models are used (science 3.15).
+
+A client that moves models tells with each sample how far the model of its own hand has given way.
+With it, a tick knows where the hand would be if no force moved it: what the hand wants. A patch
+carries this of all other hands with their models, and the compliance between all contacts.
+
+Nothing is proved where a hand without a model presses, too, nor for friction, for bodies that
+swing, creep or deform much, and where hands turn each other's contacts. There the share of the
+models falls to zero, and each hand feels the forces in its patch's surface, which have passed the
+room's lag (3.13).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from cohaptic.control.delay import TOO_LONG
+from cohaptic.control.hand_model import USUAL_HAND, HandModel
+from cohaptic.protocol.frame import MAX_POSITION
+from cohaptic.protocol.partners import MAX_PARTNERS, MOST_CARRIED, Partner, Partners
+from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
+from cohaptic_server.bodies.body import Body, Response, Wrapping
+from cohaptic_server.bodies.newton import FiniteResponse
+from cohaptic_server.numeric import Floats, Mask
+from cohaptic_server.world.partners.learning import Learned, glide, hear, learn, unknown
+from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
+from cohaptic_server.world.users import Applied, Tracked, Wishes
+
+# Rates at which the share of the models rises and falls [1/s]; it has to be gone when the hand that
+# forbids models has been felt, and a change moves surfaces under fingers.
+_RISE: Final = 1.0
+_FALL: Final = 3.0
+# s since models were last forbidden, before their share rises; a hand that taps beside them would
+# move it for ever.
+_CALM: Final = 2.0
+# Largest give, in largest forces over the stiffness of a model: a resonance in full swing.
+_MOST_GIVE: Final = 2.0
+
+
+NO_PARTNERS: Final[Mapping[int, Partners]] = {}
+
+
+def moves_models(tracked: Tracked) -> bool:
+    """Return whether any client moves models."""
+    return any([touch.give is not None for touch in tracked.touches])
+
+
+def may_superpose(body: Body, response: Response) -> bool:
+    """Return whether the body is a linear spring, as the models take it for."""
+    return not isinstance(body, Wrapping) and not isinstance(response, FiniteResponse)
+
+
+def has_model(touch: Touch) -> bool:
+    """Return whether a hand's client moves models, and presses as they do."""
+    return (
+        touch.give is not None
+        and touch.fresh
+        and not touch.law.answers_own_dent
+        and not touch.friction
+        and touch.fixed_gains is None
+    )
+
+
+def next_wishes(
+    wishes: Wishes,
+    tracked: Tracked,
+    applied: Applied,
+    height: Floats,
+    C: Floats,
+    possible: bool,
+    time: TickTime,
+) -> Wishes:
+    """Return what the hands want at the end of a tick.
+
+    Args:
+        wishes: Those of the last tick.
+        tracked: Users with their newest samples.
+        applied: Forces that the body carries.
+        height: Height of each tip over its free surface, shape (n,) [m].
+        C: Compliance between the contacts, shape (n, n) [m/N].
+        possible: Whether body and contacts allow models.
+        time: Number, time and period of the tick.
+    """
+    touches = tracked.touches
+    if not moves_models(tracked):
+        return Wishes()
+    pressing = applied.force > NEGLIGIBLE
+    modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
+    fresh = tracked.settings[3] > 0.0
+    beside = bool((pressing & fresh & ~modelled).any())
+    forbidden = not possible or beside or int(pressing.sum()) > MAX_PARTNERS + 1
+    at, weight = wishes.forbidden_at, wishes.weight
+    if forbidden:
+        at, weight = time.now, max(0.0, weight - _FALL * time.period)
+    elif time.now - at >= _CALM:
+        weight = min(1.0, weight + _RISE * time.period)
+    hands = {
+        touch.user: hear(wishes.hands.get(touch.user) or unknown(touch.user), touch)
+        for touch, has in zip(touches, modelled.tolist(), strict=True)
+        if has
+    }
+    if weight == 1.0:
+        hands = _learned(hands, tracked, C, pressing & modelled)
+    hands = {user: glide(hand, time.period) for user, hand in hands.items()}
+    models = {user: hand.model for user, hand in hands.items()}
+    past = (*wishes.past[-math.ceil(TOO_LONG / time.period) :], (time.number, models))
+    depth = (C @ applied.force - C.diagonal() * applied.force - height).tolist()
+    most = tracked.settings[0].tolist()
+    intended: dict[int, float] = {}
+    for i, touch in enumerate(touches):
+        hand = hands.get(touch.user)
+        if hand is None:
+            continue
+        limit = _MOST_GIVE * most[i] / hand.model.stiffness
+        wanted = depth[i] + min(limit, max(-limit, touch.give or 0.0))
+        kept = math.exp(-time.period / hand.lag) if hand.lag > 0.0 else 0.0
+        before = wishes.intended.get(touch.user, wanted)
+        intended[touch.user] = wanted + kept * (before - wanted)
+    return Wishes(intended, hands, past, weight, at)
+
+
+def _learned(
+    hands: dict[int, Learned], tracked: Tracked, C: Floats, touching: Mask
+) -> dict[int, Learned]:
+    """Return the hands with the window of one that is complete: one in a tick takes long enough."""
+    users = [touch.user for touch in tracked.touches]
+    waiting = [user for user in users if user in hands and hands[user].ready]
+    if not waiting:
+        return hands
+    user = min(waiting, key=lambda user: hands[user].due - hands[user].samples[-1].t)
+    rows = [i for i, other in enumerate(users) if other in hands]
+    models = [hands[users[i]].model for i in rows]
+    row = rows.index(users.index(user))
+    one = learn(hands[user], C[np.ix_(rows, rows)], models, row, touching[rows])
+    return {**hands, user: one}
+
+
+def _model_at(wishes: Wishes, user: int, tick: int) -> HandModel:
+    """Return the model that a user's client moved when it answered the patch of a tick."""
+    first = wishes.past[0][0]
+    then = wishes.past[min(max(0, tick - first), len(wishes.past) - 1)][1]
+    return then.get(user) or wishes.hands[user].model
+
+
+def partners_of(
+    wishes: Wishes, tracked: Tracked, applied: Applied, near: Floats, C: Floats
+) -> dict[int, Partners]:
+    """Return the partners for the patch of each user whose client moves models.
+
+    Args:
+        wishes: What the hands want, at the end of this tick.
+        tracked: Users with their newest samples.
+        applied: Forces that the body carries.
+        near: Weight of each user as a neighbour, 0 to 1, shape (n,).
+        C: Compliance between the contacts, shape (n, n) [m/N].
+    """
+    touches, hands = tracked.touches, wishes.hands
+    # The pressing ones first, where there are more than a patch can carry.
+    order: Sequence[int] = np.argsort(-near - applied.force, kind="stable").tolist()
+    rows = [i for i in order if near[i] > 0.0 and touches[i].user in hands]
+    models = {i: _model_at(wishes, touches[i].user, touches[i].tick) for i in rows}
+    own = np.maximum(C.diagonal(), 1.0 / tracked.settings[1])
+    own = np.clip(own, MIN_COMPLIANCE, MAX_COMPLIANCE).tolist()
+    force = np.clip(applied.force, 0.0, MOST_CARRIED).tolist()
+    most = (applied.presence * tracked.settings[0]).tolist()
+    between: list[list[float]] = np.clip(C, -MAX_POSITION, MAX_POSITION).tolist()
+    farthest = 2.0 * MAX_POSITION
+
+    def partner(i: int, j: int, earlier: Sequence[int]) -> Partner:
+        wanted = min(farthest, max(-farthest, wishes.intended[touches[j].user]))
+        row = (between[i][j], *(between[j][h] for h in earlier))
+        give = touches[j].give or 0.0
+        return Partner(touches[j].user, models[j], wanted, give, force[j], most[j], own[j], row)
+
+    found: dict[int, Partners] = {}
+    for i, touch in enumerate(touches):
+        if touch.give is None:
+            continue
+        if touch.user not in hands:  # its force is not taken: it feels the surface as it is
+            found[touch.user] = Partners(0.0, USUAL_HAND, ())
+            continue
+        others = [j for j in rows if j != i][:MAX_PARTNERS]
+        found[touch.user] = Partners(
+            wishes.weight,
+            hands[touch.user].model,
+            tuple(partner(i, j, others[:k]) for k, j in enumerate(others)),
+        )
+    return found
