@@ -206,6 +206,12 @@ def touch(
             help="Dissipate by damping the energy that the delay generates.", rich_help_panel=_LAW
         ),
     ] = True,
+    models: Annotated[
+        bool,
+        typer.Option(
+            help="Move models of the other hands, which answer at once.", rich_help_panel=_LAW
+        ),
+    ] = True,
     smoothing: Annotated[
         float,
         typer.Option(
@@ -266,6 +272,7 @@ def touch(
         smoothing=smoothing,
         friction=friction,
         passivity=passivity,
+        models=models,
         geometry=_GEOMETRY[geometry],
         device=read_device(device),
         loop_hz=loop_hz,

@@ -10,6 +10,7 @@ import asyncio
 import math
 import secrets
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from cohaptic.clock import SystemClock
@@ -295,6 +296,10 @@ class Client:
                 if refused.code == CloseCode.UNAUTHENTICATED.value and self._session:
                     # The session token is another server's, or too old: use the invitation again.
                     self._session = ""
+                    continue
+                if refused.code == CloseCode.BAD_MESSAGE.value and "models" in refused.reason:
+                    # A server of an earlier release does not know the field.
+                    self.settings = replace(self.settings, models=False)
                     continue
                 # The server may not know yet that the connection is broken, so the name still looks
                 # taken; a server that stops may come back.

@@ -36,6 +36,7 @@ class ClientSettings:
             next, 0 to 1; at 0 the surface jumps to each new patch, as in the paper.
         friction: Coefficient of friction mu of the contact; 0 for none.
         passivity: Whether the passivity layer is on.
+        models: Whether the loop moves models of the other hands, which answer at once.
         device: Device with its options, as `catalogue.read_device` reads them.
         loop_hz: Rate of the haptic loop [Hz]; its reciprocal is the haptic period T.
         max_force: Largest force on the hand [N].
@@ -66,6 +67,7 @@ class ClientSettings:
     smoothing: float = 1.0
     friction: float = 0.0
     passivity: bool = True
+    models: bool = True
     device: DeviceChoice = SIMULATED
     loop_hz: float = 1000.0
     max_force: float = 10.0
@@ -121,6 +123,17 @@ class ClientSettings:
         if self.hold_faults is not None:
             return self.hold_faults
         return self.device.name != "simulated" and device_info(self.device).max_force > 0.0
+
+    @property
+    def moves_models(self) -> bool:
+        """Whether the server is asked for partners.
+
+        Nothing is proved with friction, for gains of one's own and for the laws of the paper, and a
+        device without motors does not give way.
+        """
+        plain = self.friction == 0.0 and self.fixed_gains is None and self.smoothing == 1.0
+        felt = device_info(self.device).max_force > 0.0
+        return self.models and plain and felt and not self.law.answers_own_dent
 
     @property
     def damping_limit(self) -> float:

@@ -113,6 +113,8 @@ class VirtualUser:
             return norm(sub(on_body, previous)) - most * norm(way)
         change = norm(on_body) - norm(previous)
         explained = max(self.state.k_h, before.k_h) * -dot(sight.normal, way)
+        if self.state.replica is not None:
+            explained *= self.state.replica.stiffer
         return max(change - max(0.0, explained), min(0.0, explained) - change)
 
     def _max_stiffness(self) -> float:

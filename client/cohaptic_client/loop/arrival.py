@@ -12,7 +12,7 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.contact import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
-from cohaptic_client.loop.replica import follow
+from cohaptic_client.loop.replica import Replica, follow
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
 # Multiple of the longest recent gap between patches; a shorter silence is the link's jitter.
@@ -78,8 +78,19 @@ def receive(
         compliance=state.compliance,
         safety=state.safety,
         patience=patience,
-        replica=None if patch.partners is None else follow(state.replica, patch.partners, share),
+        replica=_models(state, patch, share),
     )
+
+
+def _models(state: LoopState, patch: Patch, share: float) -> Replica | None:
+    """Return the models with the partners of a new patch; None if it has none.
+
+    A server that has been restarted counts its users from 1 again, like its ticks.
+    """
+    if patch.partners is None:
+        return None
+    again = state.patch is not None and patch.tick <= state.patch.tick
+    return follow(None if again else state.replica, patch.partners, share)
 
 
 def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> bool:

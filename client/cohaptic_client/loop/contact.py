@@ -27,6 +27,7 @@ from cohaptic.vec import ZERO, Vec3, add, dot, scale, sub
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.law_fade import LAW_FADE_RATE, LawFade, run, stiffest, with_gains
 from cohaptic_client.loop.passivity import dissipate
+from cohaptic_client.loop.replica import share_answered
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
 from cohaptic_client.loop.state import LoopSettings, LoopState
@@ -181,6 +182,7 @@ def press(
     dt: float,
     silent: bool,
     settings: LoopSettings,
+    stiffer: float = 1.0,
 ) -> Contact:
     """Compute the contact of the probe with the shown surface: law, damping and friction.
 
@@ -190,6 +192,7 @@ def press(
         share: Completed fraction of the move to the newest patch, 0 to 1.
         dt: Time since the last period [s].
         silent: Whether the server counts as silent.
+        stiffer: Stiffness that the hand feels beside models of others, over the gain of its law.
     """
     patch, fade = state.patch, state.fade
     assert patch is not None
@@ -217,7 +220,7 @@ def press(
     moved_in = -dot(normal, moved)
     # A force that the hand does not get may change at once.
     most = pace if state.sight is not None and state.safety.scale > 0.0 else math.inf
-    depth = hold_back(state.depth + moved_in, sight.depth, most / max(k_h, SOFT))
+    depth = hold_back(state.depth + stiffer * moved_in, sight.depth, most / max(k_h, SOFT))
 
     held = _held(state, fade, sight, depth, normal, C)
     # An experiment that has no such limit behind the law has none for its integral, either.
@@ -310,9 +313,10 @@ def _damped(
 ) -> tuple[float, float]:
     """Return the damping of the passivity layer [N s/m], and the damped normal force [N]."""
     memory, speed_in = state.passivity, -dot(normal, sample.velocity)
-    return dissipate(
-        memory.owed, memory.damping, normal_force, speed_in, counted, settings.max_damping
-    )
+    # Models that answer at once make no energy, and their loop is stable without damping
+    # (science 3.15). The account is kept for the moment at which they no longer answer.
+    owed = (1.0 - share_answered(state.replica)) * memory.owed
+    return dissipate(owed, memory.damping, normal_force, speed_in, counted, settings.max_damping)
 
 
 def _friction_force(

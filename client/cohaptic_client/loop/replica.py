@@ -7,15 +7,20 @@ what they want: the depth that each would have if no force moved it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+import math
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.hand_model import Give, HandModel, contact_forces, give_way
+from cohaptic.control.hand_model import Give, HandModel, contact_forces, give_way, stiffness
+from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import Partners
-from cohaptic.vec import add, scale
+from cohaptic.vec import add, lerp, scale
 
-_NUMBERS: Final = 3  # of a partner in `Replica.shown` that come before its compliances
+_NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its compliances
+# s in which a step fades that partners make when they come, go or lose their models. A force of
+# 2.4 N, nearly all of a neighbour's, then changes by 0.02 N a millisecond, the slew's limit.
+_FADE: Final = 0.1
 
 
 @dataclass(init=False)
@@ -24,10 +29,14 @@ class Replica:
 
     Fields:
         news: Partners of the newest patch.
-        before: What was shown when that patch came, in the order of `numbers_of`.
-        after: What is shown when the move to that patch is complete.
+        before: Numbers that were shown when that patch came, in the order of `numbers_of`.
+        after: Numbers that are shown when the move to that patch is complete.
         gives: Give of the own hand, and of each partner.
         forces: Force of the own hand, and of each partner, in the last period [N].
+        stiffer: As in `Answer`, of the last period.
+        shift: Displacement of the surface by the models in the last period [m].
+        step: Part of it that fades, since partners came or went [m]; NaN in the first period after
+            they did.
     """
 
     news: Final[Partners]
@@ -35,6 +44,9 @@ class Replica:
     after: Final[list[float]]
     gives: Final[list[Give]]
     forces: Final[list[float]]
+    stiffer: Final[float]
+    shift: Final[float]
+    step: Final[float]
 
     def __init__(
         self,
@@ -43,22 +55,31 @@ class Replica:
         after: list[float],
         gives: list[Give],
         forces: list[float],
+        stiffer: float = 1.0,
+        shift: float = 0.0,
+        step: float = 0.0,
     ) -> None:
         self.news = news
         self.before = before
         self.after = after
         self.gives = gives
         self.forces = forces
+        self.stiffer = stiffer
+        self.shift = shift
+        self.step = step
 
 
 def numbers_of(partners: Partners) -> list[float]:
-    """Return the numbers that move from patch to patch: the weight, and of each partner its wish,
-    its force in the surface and its compliances.
+    """Return the numbers that move from patch to patch: the weight, and those of each partner.
+
+    They are what the partner wants, its force in the surface, its largest force and its
+    compliances.
     """
     numbers = [partners.weight]
     for p in partners.partners:
         numbers.append(p.intended)
         numbers.append(p.force)
+        numbers.append(p.most)
         numbers.append(p.c_jj)
         numbers += p.coupled
     return numbers
@@ -67,6 +88,13 @@ def numbers_of(partners: Partners) -> list[float]:
 def at(j: int) -> int:
     """Return the place of the first number of partner `j` in `numbers_of`."""
     return 1 + _NUMBERS * j + j * (j + 1) // 2
+
+
+def share_answered(replica: Replica | None) -> float:
+    """Return the share of what others do that models answer at once, 0 to 1."""
+    if replica is None or not replica.news.partners:
+        return 0.0
+    return replica.news.weight
 
 
 def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
@@ -80,30 +108,18 @@ def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
     after = numbers_of(news)
     if replica is None:
         gives = [Give()] + [Give(p.give) for p in news.partners]
-        return Replica(news, after, after, gives, [0.0] + [p.force for p in news.partners])
-    shown, users = shown_numbers(replica, share), replica.news.users
-    if users == news.users:
-        return Replica(news, shown, after, replica.gives, replica.forces)
-    # A hand that comes begins where its patch says; the others stay as they are shown.
-    before, gives, forces = list(after), [replica.gives[0]], [replica.forces[0]]
-    before[0] = shown[0]
-    old = {user: j for j, user in enumerate(users)}
-    places = [old.get(user, -1) for user in news.users]
-    for j, p in enumerate(news.partners):
-        i = places[j]
-        gives.append(replica.gives[i + 1] if i >= 0 else Give(p.give))
-        forces.append(replica.forces[i + 1] if i >= 0 else p.force)
-        if i < 0:
-            continue
-        to, of = at(j), at(i)
-        for k in range(_NUMBERS + 1):  # with the compliance to the own contact
-            before[to + k] = shown[of + k]
-        for earlier in range(j):
-            h = places[earlier]
-            if h >= 0:
-                of = at(max(h, i)) + _NUMBERS + 1 + min(h, i)
-                before[to + _NUMBERS + 1 + earlier] = shown[of]
-    return Replica(news, before, after, gives, forces)
+        forces = [0.0] + [p.force for p in news.partners]
+        return Replica(news, after, after, gives, forces, step=math.nan)
+    if replica.news.users == news.users:
+        return replace(replica, news=news, before=shown_numbers(replica, share), after=after)
+    # A hand that comes begins where its patch says. What this changes in the surface fades.
+    old = {user: j + 1 for j, user in enumerate(replica.news.users)}
+    gives, forces = [replica.gives[0]], [replica.forces[0]]
+    for p in news.partners:
+        i = old.get(p.user, 0)
+        gives.append(replica.gives[i] if i else Give(p.give))
+        forces.append(replica.forces[i] if i else p.force)
+    return Replica(news, after, after, gives, forces, replica.stiffer, replica.shift, step=math.nan)
 
 
 def shown_numbers(replica: Replica, share: float) -> list[float]:
@@ -113,62 +129,139 @@ def shown_numbers(replica: Replica, share: float) -> list[float]:
     return [a + share * (b - a) for a, b in zip(replica.before, replica.after, strict=True)]
 
 
-def answer(
-    replica: Replica, sight: Sight, share: float, k_h: float, most: float
-) -> tuple[list[float], Sight]:
+class Answer(NamedTuple):
+    """Forces of all hands in one period.
+
+    Fields:
+        forces: Force of the own hand, and of each partner [N].
+        sight: Surface with the models' forces in place of those that it came with.
+        stiffer: Stiffness that the own hand feels at this instant, where the tips of the others
+            cannot move, over the gain of its law; at least 1.
+        shift: Displacement of the surface by the models [m].
+        step: Part of it that fades [m].
+    """
+
+    forces: list[float]
+    sight: Sight
+    stiffer: float
+    shift: float
+    step: float
+
+
+class Own(NamedTuple):
+    """The own hand in one period.
+
+    Fields:
+        k_h: Gain of its law [N/m].
+        c_ii: Compliance of its contact in the newest patch [m/N].
+        most: Largest force on it [N].
+        given: Share of the law's force that the safety layer gives, 0 to 1.
+        max_stiffness: Largest stiffness that its device renders stably [N/m].
+    """
+
+    k_h: float
+    c_ii: float
+    most: float
+    given: float
+    max_stiffness: float
+
+
+def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) -> Answer:
     """Compute the forces of all hands in a period.
 
     Args:
         replica: Models after the last period.
         sight: Surface of the patches at the probe.
         share: Completed fraction of the move to the newest patch, 0 to 1.
-        k_h: Gain of the own law [N/m].
-        most: Largest force on the own hand [N].
-
-    Returns:
-        Force of the own hand and of each partner [N], and the surface with the models' forces in
-        place of those that it came with.
+        own: The own hand.
+        dt: Time since the last period [s].
     """
+    forces, weight, shift, stiffer = [0.0], 0.0, 0.0, 1.0
+    if own.k_h > 0.0:
+        numbers = shown_numbers(replica, share)
+        weight = numbers[0]
+        forces, shift, stiffer = _solved(replica, sight.depth, numbers, weight, own, dt)
+        if own.k_h * stiffer > own.max_stiffness:
+            # The device cannot render this: take as much less of what the models answer.
+            less = max(0.0, 1.0 - own.k_h / own.max_stiffness) / (1.0 - 1.0 / stiffer)
+            forces, shift, stiffer = _solved(replica, sight.depth, numbers, less * weight, own, dt)
+    step = replica.shift - shift if math.isnan(replica.step) else replica.step
+    step *= max(0.0, 1.0 - dt / _FADE)
+    shift += step
+    moved = add(sight.u_others, scale(sight.normal, shift))
+    # The models answer the force that the hand has now, and not the one that the body carried.
+    carried = lerp(sight.own_force, scale(sight.normal, forces[0]), weight)
+    shown = Sight(sight.depth + shift, sight.normal, sight.c_ii, carried, moved)
+    return Answer(forces, shown, stiffer, shift, step)
+
+
+def _solved(
+    replica: Replica, depth_shown: float, numbers: list[float], weight: float, own: Own, dt: float
+) -> tuple[list[float], float, float]:
+    """Return the forces of all hands, the shift of the surface, and `stiffer`, as in `Answer`."""
     partners = replica.news.partners
-    if not partners or k_h <= 0.0:
-        return [0.0] * (1 + len(partners)), sight
-    numbers, n = shown_numbers(replica, share), 1 + len(partners)
-    weight, without = numbers[0], 0.0
+    n, without = 1 + len(partners), 0.0
     C = [[0.0] * n for _ in range(n)]
-    depth, limits = [sight.depth], [most]
-    C[0][0] = 1.0 / k_h
+    given = max(own.given, 1e-3)
+    depth, most = [depth_shown], [min(own.most, replica.news.most) if own.given > 0.0 else 0.0]
+    # At another place than that of the patch the own contact is as soft as the gain says; all its
+    # compliances then differ, so that the matrix stays positive definite.
+    C[0][0] = 1.0 / (own.k_h * given)
+    there = min(1.0, math.sqrt(1.0 / (own.k_h * own.c_ii)))
     for j, p in enumerate(partners):
         i, to = at(j), j + 1
-        C[to][to] = numbers[i + 2]
+        # A softer contact than this would let a period's force throw the model to and fro.
+        C[to][to] = max(numbers[i + 3], dt * dt / p.model.mass)
         for k in range(to):
             C[to][k] = C[k][to] = numbers[i + _NUMBERS + k]
-        without += weight * C[0][to] * numbers[i + 1]
-        C[0][to] *= weight
+        C[to][0] *= there
+        C[0][to] = weight * C[to][0]
+        without += C[0][to] * numbers[i + 1]
         depth.append(numbers[i] - replica.gives[to].y)
-        limits.append(p.most)
+        most.append(numbers[i + 2])
     depth[0] += without
-    forces = contact_forces(C, depth, limits, replica.forces)
-    shift = without
+    forces = contact_forces(C, depth, most, replica.forces)
     for k in range(1, n):
-        shift -= C[0][k] * forces[k]
-    moved = add(sight.u_others, scale(sight.normal, shift))
-    return forces, Sight(sight.depth + shift, sight.normal, sight.c_ii, sight.own_force, moved)
+        without -= C[0][k] * forces[k]
+    return forces, without, max(1.0, stiffness(C, forces, most) / (own.k_h * given))
 
 
-def move(replica: Replica, forces: list[float], own: float, dt: float) -> Replica:
+def move(replica: Replica, answered: Answer, own: float, dt: float) -> Replica:
     """Return the models after a period.
 
     Args:
         replica: Models before it.
-        forces: Force of each hand in it, from `answer` [N].
+        answered: Forces in it.
         own: Normal force that the own hand got [N].
         dt: Duration [s].
     """
     models: list[HandModel] = [replica.news.model]
     models += [p.model for p in replica.news.partners]
-    felt = [own, *forces[1:]]
+    felt = [own, *answered.forces[1:]]
+    felt += [0.0] * (len(models) - len(felt))
     gives = [
         give_way(give, model, force, dt)
         for give, model, force in zip(replica.gives, models, felt, strict=True)
     ]
-    return Replica(replica.news, replica.before, replica.after, gives, forces)
+    return Replica(
+        replica.news, replica.before, replica.after, gives, felt, answered.stiffer, answered.shift,
+        answered.step,
+    )  # fmt: skip
+
+
+def told_give(replica: Replica) -> float:
+    """Return the give of the own hand for the server [m], within the reach that a sample allows."""
+    return max(-MAX_POSITION, min(MAX_POSITION, replica.gives[0].y))
+
+
+def left_alone(replica: Replica, dt: float) -> Replica:
+    """Return the models after a period in which nobody pressed [s]."""
+    gives = [
+        give_way(give, model, 0.0, dt)
+        for give, model in zip(
+            replica.gives,
+            [replica.news.model, *[p.model for p in replica.news.partners]],
+            strict=True,
+        )
+    ]
+    return Replica(replica.news, replica.before, replica.after, gives, [0.0] * len(gives))

@@ -23,7 +23,7 @@ from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
-from cohaptic_client.loop.replica import answer, move
+from cohaptic_client.loop.replica import Answer, Own, answer, left_alone, move, told_give
 from cohaptic_client.loop.safety import SafetyLimits, SafetyState, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
@@ -174,16 +174,20 @@ def without_surface(
         state.safety, ZERO, now=now, velocity=sample.velocity, silent=True, limits=settings.limits,
         trouble=fault, held=sample.buttons & _SWITCH != 0,
     )  # fmt: skip
+    replica = state.replica
     after = LoopState(
         patch=state.patch,
         arrived=min(state.arrived, now),  # a clock that goes back makes no patch younger
         probe=sample.position,
         safety=safety,
         patience=state.patience,
+        replica=None if replica is None else left_alone(replica, settings.limits.period),
     )
-    return after, Output(safety.force, ZERO, None, NO_SURFACE.local, 0.0, 0.0, True)
+    give = None if replica is None else told_give(replica)
+    return after, Output(safety.force, ZERO, None, NO_SURFACE.local, 0.0, 0.0, True, give)
 
 
+# Above 60 lines: the steps of a period in their order, and the memory of each of them.
 def _step(
     state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings, trouble: str
 ) -> tuple[LoopState, Output]:
@@ -198,17 +202,24 @@ def _step(
     share = progress(state, now, settings)
     sight = shown(state, sample.position, share)
     contact = NO_SURFACE
-    replica, forces = state.replica, list[float]()
+    replica, stiffer = state.replica, 1.0
+    answered: Answer | None = None
     if sight is not None and replica is not None:
-        forces, sight = answer(replica, sight, share, state.k_h, limits.max_force)
+        assert state.patch is not None
+        own = Own(
+            state.k_h, state.patch.c_ii, limits.max_force, state.safety.scale,
+            settings.max_stiffness,
+        )  # fmt: skip
+        answered = answer(replica, sight, share, own, min(dt, 2.0 * limits.period))
+        sight, stiffer = answered.sight, answered.stiffer
     if sight is not None:
-        contact = press(state, sample, sight, share, dt, silent, settings)
+        contact = press(state, sample, sight, share, dt, silent, settings, stiffer)
         check_memory(contact)
     force = contact.requested_force
     safety = guard(
         state.safety, force, now=now, velocity=sample.velocity, silent=silent, limits=limits,
         trouble=trouble, held=sample.buttons & _SWITCH != 0,
-        own=own_force(state, sample, contact, settings),
+        own=stiffer * own_force(state, sample, contact, settings),
         damping=max(contact.damping, state.passivity.damping),
     )  # fmt: skip
     size = contact.damped_force if contact.compliance is None else norm(force)
@@ -218,10 +229,10 @@ def _step(
         passivity = balance(state, contact, state.sight, sight, safety, given_ratio, dt)
     pushed = on_body(contact.law_force, given_ratio, limits.max_force)
     give: float | None = None
-    if replica is not None:
-        give = replica.gives[0].y
-        counted = min(dt, 2.0 * limits.period)
-        replica = move(replica, forces, dot(pushed, contact.normal), counted)
+    if replica is not None and answered is not None:
+        give = told_give(replica)
+        pressed = dot(pushed, contact.normal)
+        replica = move(replica, answered, pressed, min(dt, 2.0 * limits.period))
     after = LoopState(
         patch=state.patch,
         arrived=state.arrived if state.arrived < now else now,

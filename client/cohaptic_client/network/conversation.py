@@ -321,6 +321,7 @@ def greeting(settings: ClientSettings, key: str | None = None, token: str = "") 
         token=token or None,
         capabilities=capabilities(settings.device),
         wait=settings.wait_seat,
+        models=settings.moves_models,
     )
 
 

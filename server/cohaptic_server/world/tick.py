@@ -61,6 +61,7 @@ from cohaptic_server.world.loops.free_surfaces import put_contacts
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
 from cohaptic_server.world.partners.wishes import (
     NO_PARTNERS,
+    held_beside,
     may_superpose,
     moves_models,
     next_wishes,
@@ -107,6 +108,7 @@ def build_patches(
     delays: Sequence[float],
     compliance: Sequence[Compliance3 | None],
     partners: Mapping[int, Partners],
+    stiffest: Sequence[float],
     room: RoomLag,
     time: TickTime,
 ) -> dict[int, Patch]:
@@ -120,6 +122,7 @@ def build_patches(
         delays: Loop delay of each user, without the room's lag [s].
         compliance: 3x3 compliance of each contact; None without friction.
         partners: The other hands, for each user whose client moves models.
+        stiffest: Largest gain of each user's law [N/m].
     """
     frames, x_free = users.contacts.frames, observed.x_free
     normals = np.ascontiguousarray(frames[:, 2])
@@ -139,7 +142,7 @@ def build_patches(
             touch.law,
             rows[i],
             i,
-            max_stiffness=touch.max_stiffness,
+            max_stiffness=stiffest[i],
             # The room's lag is part of the loop of the paper's laws.
             loop_delay=delay + room.lag,
             simulation_period=time.period,
@@ -311,20 +314,21 @@ def advance(
     # Where forces are anticipated, contacts turn at once, as the anticipation assumes.
     turning = find_turning_lag(None if plan.gains else turned, loop.longest_delay, room.lag)
 
-    wishes, partners = state.wishes, NO_PARTNERS
+    wishes, partners, stiffest = state.wishes, NO_PARTNERS, tracked.settings[1]
     if wishes.hands or moves_models(tracked):
         normals = np.array([span.start for span in spans], dtype=np.int64)
         C = compliance[np.ix_(normals, normals)]
         linear = not turns and may_superpose(body, response)
         wishes = next_wishes(wishes, tracked, applied, height, C, linear, time)
-        partners = partners_of(wishes, tracked, applied, weight, C)
+        stiffest = 1.0 / (1.0 / stiffest + held_beside(tracked, wishes, C))
+        partners = partners_of(wishes, tracked, applied, weight, C, stiffest, body.mesh.size)
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)
     for i in tracked.rough:
         of_contacts[i] = contact_compliance(compliance, tracked.contacts.frames[i, 2], spans[i])
     patches = build_patches(
         touched_body, tracked, applied, observed, connected, weighted.tolist(), delays, of_contacts,
-        partners, room, time,
+        partners, stiffest.tolist(), room, time,
     )  # fmt: skip
     k_o_coupled = (1.0 / np.abs(weighted).sum(axis=1)).tolist()
     users = Users(tracked, applied, observed, of_contacts, k_o_coupled)

@@ -254,6 +254,7 @@ class Wishes:
         past: Number and models of each of the last ticks, oldest first.
         weight: Share of the models' forces in what clients show, 0 to 1.
         forbidden_at: Last time at which models were forbidden [s].
+        learned_at: Last time at which a window of any hand was taken in [s].
     """
 
     intended: Mapping[int, float] = field(default_factory=dict[int, float])
@@ -261,6 +262,7 @@ class Wishes:
     past: tuple[tuple[int, Mapping[int, HandModel]], ...] = ()
     weight: float = 1.0
     forbidden_at: float = -math.inf
+    learned_at: float = -math.inf
 
 
 @dataclass(frozen=True, slots=True)

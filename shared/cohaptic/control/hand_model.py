@@ -52,10 +52,11 @@ def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
     return Give(give.y + dt * v, v)
 
 
-# Sweeps of one period. From the forces of the last period on, two to five suffice; hands that share
-# nearly all of their compliance need all of them after a jump.
-_SWEEPS: Final = 24
-_ENOUGH: Final = 1e-6  # N; a sweep that changes no force by more is the last one
+# Rounds in which the hands at no bound are sought. From the forces of the last period on, the first
+# one mostly finds them.
+_ROUNDS: Final = 8
+_SWEEPS: Final = 3  # of Gauss-Seidel in each round
+_ROUNDING: Final = 1e-9  # N; a force beyond its bound by less is at the bound
 
 
 def contact_forces(
@@ -66,7 +67,8 @@ def contact_forces(
 ) -> list[float]:
     """Return the force of each of n hands: C f = x within 0 and each hand's largest force [N].
 
-    The method is Gauss-Seidel with bounds, which converges for every positive definite C.
+    Sweeps of Gauss-Seidel with bounds, which converge for every positive definite C, find the hands
+    whose force is at a bound; the forces of the others are then solved for.
 
     Args:
         C: Compliance between contacts, with that of each hand's device, shape (n, n) [m/N].
@@ -75,19 +77,60 @@ def contact_forces(
         start: Forces to begin with, shape (n,) [N].
     """
     forces, n = list(start), len(depth)
-    for _ in range(_SWEEPS):
-        change = 0.0
-        for i in range(n):
-            row, rest, before = C[i], depth[i], forces[i]
-            for j in range(n):
-                rest -= row[j] * forces[j]
-            force = before + rest / row[i]
-            if force > most[i]:
-                force = most[i]
-            if not force > 0.0:  # NaN too
-                force = 0.0
-            forces[i] = force
-            change = max(change, abs(force - before))
-        if change <= _ENOUGH:
-            break
+    for _ in range(_ROUNDS):
+        for _ in range(_SWEEPS):
+            for i in range(n):
+                row, rest = C[i], depth[i]
+                for j in range(n):
+                    rest -= row[j] * forces[j]
+                force = min(most[i], forces[i] + rest / row[i])
+                forces[i] = force if force > 0.0 else 0.0  # NaN, too
+        free = [i for i in range(n) if 0.0 < forces[i] < most[i]]
+        rest_of = [depth[i] - sum([C[i][j] * forces[j] for j in range(n)]) for i in free]
+        change = solved([[C[i][j] for j in free] for i in free], rest_of)
+        found = list(forces)
+        for i, by in zip(free, change, strict=True):
+            found[i] += by
+        if all([-_ROUNDING <= found[i] <= most[i] + _ROUNDING for i in free]):
+            return [min(most[i], found[i]) if found[i] > 0.0 else 0.0 for i in range(n)]
     return forces
+
+
+def stiffness(
+    C: Sequence[Sequence[float]], forces: Sequence[float], most: Sequence[float]
+) -> float:
+    """Return the change of the first hand's force per change of its depth [N/m].
+
+    The tips of the other hands stay where they are, and so do the forces at a bound.
+
+    Args:
+        C: As for `contact_forces`.
+        forces: Its result.
+        most: As for `contact_forces`.
+    """
+    free = [i for i in range(len(forces)) if 0.0 < forces[i] < most[i]]
+    if not free or free[0] != 0:
+        return 0.0
+    return solved([[C[i][j] for j in free] for i in free], [1.0] + [0.0] * (len(free) - 1))[0]
+
+
+def solved(A: list[list[float]], b: list[float]) -> list[float]:
+    """Solve A x = b by elimination; both are overwritten.
+
+    Args:
+        A: Matrix whose leading blocks, from the last row on, are positive definite, shape (n, n).
+        b: Right-hand side, shape (n,).
+    """
+    n = len(b)
+    for k in range(n - 1, 0, -1):  # from the last row up: the first one need not be symmetric
+        for i in range(k):
+            share = A[i][k] / A[k][k]
+            if share != 0.0:
+                for j in range(k):
+                    A[i][j] -= share * A[k][j]
+                b[i] -= share * b[k]
+    for k in range(n):
+        for j in range(k):
+            b[k] -= A[k][j] * b[j]
+        b[k] /= A[k][k]
+    return b

@@ -270,6 +270,7 @@ PARTNERS: Final = Layout(
             "weight", "f32", 1, "1",
             "share of the models' forces; the rest is that of the forces in this surface", "0..1",
         ),
+        Field("most", "f32", 1, "N", "largest force that the body takes of this client", "0..100"),
         *_MODEL,
     ),
 )  # fmt: skip

@@ -55,16 +55,21 @@ class Partners:
     Args:
         weight: Share of the models' forces in what the client shows, 0 to 1; the rest is that of
             the forces in the patch's surface.
-        model: Model of the client's own hand.
+        most: Largest force that the body takes of the client's own hand [N].
+        model: Model of that hand.
         partners: The others, at most `MAX_PARTNERS`.
     """
 
     weight: Final[float]
+    most: Final[float]
     model: Final[HandModel]
     partners: Final[tuple[Partner, ...]]
 
-    def __init__(self, weight: float, model: HandModel, partners: tuple[Partner, ...]) -> None:
+    def __init__(
+        self, weight: float, most: float, model: HandModel, partners: tuple[Partner, ...]
+    ) -> None:
         self.weight = weight
+        self.most = most
         self.model = model
         self.partners = partners
 
@@ -76,7 +81,7 @@ class Partners:
     def encode(self) -> bytes:
         """The bytes of this part; raises LocalProtocolError when a value is out of its limits."""
         self.check(remote=False)
-        parts = [_HEAD.pack(len(self.partners), self.weight, *self.model)]
+        parts = [_HEAD.pack(len(self.partners), self.weight, self.most, *self.model)]
         for p in self.partners:
             parts.append(_ITEM.pack(p.user, *p.model, p.intended, p.give, p.force, p.most, p.c_jj))
             parts += [_COUPLED.pack(c) for c in p.coupled]
@@ -94,7 +99,7 @@ class Partners:
             RemoteProtocolError: The frame is too short, or has too many partners.
         """
         _check_length(data, start + PARTNERS.size)
-        count, weight, m, b, k = _HEAD.unpack_from(data, start)
+        count, weight, own, m, b, k = _HEAD.unpack_from(data, start)
         check_range("partners of a patch", count, 0, MAX_PARTNERS, remote=True)
         at, partners = start + PARTNERS.size, list[Partner]()
         for j in range(count):
@@ -107,7 +112,7 @@ class Partners:
                 at += COUPLED.size
             model = HandModel(pm, pb, pk)
             partners.append(Partner(user, model, intended, give, force, most, c_jj, tuple(coupled)))
-        return cls(weight, HandModel(m, b, k), tuple(partners)), at
+        return cls(weight, own, HandModel(m, b, k), tuple(partners)), at
 
     def check(self, *, remote: bool) -> None:
         """Raise unless every value is in its limits.
@@ -117,6 +122,7 @@ class Partners:
         """
         check_range("partners of a patch", len(self.partners), 0, MAX_PARTNERS, remote=remote)
         check_range("weight of the models", self.weight, 0.0, 1.0, remote=remote)
+        check_range("largest force", self.most, 0.0, MAX_FORCE, remote=remote)
         _check_model(self.model, remote=remote)
         for p in self.partners:
             check_range("user of a partner", p.user, 1, _U32, remote=remote)

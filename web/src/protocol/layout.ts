@@ -134,13 +134,14 @@ export function readCompliance(view: DataView, at: number): readonly [number, nu
   return [...getVec(view, at), ...getVec(view, at + 12)];
 }
 
-export const PARTNERS_SIZE = 20;
-export const PARTNERS_AT = { count: 0, weight: 4, mass: 8, damping: 12, stiffness: 16 } as const;
+export const PARTNERS_SIZE = 24;
+export const PARTNERS_AT = { count: 0, weight: 4, most: 8, mass: 12, damping: 16, stiffness: 20 } as const;
 
 /** Behind a patch and its compliance, for a client that moves models of the hands (`science.md` 3.15). */
 export interface PartnersFields {
   /** partners that follow; <= 7 */ readonly count: number;
   /** share of the models' forces; the rest is that of the forces in this surface [1]; 0..1 */ readonly weight: number;
+  /** largest force that the body takes of this client [N]; 0..100 */ readonly most: number;
   /** of the model [kg]; 0.01..10 */ readonly mass: number;
   /** of the model [N s/m]; 0.1..100 */ readonly damping: number;
   /** of the model [N/m]; 10..1e4 */ readonly stiffness: number;
@@ -150,9 +151,10 @@ export function readPartnersFields(view: DataView, at: number): PartnersFields {
   return {
     count: view.getUint16(at, true),
     weight: view.getFloat32(at + 4, true),
-    mass: view.getFloat32(at + 8, true),
-    damping: view.getFloat32(at + 12, true),
-    stiffness: view.getFloat32(at + 16, true),
+    most: view.getFloat32(at + 8, true),
+    mass: view.getFloat32(at + 12, true),
+    damping: view.getFloat32(at + 16, true),
+    stiffness: view.getFloat32(at + 20, true),
   };
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
@@ -26,8 +27,13 @@ from cohaptic_server.world.state import NEGLIGIBLE, Touch
 # 40 ms, the loop between 300 pairs of hands of 0.05 to 0.5 kg, 1 to 10 N s/m and 100 to 1,000 N/m
 # that are taken for the usual hand had a gain below 1 on the balloon and on 3,000 N/m.
 FIRST_LAG: Final = 0.04
+# Of a client's clock, which may say anything: beyond, adding a window changes nothing any more.
+_LATEST: Final = 1e9  # s
+_SHORTEST_GAP: Final = 0.002  # s between two samples that are kept
 _LONGEST_GAP: Final = 0.25  # s between two samples; a window with a longer gap says nothing
 _MOST_SAMPLES: Final = 512  # more than a window has at 200 ticks per second
+_LEAST_SAMPLES: Final = 20  # in a window, at 10 ticks per second
+_FORGET: Final = 0.5  # s; time constant of the largest force that a hand has told
 
 
 class Sampled(NamedTuple):
@@ -48,7 +54,8 @@ class Learned:
         model: Model that its client moves.
         lag: Lag with which others learn what it wants [s].
         wanted: Model and lag towards which these move.
-        due: Time of the client's clock at which the next window is complete [s].
+        due: Time of the server's clock at which the next window is taken in [s].
+        peak: Largest force that the hand has told lately [N].
     """
 
     clouds: Clouds
@@ -57,11 +64,13 @@ class Learned:
     lag: float = FIRST_LAG
     wanted: tuple[HandModel, float] = (USUAL_HAND, FIRST_LAG)
     due: float = 0.0
+    peak: float = 0.0
 
-    @property
-    def ready(self) -> bool:
-        """Whether a window has come since the last one that was taken in."""
-        return bool(self.samples) and self.samples[-1].t >= self.due
+    def ready(self, now: float) -> bool:
+        """Return whether a whole window has come, and time has passed since the last one."""
+        if now < self.due or len(self.samples) < _LEAST_SAMPLES:
+            return False
+        return self.samples[-1].t - self.samples[0].t >= WINDOW
 
 
 def unknown(user: int) -> Learned:
@@ -71,19 +80,25 @@ def unknown(user: int) -> Learned:
 
 def hear(learned: Learned, touch: Touch) -> Learned:
     """Return what is known with a user's newest sample kept for the next window."""
-    samples = learned.samples
-    if samples and touch.t_client <= samples[-1].t:
+    samples, one = learned.samples, Sampled(touch.t_client, touch.probe, touch.force)
+    if abs(one.t) > _LATEST or (samples and 0.0 <= one.t - samples[-1].t < _SHORTEST_GAP):
         return learned
-    one = Sampled(touch.t_client, touch.probe, touch.force)
-    if not samples or one.t - samples[-1].t > _LONGEST_GAP:
-        return replace(learned, samples=(one,), due=one.t + WINDOW)
+    if not samples or not 0.0 < one.t - samples[-1].t <= _LONGEST_GAP:
+        return replace(learned, samples=(one,))
     first = next(i for i, old in enumerate(samples) if old.t > one.t - WINDOW - _LONGEST_GAP)
     first = max(first, len(samples) + 1 - _MOST_SAMPLES)
     return replace(learned, samples=(*samples[first:], one))
 
 
-def glide(learned: Learned, dt: float) -> Learned:
-    """Return what is known after a time [s], with model and lag nearer to the wanted ones."""
+def glide(learned: Learned, force: float, dt: float) -> Learned:
+    """Return what is known after a time, with model and lag nearer to the wanted ones.
+
+    Args:
+        learned: What was known.
+        force: Size of the force that the hand tells [N].
+        dt: Time [s].
+    """
+    learned = replace(learned, peak=max(force, learned.peak * math.exp(-dt / _FORGET)))
     model, late = learned.wanted
     if learned.model == model and learned.lag == late:
         return learned
@@ -93,7 +108,12 @@ def glide(learned: Learned, dt: float) -> Learned:
 
 
 def learn(
-    learned: Learned, C: Floats, models: Sequence[HandModel], row: int, touching: Mask
+    learned: Learned,
+    C: Floats,
+    models: Sequence[HandModel],
+    row: int,
+    touching: Mask,
+    now: float,
 ) -> Learned:
     """Return what is known with the window that is complete.
 
@@ -103,8 +123,9 @@ def learn(
         models: Models of all hands.
         row: Row of this hand.
         touching: Whether each hand presses, shape (n,).
+        now: Time on the server's clock [s].
     """
-    learned = replace(learned, due=learned.samples[-1].t + STEP)
+    learned = replace(learned, due=now + STEP)
     times = np.array([sample.t for sample in learned.samples])
     tips = on_grid(times, np.array([sample.tip for sample in learned.samples])).T
     pushes = on_grid(times, np.array([sample.force for sample in learned.samples])).T

@@ -14,18 +14,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from cohaptic.control.delay import TOO_LONG
-from cohaptic.control.hand_model import USUAL_HAND, HandModel
+from cohaptic.control.hand_model import HandModel
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import MAX_PARTNERS, MOST_CARRIED, Partner, Partners
 from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
+from cohaptic.vec import norm
 from cohaptic_server.bodies.body import Body, Response, Wrapping
 from cohaptic_server.bodies.newton import FiniteResponse
 from cohaptic_server.numeric import Floats, Mask
+from cohaptic_server.world.applied_forces import MAX_INDENTATION
+from cohaptic_server.world.partners.hand_estimate import STEP
 from cohaptic_server.world.partners.learning import Learned, glide, hear, learn, unknown
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import Applied, Tracked, Wishes
@@ -37,8 +41,12 @@ _FALL: Final = 3.0
 # s since models were last forbidden, before their share rises; a hand that taps beside them would
 # move it for ever.
 _CALM: Final = 2.0
-# Largest give, in largest forces over the stiffness of a model: a resonance in full swing.
+# Largest give, in forces over the stiffness of a model: a resonance in full swing. The force is the
+# largest that the hand has told lately, so that a client cannot press with a give alone.
 _MOST_GIVE: Final = 2.0
+_GIVE_FORCE: Final = 0.5  # N more than that, for a hand that has just touched
+# s from one window of any hand to the next: a window takes a few milliseconds of a tick.
+_LEARN_EVERY: Final = 0.1
 
 
 NO_PARTNERS: Final[Mapping[int, Partners]] = {}
@@ -88,6 +96,7 @@ def next_wishes(
     touches = tracked.touches
     if not moves_models(tracked):
         return Wishes()
+    begins = not wishes.hands
     pressing = applied.force > NEGLIGIBLE
     modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
     fresh = tracked.settings[3] > 0.0
@@ -95,48 +104,60 @@ def next_wishes(
     forbidden = not possible or beside or int(pressing.sum()) > MAX_PARTNERS + 1
     at, weight = wishes.forbidden_at, wishes.weight
     if forbidden:
-        at, weight = time.now, max(0.0, weight - _FALL * time.period)
+        at, weight = time.now, max(0.0, 0.0 if begins else weight - _FALL * time.period)
     elif time.now - at >= _CALM:
         weight = min(1.0, weight + _RISE * time.period)
     hands = {
         touch.user: hear(wishes.hands.get(touch.user) or unknown(touch.user), touch)
-        for touch, has in zip(touches, modelled.tolist(), strict=True)
-        if has
+        for touch in touches
+        if touch.give is not None
     }
-    if weight == 1.0:
-        hands = _learned(hands, tracked, C, pressing & modelled)
-    hands = {user: glide(hand, time.period) for user, hand in hands.items()}
+    learned_at = wishes.learned_at
+    if weight == 1.0 and time.now - learned_at >= _LEARN_EVERY:
+        hands, learned_at = _learned(hands, tracked, C, pressing & modelled, time.now, learned_at)
+    forces = {touch.user: norm(touch.force) for touch in touches}
+    hands = {user: glide(hand, forces[user], time.period) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
     past = (*wishes.past[-math.ceil(TOO_LONG / time.period) :], (time.number, models))
     depth = (C @ applied.force - C.diagonal() * applied.force - height).tolist()
     most = tracked.settings[0].tolist()
     intended: dict[int, float] = {}
     for i, touch in enumerate(touches):
-        hand = hands.get(touch.user)
-        if hand is None:
+        if not modelled[i]:
             continue
-        limit = _MOST_GIVE * most[i] / hand.model.stiffness
+        hand = hands[touch.user]
+        force = min(most[i], hand.peak + _GIVE_FORCE)
+        limit = _MOST_GIVE * force / hand.model.stiffness
         wanted = depth[i] + min(limit, max(-limit, touch.give or 0.0))
         kept = math.exp(-time.period / hand.lag) if hand.lag > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
         intended[touch.user] = wanted + kept * (before - wanted)
-    return Wishes(intended, hands, past, weight, at)
+    return Wishes(intended, hands, past, weight, at, learned_at)
 
 
 def _learned(
-    hands: dict[int, Learned], tracked: Tracked, C: Floats, touching: Mask
-) -> dict[int, Learned]:
-    """Return the hands with the window of one that is complete: one in a tick takes long enough."""
+    hands: dict[int, Learned],
+    tracked: Tracked,
+    C: Floats,
+    touching: Mask,
+    now: float,
+    learned_at: float,
+) -> tuple[dict[int, Learned], float]:
+    """Return the hands with one window taken in, and the time at which the last one was."""
     users = [touch.user for touch in tracked.touches]
-    waiting = [user for user in users if user in hands and hands[user].ready]
+    waiting = [user for user in users if user in hands and hands[user].ready(now)]
     if not waiting:
-        return hands
-    user = min(waiting, key=lambda user: hands[user].due - hands[user].samples[-1].t)
+        return hands, learned_at
+    user = min(waiting, key=lambda user: hands[user].due)
     rows = [i for i, other in enumerate(users) if other in hands]
     models = [hands[users[i]].model for i in rows]
     row = rows.index(users.index(user))
-    one = learn(hands[user], C[np.ix_(rows, rows)], models, row, touching[rows])
-    return {**hands, user: one}
+    try:
+        one = learn(hands[user], C[np.ix_(rows, rows)], models, row, touching[rows], now)
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+        # Samples that no hand makes: their client is the only one to pay.
+        one = replace(unknown(user), due=now + STEP)
+    return {**hands, user: one}, now
 
 
 def _model_at(wishes: Wishes, user: int, tick: int) -> HandModel:
@@ -146,8 +167,28 @@ def _model_at(wishes: Wishes, user: int, tick: int) -> HandModel:
     return then.get(user) or wishes.hands[user].model
 
 
+def held_beside(tracked: Tracked, wishes: Wishes, C: Floats) -> Floats:
+    """Return how much the tips of others stiffen each contact while they cannot move, (n,) [m/N].
+
+    It is C_ii - 1 / (C^-1)_ii over all hands with models. A device renders K where the gain of its
+    law is at most 1 / (1 / K + this).
+    """
+    beside = np.zeros(len(C))
+    rows = [i for i, touch in enumerate(tracked.touches) if touch.user in wishes.intended]
+    if len(rows) > 1:
+        part = C[np.ix_(rows, rows)]
+        beside[rows] = part.diagonal() - 1.0 / np.linalg.inv(part).diagonal()
+    return beside
+
+
 def partners_of(
-    wishes: Wishes, tracked: Tracked, applied: Applied, near: Floats, C: Floats
+    wishes: Wishes,
+    tracked: Tracked,
+    applied: Applied,
+    near: Floats,
+    C: Floats,
+    stiffest: Floats,
+    size: float,
 ) -> dict[int, Partners]:
     """Return the partners for the patch of each user whose client moves models.
 
@@ -157,16 +198,20 @@ def partners_of(
         applied: Forces that the body carries.
         near: Weight of each user as a neighbour, 0 to 1, shape (n,).
         C: Compliance between the contacts, shape (n, n) [m/N].
+        stiffest: Largest gain of each user's law, shape (n,) [N/m].
+        size: Size of the body [m].
     """
     touches, hands = tracked.touches, wishes.hands
     # The pressing ones first, where there are more than a patch can carry.
     order: Sequence[int] = np.argsort(-near - applied.force, kind="stable").tolist()
-    rows = [i for i in order if near[i] > 0.0 and touches[i].user in hands]
+    rows = [i for i in order if near[i] > 0.0 and touches[i].user in wishes.intended]
     models = {i: _model_at(wishes, touches[i].user, touches[i].tick) for i in rows}
-    own = np.maximum(C.diagonal(), 1.0 / tracked.settings[1])
+    own = np.maximum(C.diagonal(), 1.0 / stiffest)
     own = np.clip(own, MIN_COMPLIANCE, MAX_COMPLIANCE).tolist()
     force = np.clip(applied.force, 0.0, MOST_CARRIED).tolist()
-    most = (applied.presence * tracked.settings[0]).tolist()
+    # No more than the body takes of one hand at its contact.
+    deepest = MAX_INDENTATION * size / np.maximum(C.diagonal(), MIN_COMPLIANCE)
+    most = (applied.presence * np.minimum(tracked.settings[0], deepest)).tolist()
     between: list[list[float]] = np.clip(C, -MAX_POSITION, MAX_POSITION).tolist()
     farthest = 2.0 * MAX_POSITION
 
@@ -180,12 +225,13 @@ def partners_of(
     for i, touch in enumerate(touches):
         if touch.give is None:
             continue
-        if touch.user not in hands:  # its force is not taken: it feels the surface as it is
-            found[touch.user] = Partners(0.0, USUAL_HAND, ())
+        if touch.user not in wishes.intended:  # it feels the surface as it is
+            found[touch.user] = Partners(0.0, most[i], hands[touch.user].model, ())
             continue
         others = [j for j in rows if j != i][:MAX_PARTNERS]
         found[touch.user] = Partners(
             wishes.weight,
+            most[i],
             hands[touch.user].model,
             tuple(partner(i, j, others[:k]) for k, j in enumerate(others)),
         )
