@@ -99,8 +99,13 @@ def on_grid(times: Floats, values: Floats) -> Floats:
 def seen(depth: Floats, force: Floats) -> Seen:
     """Return a window of depths [m] and forces [N], shape (h, WINDOW / GRID)."""
     x = depth - depth.mean(axis=1, keepdims=True)
-    x0, x1, x2 = (x @ wave for wave in _WAVES)
-    return Seen(x0, x1, x2, (force - force.mean(axis=1, keepdims=True)) @ _WAVES[0])
+    x0, x1, x2 = (_along(x, wave) for wave in _WAVES)
+    return Seen(x0, x1, x2, _along(force - force.mean(axis=1, keepdims=True), _WAVES[0]))
+
+
+def _along(values: Floats, wave: Complex) -> Complex:
+    # Not as a product of matrices, whose threads wait for each other beside a busy program.
+    return np.asarray((values[:, :, None] * wave).sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
