@@ -235,33 +235,27 @@ def move(replica: Replica, answered: Answer, own: float, dt: float) -> Replica:
         own: Normal force that the own hand got [N].
         dt: Duration [s].
     """
-    models: list[HandModel] = [replica.news.model]
-    models += [p.model for p in replica.news.partners]
     felt = [own, *answered.forces[1:]]
-    felt += [0.0] * (len(models) - len(felt))
-    gives = [
-        give_way(give, model, force, dt)
-        for give, model, force in zip(replica.gives, models, felt, strict=True)
-    ]
+    felt += [0.0] * (len(replica.gives) - len(felt))
     return Replica(
-        replica.news, replica.before, replica.after, gives, felt, answered.stiffer, answered.shift,
-        answered.step,
+        replica.news, replica.before, replica.after, _moved(replica, felt, dt), felt,
+        answered.stiffer, answered.shift, answered.step,
     )  # fmt: skip
-
-
-def told_give(replica: Replica) -> float:
-    """Return the give of the own hand for the server [m], within the reach that a sample allows."""
-    return max(-MAX_POSITION, min(MAX_POSITION, replica.gives[0].y))
 
 
 def left_alone(replica: Replica, dt: float) -> Replica:
     """Return the models after a period in which nobody pressed [s]."""
-    gives = [
-        give_way(give, model, 0.0, dt)
-        for give, model in zip(
-            replica.gives,
-            [replica.news.model, *[p.model for p in replica.news.partners]],
-            strict=True,
-        )
-    ]
-    return Replica(replica.news, replica.before, replica.after, gives, [0.0] * len(gives))
+    felt = [0.0] * len(replica.gives)
+    return Replica(replica.news, replica.before, replica.after, _moved(replica, felt, dt), felt)
+
+
+def _moved(replica: Replica, felt: list[float], dt: float) -> list[Give]:
+    models: list[HandModel] = [replica.news.model]
+    models += [p.model for p in replica.news.partners]
+    gives = list[Give]()
+    for give, model, force in zip(replica.gives, models, felt, strict=True):
+        after = give_way(give, model, force, dt)
+        # A server that describes a hand otherwise in each patch can make a model swing without
+        # limits, and no sample can tell of it then.
+        gives.append(after if abs(after.y) <= MAX_POSITION else Give())
+    return gives

@@ -23,7 +23,7 @@ from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
-from cohaptic_client.loop.replica import Answer, Own, answer, left_alone, move, told_give
+from cohaptic_client.loop.replica import Answer, Own, answer, left_alone, move
 from cohaptic_client.loop.safety import SafetyLimits, SafetyState, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
@@ -183,7 +183,7 @@ def without_surface(
         patience=state.patience,
         replica=None if replica is None else left_alone(replica, settings.limits.period),
     )
-    give = None if replica is None else told_give(replica)
+    give = None if replica is None else replica.gives[0].y
     return after, Output(safety.force, ZERO, None, NO_SURFACE.local, 0.0, 0.0, True, give)
 
 
@@ -230,7 +230,7 @@ def _step(
     pushed = on_body(contact.law_force, given_ratio, limits.max_force)
     give: float | None = None
     if replica is not None and answered is not None:
-        give = told_give(replica)
+        give = replica.gives[0].y
         pressed = dot(pushed, contact.normal)
         replica = move(replica, answered, pressed, min(dt, 2.0 * limits.period))
     after = LoopState(

@@ -1,0 +1,310 @@
+"""Models of the other hands in the loop: what is shown, and the forces that answer a press."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from cohaptic.control.geometry import Sight
+from cohaptic.control.hand_model import USUAL_HAND, Give, HandModel, give_way
+from cohaptic.protocol.frame import MAX_POSITION
+from cohaptic.protocol.partners import HEAVIEST, LIGHTEST, MAX_PARTNERS, Partner, Partners
+from cohaptic.vec import ZERO, add, dot, scale, sub
+from cohaptic_client.loop.replica import (
+    Replica,
+    answer,
+    follow,
+    move,
+    numbers_of,
+    shown_numbers,
+)
+from tests.strategies import normals, partners, vectors
+
+Floats = npt.NDArray[np.float64]
+K_H = 250.0  # N/m
+MOST = 10.0  # N
+DT = 0.001  # s
+ROCK = HandModel(10.0, 100.0, 1e4)
+
+shares = st.floats(0.0, 1.0)
+seeds = st.integers(0, 2**32 - 1)
+sights = st.builds(
+    Sight,
+    depth=st.floats(-0.02, 0.02),
+    normal=normals,
+    c_ii=st.just(1.0 / K_H),
+    own_force=vectors(5.0),
+    u_others=vectors(0.02),
+)
+weights = st.floats(0.0, 1.0)
+
+
+def some(users: Sequence[int], seed: int, weight: float) -> Partners:
+    """Hands on a body of a few hundred N/m, in this order, that share half of what yields."""
+    rng = np.random.default_rng(seed)
+    n = len(users) + 1
+    mixed = rng.standard_normal((n, n))
+    C = 0.002 * (mixed @ mixed.T / n + np.eye(n) + np.ones((n, n)))
+    return Partners(
+        weight,
+        USUAL_HAND,
+        tuple(
+            Partner(
+                user, HandModel(*rng.uniform([0.05, 1.0, 100.0], [0.5, 10.0, 1000.0]).tolist()),
+                float(rng.uniform(-0.01, 0.02)), float(rng.uniform(0.0, 0.01)),
+                float(rng.uniform(0.0, 3.0)), float(rng.uniform(1.0, 10.0)), float(C[j + 1, j + 1]),
+                tuple(C[j + 1, : j + 1].tolist()),
+            )
+            for j, user in enumerate(users)
+        ),
+    )  # fmt: skip
+
+
+# Few numbers, so that two of them have many users in common.
+orders = st.permutations(range(1, 10)).flatmap(
+    lambda users: st.integers(0, MAX_PARTNERS).map(lambda n: users[:n])
+)
+rooms = st.builds(some, orders, seeds, weights)
+
+
+class Shown:
+    """What a loop shows of the partners: by user, and by pair of users; 0 is the own hand."""
+
+    def __init__(self, replica: Replica, share: float) -> None:
+        numbers, users = list(shown_numbers(replica, share)), replica.news.users
+        self.weight = numbers.pop(0)
+        self.of: dict[int, tuple[float, float, float]] = {}
+        self.between: dict[frozenset[int], float] = {}
+        for j, user in enumerate(users):
+            intended, force, c_jj = numbers[:3]
+            self.of[user] = (intended, force, c_jj)
+            for k, other in enumerate((0, *users[:j])):
+                self.between[frozenset((user, other))] = numbers[3 + k]
+            del numbers[: 4 + j]
+        assert numbers == []
+
+    @classmethod
+    def told(cls, news: Partners) -> Shown:
+        """What a patch says."""
+        return cls(follow(None, news, 1.0), 1.0)
+
+
+@given(partners)
+def test_the_first_patch_is_shown_as_it_says(news: Partners) -> None:
+    replica = follow(None, news, 0.3)
+    for share in (0.0, 0.5, 1.0):
+        assert shown_numbers(replica, share) == pytest.approx(numbers_of(news), rel=1e-12)
+    assert replica.gives == [Give(), *[Give(p.give) for p in news.partners]]
+    assert replica.forces == [0.0, *[p.force for p in news.partners]]
+
+
+@given(rooms, seeds, weights, shares)
+def test_the_same_partners_are_shown_on_where_they_were(
+    first: Partners, seed: int, weight: float, share: float
+) -> None:
+    users = first.users
+    replica = follow(follow(None, first, 1.0), some(users, seed, weight), 1.0)
+    before = shown_numbers(replica, share)
+    after = follow(replica, some(users, seed ^ 1, 1.0 - weight), share)
+    assert shown_numbers(after, 0.0) == before
+    assert (after.gives, after.forces) == (replica.gives, replica.forces)
+    assert shown_numbers(after, 1.0) == numbers_of(after.news)
+
+
+@given(orders, orders, seeds, weights, shares)
+def test_who_stays_is_shown_on_in_whatever_order_others_come_and_go(
+    old: list[int], new: list[int], seed: int, weight: float, share: float
+) -> None:
+    """Each number by user and pair of users, and so independent of places in a patch."""
+    replica = follow(follow(None, some(old, seed, weight), 1.0), some(old, seed + 1, 0.5), 1.0)
+    gives = [Give(0.001 * i, 0.01 * i) for i in range(len(old) + 1)]
+    replica = move(
+        Replica(replica.news, replica.before, replica.after, gives, replica.forces),
+        [0.5 * i for i in range(len(old) + 1)],
+        0.0,
+        0.0,
+    )
+    was, news = Shown(replica, share), some(new, seed + 2, 1.0 - weight)
+    after = follow(replica, news, share)
+    now, says = Shown(after, 0.0), Shown.told(news)
+    assert now.weight == was.weight
+    for user in new:
+        assert now.of[user] == (was.of if user in old else says.of)[user]
+    for pair, c in now.between.items():
+        assert c == (was.between if pair <= {0, *old} else says.between)[pair]
+    for j, user in enumerate((0, *new)):
+        if user in (0, *old):
+            i = (0, *old).index(user)
+            assert (after.gives[j], after.forces[j]) == (replica.gives[i], replica.forces[i])
+        else:
+            p = news.partners[j - 1]
+            assert (after.gives[j], after.forces[j]) == (Give(p.give), p.force)
+    assert Shown(after, 1.0).of == says.of
+    assert Shown(after, 1.0).between == says.between
+
+
+def matrix_of(news: Partners) -> Floats:
+    """C of a patch, with the own contact first and the own device in place of its own entry."""
+    n = len(news.partners) + 1
+    C = np.zeros((n, n))
+    C[0, 0] = 1.0 / K_H
+    for j, p in enumerate(news.partners, start=1):
+        C[j, j], C[j, :j] = p.c_jj, p.coupled
+        C[:j, j] = p.coupled
+    return C
+
+
+def settled(replica: Replica, sight: Sight) -> tuple[list[float], Sight]:
+    """The answer after some periods of the same, in which its forces have settled."""
+    forces, shown = answer(replica, sight, 1.0, K_H, MOST)
+    for _ in range(50):
+        replica = Replica(replica.news, replica.before, replica.after, replica.gives, forces)
+        forces, shown = answer(replica, sight, 1.0, K_H, MOST)
+    return forces, shown
+
+
+@given(rooms, sights, seeds)
+def test_forces_are_those_of_the_matrix(news: Partners, sight: Sight, seed: int) -> None:
+    """C f = x, with the forces of the surface taken out of the own depth."""
+    assume(news.partners)
+    C, n = matrix_of(news), len(news.partners) + 1
+    pressed = np.random.default_rng(seed).uniform(0.0, 0.99, n)
+    pressed *= [MOST, *[p.most for p in news.partners]]
+    depth = C @ pressed
+    wanted = tuple(
+        p._replace(intended=p.give + float(x))
+        for p, x in zip(news.partners, depth[1:], strict=True)
+    )
+    in_surface = float(C[0, 1:] @ [p.force for p in news.partners])
+    sight = replace(sight, depth=float(depth[0]) - in_surface)
+    replica = follow(None, Partners(1.0, USUAL_HAND, wanted), 1.0)
+    forces, shown = settled(replica, sight)
+    assert forces == pytest.approx(pressed.tolist(), abs=1e-3)
+    # The law, with its gain on this surface, then gives the first of these forces.
+    assert shown.depth * K_H == pytest.approx(forces[0], abs=1e-3)
+
+
+@given(rooms, sights, shares)
+def test_without_weight_the_surface_is_shown_as_it_came(
+    news: Partners, sight: Sight, share: float
+) -> None:
+    replica = follow(None, Partners(0.0, news.model, news.partners), 1.0)
+    _, shown = answer(replica, sight, share, K_H, MOST)
+    assert shown.depth == sight.depth
+    assert shown.u_others == pytest.approx(sight.u_others, abs=1e-15)
+    assert (shown.normal, shown.c_ii, shown.own_force) == (
+        sight.normal, sight.c_ii, sight.own_force,
+    )  # fmt: skip
+
+
+@given(sights)
+def test_alone_the_surface_is_shown_as_it_came(sight: Sight) -> None:
+    replica = follow(None, Partners(1.0, USUAL_HAND, ()), 1.0)
+    assert answer(replica, sight, 1.0, K_H, MOST) == ([0.0], sight)
+
+
+@given(rooms, sights)
+def test_without_a_gain_nothing_is_answered(news: Partners, sight: Sight) -> None:
+    forces, shown = answer(follow(None, news, 1.0), sight, 1.0, 0.0, MOST)
+    assert forces == [0.0] * (len(news.partners) + 1)
+    assert shown is sight
+
+
+@given(rooms, sights, weights)
+def test_only_the_displacement_by_others_moves_along_the_normal(
+    news: Partners, sight: Sight, weight: float
+) -> None:
+    replica = follow(None, Partners(weight, news.model, news.partners), 1.0)
+    _, shown = answer(replica, sight, 1.0, K_H, MOST)
+    moved, n = sub(shown.u_others, sight.u_others), sight.normal
+    along = dot(moved, n) / dot(n, n)
+    assert sub(moved, scale(n, along)) == pytest.approx(ZERO, abs=1e-12)
+    assert shown.depth - sight.depth == pytest.approx(along, abs=1e-12)
+    assert add(sight.u_others, scale(n, along)) == pytest.approx(shown.u_others, abs=1e-12)
+
+
+@given(
+    st.floats(0.0, 0.02), st.floats(0.0, 0.02), st.floats(0.0, 5.0), st.floats(0.0005, 0.01),
+    st.floats(-0.9, 0.9),
+)  # fmt: skip
+def test_a_hand_that_does_not_yield_answers_as_the_closed_solution_says(
+    depth: float, intended: float, force: float, c_jj: float, coupling: float
+) -> None:
+    c = coupling * math.sqrt(c_jj / K_H)
+    news = Partners(1.0, USUAL_HAND, (Partner(2, ROCK, intended, 0.0, force, 100.0, c_jj, (c,)),))
+    sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
+    forces, shown = settled(follow(None, news, 1.0), sight)
+    # Without the other's force the own depth is x_0; two springs that share c.
+    x0, x1 = depth + c * force, intended
+    determinant = c_jj / K_H - c * c
+    f0, f1 = (c_jj * x0 - c * x1) / determinant, (x1 / K_H - c * x0) / determinant
+    if f0 < 0.0:
+        f0, f1 = 0.0, max(0.0, x1 / c_jj)
+    elif f1 < 0.0:
+        f0, f1 = max(0.0, K_H * x0), 0.0
+    if f0 > MOST:
+        f0, f1 = MOST, max(0.0, (x1 - c * MOST) / c_jj)
+    assume(f1 < 100.0)
+    assert forces == pytest.approx([f0, f1], abs=1e-3)
+    assert shown.depth == pytest.approx(x0 - c * f1, abs=1e-6)
+
+
+@given(rooms, sights, weights)
+def test_models_with_the_forces_of_the_surface_leave_it_as_it_came(
+    news: Partners, sight: Sight, weight: float
+) -> None:
+    """At rest a patch and its models agree, and no share of the models changes anything."""
+    assume(news.partners and 0.0 < sight.depth < MOST / K_H)
+    C = matrix_of(news)
+    carried = np.array([K_H * sight.depth, *[0.1 * p.most for p in news.partners]])
+    agreed = tuple(
+        p._replace(force=float(f), intended=p.give + float(x))
+        for p, f, x in zip(news.partners, carried[1:], (C @ carried)[1:], strict=True)
+    )
+    replica = follow(None, Partners(weight, USUAL_HAND, agreed), 1.0)
+    exact = Replica(replica.news, replica.before, replica.after, replica.gives, carried.tolist())
+    forces, shown = answer(exact, sight, 1.0, K_H, MOST)
+    assert forces == pytest.approx(carried.tolist(), abs=1e-9)
+    assert shown.depth == pytest.approx(sight.depth, abs=1e-12)
+    assert settled(replica, sight)[1].depth == pytest.approx(sight.depth, abs=1e-7)
+
+
+@given(rooms, seeds, st.floats(0.0, 10.0), st.floats(0.0, 0.002))
+def test_the_own_model_gives_way_to_the_own_force_and_others_to_theirs(
+    news: Partners, seed: int, own: float, dt: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    forces = rng.uniform(0.0, 10.0, len(news.partners) + 1).tolist()
+    replica = follow(None, news, 1.0)
+    after = move(replica, forces, own, dt)
+    models = [news.model, *[p.model for p in news.partners]]
+    felt = [own, *forces[1:]]
+    for give, then, model, force in zip(replica.gives, after.gives, models, felt, strict=True):
+        assert then == give_way(give, model, force, dt)
+    assert after.forces == forces
+    assert (after.news, after.before, after.after) == (replica.news, replica.before, replica.after)
+
+
+@given(st.integers(1, 40), st.integers(2, 200))
+def test_no_model_leaves_every_workspace_however_its_hand_is_described(
+    ticks: int, periods: int
+) -> None:
+    """A server may describe a hand otherwise in each patch, and so pump what the model holds."""
+    soft = HandModel(LIGHTEST.mass, LIGHTEST.damping, LIGHTEST.stiffness)
+    stiff = HandModel(LIGHTEST.mass, LIGHTEST.damping, HEAVIEST.stiffness)
+    replica: Replica | None = None
+    for tick in range(ticks):
+        model = (soft, stiff)[tick % 2]
+        partner = Partner(2, model, 20.0, 10.0, 300.0, 100.0, 1e-6, (10.0,))
+        replica = follow(replica, Partners(1.0, model, (partner,)), 1.0)
+        for _ in range(periods):
+            replica = move(replica, [100.0, 100.0], 100.0, 2.0 * DT)
+            for give in replica.gives:
+                assert abs(give.y) <= MAX_POSITION
