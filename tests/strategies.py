@@ -9,12 +9,22 @@ import numpy as np
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
+from cohaptic.protocol.partners import (
+    HEAVIEST,
+    LIGHTEST,
+    MAX_PARTNERS,
+    MOST_CARRIED,
+    Partner,
+    Partners,
+)
 from cohaptic.protocol.patch import (
+    MAX_COMPLIANCE,
     MAX_COUPLING,
     MAX_LAG,
     MAX_MARGIN,
@@ -88,6 +98,35 @@ patches = st.builds(
     compliance=st.none()
     # Positive definite: no row's entries beside the diagonal reach its own.
     | st.builds(Compliance3, *[floats(0.125, 1.0)] * 3, *[floats(-0.0625, 0.0625)] * 3),
+)
+
+hand_models = st.builds(
+    HandModel, *[floats(low, high) for low, high in zip(LIGHTEST, HEAVIEST, strict=True)]
+)
+
+
+def as_partner(user: int, j: int) -> st.SearchStrategy[Partner]:
+    """The partner with this number, at place `j` of a patch."""
+    return st.builds(
+        Partner,
+        user=st.just(user),
+        model=hand_models,
+        intended=floats(-20.0, 20.0),
+        give=floats(-10.0, 10.0),
+        force=floats(0.0, MOST_CARRIED),
+        most=floats(0.0, 100.0),
+        c_jj=floats(MIN_COMPLIANCE, MAX_COMPLIANCE),
+        coupled=st.tuples(*[floats(-10.0, 10.0)] * (j + 1)),
+    )
+
+
+partners = st.lists(counts, max_size=MAX_PARTNERS, unique=True).flatmap(
+    lambda users: st.builds(
+        Partners,
+        weight=floats(0.0, 1.0),
+        model=hand_models,
+        partners=st.tuples(*[as_partner(user, j) for j, user in enumerate(users)]),
+    )
 )
 
 shorts = st.integers(-(2**15), 2**15 - 1)

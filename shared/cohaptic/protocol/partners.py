@@ -124,7 +124,7 @@ class Partners:
         check_range("weight of the models", self.weight, 0.0, 1.0, remote=remote)
         check_range("largest force", self.most, 0.0, MAX_FORCE, remote=remote)
         _check_model(self.model, remote=remote)
-        for p in self.partners:
+        for j, p in enumerate(self.partners):
             check_range("user of a partner", p.user, 1, _U32, remote=remote)
             _check_model(p.model, remote=remote)
             most = 2.0 * MAX_POSITION
@@ -133,6 +133,7 @@ class Partners:
             check_range("force of a partner", p.force, 0.0, MOST_CARRIED, remote=remote)
             check_range("largest force of a partner", p.most, 0.0, MAX_FORCE, remote=remote)
             check_range("c_jj of a partner", p.c_jj, _LEAST, _MOST, remote=remote)
+            check_range("compliances of a partner", len(p.coupled), j + 1, j + 1, remote=remote)
             for c in p.coupled:
                 check_range("compliance", c, -MAX_POSITION, MAX_POSITION, remote=remote)
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import SIZE, SIZES, ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
+from cohaptic.vec import Vec3
 from tests.strategies import contact_samples
 
 GOOD = ContactSample(seq=1, tick=0, t_client=1.0, probe=(0.1, 0.0, 0.0), force=(1.0, 0.0, 0.0))
@@ -82,8 +83,26 @@ def test_an_absurd_anchor_names_value_and_limit() -> None:
         ContactSample.decode(bytes(data))
 
 
-@pytest.mark.parametrize(("flags", "size"), [(1, SIZE), (0, SIZES[1]), (2, SIZE), (4, SIZE)])
-def test_an_anchor_is_there_where_the_flags_say_so(flags: int, size: int) -> None:
+@pytest.mark.parametrize("anchor", [None, (0.1, 0.0, 0.0)])
+@pytest.mark.parametrize("give", [10.1, -10.1, math.nan, math.inf, -math.inf])
+def test_an_absurd_give_is_named_whoever_sends_it(anchor: Vec3 | None, give: float) -> None:
+    data = bytearray(GOOD._replace(anchor=anchor, give=0.01).encode())
+    assert len(data) == SIZES[3 if anchor else 2] <= MAX_FRAME_BYTES
+    struct.pack_into("<f", data, len(data) - 4, give)
+    with pytest.raises(RemoteProtocolError, match=r"^give is .*; expected from -10 to 10"):
+        ContactSample.decode(bytes(data))
+    with pytest.raises(LocalProtocolError, match=r"^give is .*; expected from -10 to 10"):
+        GOOD._replace(anchor=anchor, give=give).encode()
+
+
+@pytest.mark.parametrize(
+    ("flags", "size"),
+    [
+        *[(flags, size) for flags in range(4) for size in SIZES if size != SIZES[flags]],
+        *[(4, size) for size in SIZES],
+    ],
+)
+def test_an_anchor_or_give_is_there_where_the_flags_say_so(flags: int, size: int) -> None:
     data = bytearray((GOOD.encode() + bytes(64))[:size])
     struct.pack_into("<H", data, 2, flags)
     with pytest.raises(RemoteProtocolError, match=r"length is \d+; expected|flags of a contact"):

@@ -10,11 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
+from cohaptic.protocol.partners import Partners
 from cohaptic.protocol.patch import (
     MAX_COUPLING,
     MAX_LAG,
@@ -92,6 +94,15 @@ def test_is_as_large_as_is_written() -> None:
     """docs/protocol.md; with friction six numbers more."""
     assert len(GOOD.encode()) == SIZE == 104
     assert len(replace(GOOD, compliance=Compliance3(*[0.004] * 3, *[0.001] * 3)).encode()) == 128
+
+
+def test_partners_are_within_the_frame_that_a_plane_without_them_ends() -> None:
+    """Their own tests are in `test_partners.py`."""
+    model = HandModel(0.125, 8.0, 400.0)
+    none = replace(GOOD, partners=Partners(0.5, model, ()))
+    assert len(none.encode()) == SIZE + 20
+    assert Patch.decode(none.encode()).partners == none.partners
+    assert Patch.decode(GOOD.encode()).partners is None
 
 
 @given(patches)
