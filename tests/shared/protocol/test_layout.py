@@ -123,12 +123,19 @@ def test_each_part_of_a_written_frame_lies_where_the_table_says() -> None:
         if values["anchor"] is not None:
             seen.add("anchor")
             assert list(ANCHOR.packer().unpack_from(data, CONTACT_SAMPLE.size)) == values["anchor"]
+        if values["give"] is not None:
+            seen.add("give")
+            at = CONTACT_SAMPLE.size + (ANCHOR.size if values["anchor"] else 0)
+            assert GIVE.packer().unpack_from(data, at) == (values["give"],)
     for data, values in written(PATCH):
         at = PATCH.size
         if values["compliance"] is not None:
             seen.add("compliance")
             assert list(COMPLIANCE.packer().unpack_from(data, at)) == values["compliance"]
             at += COMPLIANCE.size
+        if values["partners"] is not None:
+            seen.add("partners")
+            at = read_partners(data, at, values["partners"])
         if values["neighbourhood"] is not None:
             seen.add("neighbourhood")
             near = values["neighbourhood"]
@@ -137,4 +144,21 @@ def test_each_part_of_a_written_frame_lies_where_the_table_says() -> None:
             items = list(NEIGHBOUR.packer().iter_unpack(data[at + NEIGHBOURHOOD.size :]))
             rows = zip(near["indices"], near["displacements"], near["compliances"], strict=True)
             assert items == [(i, *u, c) for i, u, c in rows]
-    assert seen == {"anchor", "compliance", "neighbourhood"}
+    assert seen == {"anchor", "give", "compliance", "partners", "neighbourhood"}
+
+
+def read_partners(data: bytes, at: int, values: dict[str, Any]) -> int:
+    """Compare the partners in a frame; return the offset behind them."""
+    others = values["partners"]
+    head = (len(others), values["weight"], *values["model"].values())
+    assert PARTNERS.packer().unpack_from(data, at) == head
+    at += PARTNERS.size
+    for one in others:
+        names = [field.name for field in PARTNER.fields]
+        item = tuple({**one, **one["model"]}[name] for name in names)
+        assert PARTNER.packer().unpack_from(data, at) == item
+        at += PARTNER.size
+        for c in one["coupled"]:
+            assert COUPLED.packer().unpack_from(data, at) == (c,)
+            at += COUPLED.size
+    return at

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.ack import Ack
@@ -17,6 +18,7 @@ from cohaptic.protocol.messages import (
     encode_control,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
+from cohaptic.protocol.partners import Partner, Partners
 from cohaptic.protocol.patch import (
     MAX_COUPLING,
     MAX_LAG,
@@ -44,6 +46,9 @@ SAMPLES = {
     ),
     "holding": ContactSample(
         2, 77, 12345.75, (0.125, 0.0, 0.0), (1.5, 0.25, 0.0), (single(0.1), -0.0625, 0.0)
+    ),
+    "giving": ContactSample(
+        3, 78, 12345.875, (0.125, 0.0, 0.0), (1.5, 0.25, 0.0), (0.125, -0.0625, 0.0), 0.00390625
     ),
 }
 HALF = RoomLag(single(0.35), 1.25, 1.5)  # coupling and margin have 16 bits
@@ -79,6 +84,32 @@ PATCHES = {
             scale=single(1e-6), c_scale=single(6e-8), indices=(0, 3, 65_534),
             displacements=((0, 0, 0), (-32_768, 1, 32_767), (2, -3, 4)),
             compliances=(65_535, 0, 32_000),
+        ),
+    ),
+    # With everything that a patch may have, for a client that moves models of two others.
+    "partners": Patch(
+        tick=6, seq=5, t_server=502.0, t_client=12347.0, sample_wait=0.0, geometry=Geometry.MESH,
+        law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=8.0,
+        c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.125, 0.0625),
+        u_others=(0.001953125, 0.0, -0.001953125), room=RoomLag(0.125, 0.75, 1.3330078125),
+        neighbourhood=Neighbourhood.of_units(
+            scale=single(1e-6), c_scale=single(6e-8), indices=(7,), displacements=((1, -2, 3),),
+            compliances=(65_000,),
+        ),
+        compliance=Compliance3(0.00390625, 0.0078125, 0.015625, -0.0009765625, 0.0, 0.001953125),
+        partners=Partners(
+            0.75,
+            HandModel(0.125, 8.0, 400.0),
+            (
+                Partner(
+                    2, HandModel(0.25, 4.5, 800.0), 0.015625, 0.0078125, 2.5, 10.0, 0.0048828125,
+                    (-0.001953125,),
+                ),
+                Partner(
+                    4_000_000_000, HandModel(0.5, 2.0, 150.0), -0.25, 0.0, 0.0, 5.0, 0.0078125,
+                    (0.0009765625, 0.0),
+                ),
+            ),
         ),
     ),
     # What is held or hard, on a device that is the softer; numbers at their limits.
@@ -170,6 +201,7 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
                 | {
                     "room": asdict(m.room),
                     "neighbourhood": neighbourhood_fields(m.neighbourhood),
+                    "partners": partners_fields(m.partners),
                 },
             }
             for n, m in PATCHES.items()
@@ -239,3 +271,14 @@ def neighbourhood_fields(near: Neighbourhood | None) -> dict[str, Any] | None:
         return None
     names = ("scale", "c_scale", "indices", "displacements", "compliances")
     return {name: getattr(near, name) for name in names}
+
+
+def partners_fields(others: Partners | None) -> dict[str, Any] | None:
+    """The other hands of a patch, every number by its name."""
+    if others is None:
+        return None
+    return {
+        "weight": others.weight,
+        "model": others.model._asdict(),
+        "partners": [p._asdict() | {"model": p.model._asdict()} for p in others.partners],
+    }

@@ -9,8 +9,17 @@ import { decodeScene, type Scene } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";
 import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "../vectors";
 
-const samples = vectors("contact_sample") as BinaryVector<ContactSample>[];
-const patches = vectors("patch") as BinaryVector<Patch>[];
+/** Vectors without a field for clients that move models of hands; the page asks for none, and its frames have none. */
+function without<T>(kind: string, field: string): BinaryVector<T>[] {
+  return (vectors(kind) as BinaryVector<Record<string, unknown>>[])
+    .filter(({ fields }) => fields[field] === null)
+    .map(({ name, hex, fields }) => {
+      const kept = Object.fromEntries(Object.entries(fields).filter(([key]) => key !== field));
+      return { name, hex, fields: kept as T };
+    });
+}
+const samples = without<ContactSample>("contact_sample", "give");
+const patches = without<Patch>("patch", "partners");
 const meshes = vectors("rest_mesh") as BinaryVector<{ vertices: number[][]; faces: number[][] }>[];
 
 const quantised = vectors("quantised_mesh") as BinaryVector<{
@@ -113,6 +122,16 @@ describe("whatever the bytes, a message or a ProtocolError", () => {
       expect(["decoded", "ProtocolError"]).toContain(outcome(decoders[kind], bytes));
     }
   });
+});
+
+test.each([
+  ["contact_sample", "give", decodeContactSample, /flags of a contact sample/],
+  ["patch", "partners", decodePatch, /flags of a patch/],
+] as const)("a %s with %s is refused by name", (kind, field, decode, error) => {
+  const known = without(kind, field).map(({ name }) => name);
+  const others = (vectors(kind) as BinaryVector<unknown>[]).filter(({ name }) => !known.includes(name));
+  expect(others.length).toBeGreaterThan(0);
+  for (const { hex } of others) expect(() => decode(fromHex(hex))).toThrow(error);
 });
 
 test("an error names the value and the limit", () => {
