@@ -1,0 +1,163 @@
+"""Hands whose clients move models of each other: forces at rest, comers and goers, and a press."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from cohaptic.simulated.hand import HandScript, Intention
+from cohaptic.vec import Vec3, add, scale
+from cohaptic_client.loop.safety import EXTERNAL_RATE
+from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.world.equilibrium import RestingHand, solve
+
+DELAYS = (0.0, 0.08, 0.25)  # s, one way
+DEPTH = 0.01  # m
+BESIDE = 0.3 * math.pi  # of the third hand, which the first feels well
+STEP = EXTERNAL_RATE * PERIOD  # N
+ROUNDING = 1e-6  # N
+PRESSES, FURTHER = 3.5, 0.005  # s and m, of a press
+
+
+def script(angle: float, approach_at: float = 1.0, depth: float = DEPTH) -> HandScript:
+    return HandScript(angle, depth=depth, approach_at=approach_at)
+
+
+def two(body: Balloon, delay: float) -> VirtualSession:
+    """Two hands with models, on opposite sides of the balloon."""
+    session = VirtualSession(body)
+    for i, angle in enumerate((0.0, math.pi)):
+        session.join(f"user{i}", script(angle), delay=delay, seed=i, models=True)
+    return session
+
+
+def at_rest(body: Balloon, scripts: list[HandScript]) -> list[float]:
+    """Forces at which these hands rest [N]."""
+    info = describe(body)
+    hands = [
+        RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness)
+        for s in scripts
+    ]
+    return solve(body, hands).force.tolist()
+
+
+def weight_of(session: VirtualSession) -> float:
+    return session.room.world.wishes.weight
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_forces_come_to_the_equilibrium(small_balloon: Balloon, delay: float) -> None:
+    session = two(small_balloon, delay)
+    session.run(3.5 + 8.0 * delay)
+    expected = at_rest(small_balloon, [script(0.0), script(math.pi)])
+    for user, force in zip(session.users.values(), expected, strict=True):
+        assert user.force[-1] == pytest.approx(force, rel=0.01)
+        assert np.ptp(user.force[-300:]) < 0.01 * force
+        assert max(user.unexplained) <= STEP + ROUNDING
+    assert weight_of(session) == 1.0
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_three_hands_come_to_the_equilibrium_too(small_balloon: Balloon, delay: float) -> None:
+    session = two(small_balloon, delay)
+    session.join("third", script(BESIDE, 1.5), delay=0.3 * delay, seed=7, models=True)
+    session.run(4.0 + 8.0 * delay)
+    expected = at_rest(small_balloon, [script(0.0), script(math.pi), script(BESIDE)])
+    for user, force in zip(session.users.values(), expected, strict=True):
+        assert user.force[-1] == pytest.approx(force, rel=0.01)
+        assert np.ptp(user.force[-300:]) < 0.01 * force
+
+
+def join_with(models: bool) -> Callable[[VirtualSession, float], None]:
+    def act(session: VirtualSession, delay: float) -> None:
+        comer = script(BESIDE, 0.3, 0.02)
+        session.join("third", comer, delay=delay, seed=7, models=models)
+
+    return act
+
+
+def leave(session: VirtualSession, _: float) -> None:
+    session.drop("user1")
+
+
+def mute(session: VirtualSession, _: float) -> None:
+    session.users["user1"].talking = False
+
+
+EVENTS = {
+    "one with models joins": join_with(True),
+    "one without joins": join_with(False),
+    "one leaves": leave,
+    "one falls silent": mute,
+}
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+@pytest.mark.parametrize("event", EVENTS)
+def test_no_comer_or_goer_makes_a_force_jump(
+    small_balloon: Balloon, event: str, delay: float
+) -> None:
+    session = two(small_balloon, delay)
+    session.run(3.0 + 4.0 * delay)
+    staying = session.users["user0"]
+    before, weight = staying.force[-1], weight_of(session)
+    EVENTS[event](session, delay)
+    session.run(3.0 + 4.0 * delay)
+    assert abs(staying.force[-1] - before) > 0.02 * before
+    assert weight == 1.0
+    assert weight_of(session) == (0.0 if event == "one without joins" else 1.0)
+    for user in session.users.values():
+        assert max(user.unexplained) <= STEP + ROUNDING
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_one_who_is_muted_makes_no_force_jump_and_forbids_nothing(
+    small_balloon: Balloon, delay: float
+) -> None:
+    session = two(small_balloon, delay)
+    join_with(False)(session, delay)
+    session.run(3.5 + 4.0 * delay)
+    assert weight_of(session) == 0.0
+    session.room.members[session.users["third"].number].muted = True
+    session.run(4.5 + 4.0 * delay)
+    assert weight_of(session) == 1.0
+    for name in ("user0", "user1"):
+        assert max(session.users[name].unexplained) <= STEP + ROUNDING
+
+
+class Further(Intention):
+    """A hand that at once wants to be deeper, some time after its approach began."""
+
+    __slots__ = ()
+
+    def at(self, t: float) -> Vec3:
+        further = FURTHER if t > PRESSES + self.approach_at - 1.0 else 0.0
+        return add(super().at(t), scale(self.direction, further))
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
+    small_balloon: Balloon, delay: float
+) -> None:
+    """A hand that suddenly wants to be deeper: nine tenths of it at the other hand."""
+    session = VirtualSession(small_balloon)
+    info = describe(small_balloon)
+    resting = session.join("resting", script(0.0), delay=delay, models=True)
+    presses = PRESSES + 4.0 * delay
+    path = Further(
+        add(info.center, (-info.radius, 0.0, 0.0)), (1.0, 0.0, 0.0), DEPTH,
+        approach_at=1.0 + 4.0 * delay,
+    )  # fmt: skip
+    session.join("other", script(math.pi), delay=delay, seed=1, intention=path, models=True)
+    session.run(presses)
+    before = resting.force[-1]
+    session.run(2.0 + 4.0 * delay)
+    change = np.array(resting.force[round(presses / PERIOD) :]) - before
+    assert change[-1] > 0.1
+    reached = PERIOD * float(np.argmax(change >= 0.9 * change[-1]))
+    assert reached <= 2.0 * delay + 0.12
