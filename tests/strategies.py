@@ -124,6 +124,7 @@ partners = st.lists(counts, max_size=MAX_PARTNERS, unique=True).flatmap(
     lambda users: st.builds(
         Partners,
         weight=floats(0.0, 1.0),
+        most=floats(0.0, 100.0),
         model=hand_models,
         partners=st.tuples(*[as_partner(user, j) for j, user in enumerate(users)]),
     )

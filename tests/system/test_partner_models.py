@@ -43,7 +43,8 @@ def at_rest(body: Balloon, scripts: list[HandScript]) -> list[float]:
         RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness)
         for s in scripts
     ]
-    return solve(body, hands).force.tolist()
+    forces: list[float] = solve(body, hands).force.tolist()
+    return forces
 
 
 def weight_of(session: VirtualSession) -> float:

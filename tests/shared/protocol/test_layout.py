@@ -150,7 +150,7 @@ def test_each_part_of_a_written_frame_lies_where_the_table_says() -> None:
 def read_partners(data: bytes, at: int, values: dict[str, Any]) -> int:
     """Compare the partners in a frame; return the offset behind them."""
     others = values["partners"]
-    head = (len(others), values["weight"], *values["model"].values())
+    head = (len(others), values["weight"], values["most"], *values["model"].values())
     assert PARTNERS.packer().unpack_from(data, at) == head
     at += PARTNERS.size
     for one in others:

@@ -25,7 +25,7 @@ from tests.strategies import mesh_patches, partners, patches
 MODEL = HandModel(0.125, 8.0, 400.0)
 FIRST = Partner(7, MODEL, 0.015625, 0.0078125, 2.5, 10.0, 0.00390625, (0.001953125,))
 SECOND = Partner(9, MODEL, -0.25, 0.0, 0.0, 5.0, 0.0078125, (0.0, -0.0009765625))
-GOOD = Partners(0.5, MODEL, (FIRST, SECOND))
+GOOD = Partners(0.5, 10.0, MODEL, (FIRST, SECOND))
 COMPLIANCE = Compliance3(*[0.004] * 3, *[0.001] * 3)
 # Offset of the first byte behind each partner [B].
 ENDS = [PARTNERS.size]
@@ -70,13 +70,14 @@ def test_the_largest_patch_fits() -> None:
     )
     others = Partners(
         1.0,
+        10.0,
         MODEL,
         tuple(FIRST._replace(user=j + 1, coupled=(0.0,) * (j + 1)) for j in range(MAX_PARTNERS)),
     )
     largest = replace(
         PLANE, geometry=Geometry.MESH, neighbourhood=most, compliance=COMPLIANCE, partners=others
     )
-    assert len(others.encode()) == 384
+    assert len(others.encode()) == 388
     assert len(largest.encode()) <= MAX_MESH_FRAME_BYTES
     found = Patch.decode(largest.encode())
     assert (found.partners, found.neighbourhood) == (others, most)
@@ -89,7 +90,7 @@ def test_users_are_named_in_the_order_of_the_partners() -> None:
 @pytest.mark.parametrize("model", [LIGHTEST, HEAVIEST])
 def test_32_bits_round_no_limit_of_a_model_out_of_it(model: HandModel) -> None:
     edge = FIRST._replace(model=model, c_jj=1e-6)
-    patch = replace(PLANE, partners=Partners(1.0, model, (edge, edge._replace(c_jj=10.0,
+    patch = replace(PLANE, partners=Partners(1.0, 10.0, model, (edge, edge._replace(c_jj=10.0,
                     user=8, coupled=(10.0, -10.0)))))  # fmt: skip
     found = Patch.decode(patch.encode()).partners
     assert found is not None
@@ -103,26 +104,26 @@ BEYOND: list[tuple[str, dict[str, Any], int, str, float]] = [
     ("weight of the models", {"weight": 1.1}, 4, "f", 1.1),
     *[
         (f"{name} of a model", {name: value}, at + 4 * i, "f", value)
-        for at in (8, PARTNERS.size + 4)
+        for at in (12, PARTNERS.size + 4)
         for i, (name, low, high) in enumerate(
             zip(HandModel._fields, LIGHTEST, HEAVIEST, strict=True)
         )
         for value in (0.99 * low, 1.01 * high, 0.0, -high)
     ],
-    ("user of a partner", {"user": 0}, 20, "I", 0),
-    ("depth of a partner", {"intended": 20.1}, 36, "f", 20.1),
-    ("depth of a partner", {"intended": -20.1}, 36, "f", -20.1),
-    ("give of a partner", {"give": 10.1}, 40, "f", 10.1),
-    ("give of a partner", {"give": -10.1}, 40, "f", -10.1),
-    ("force of a partner", {"force": -0.1}, 44, "f", -0.1),
-    ("force of a partner", {"force": 301.0}, 44, "f", 301.0),
-    ("largest force of a partner", {"most": -0.1}, 48, "f", -0.1),
-    ("largest force of a partner", {"most": 101.0}, 48, "f", 101.0),
-    ("c_jj of a partner", {"c_jj": 0.0}, 52, "f", 0.0),
-    ("c_jj of a partner", {"c_jj": 0.9e-6}, 52, "f", 0.9e-6),
-    ("c_jj of a partner", {"c_jj": 10.1}, 52, "f", 10.1),
-    ("compliance", {"coupled": (10.1,)}, 56, "f", 10.1),
-    ("compliance", {"coupled": (-10.1,)}, 56, "f", -10.1),
+    ("user of a partner", {"user": 0}, 24, "I", 0),
+    ("depth of a partner", {"intended": 20.1}, 40, "f", 20.1),
+    ("depth of a partner", {"intended": -20.1}, 40, "f", -20.1),
+    ("give of a partner", {"give": 10.1}, 44, "f", 10.1),
+    ("give of a partner", {"give": -10.1}, 44, "f", -10.1),
+    ("force of a partner", {"force": -0.1}, 48, "f", -0.1),
+    ("force of a partner", {"force": 301.0}, 48, "f", 301.0),
+    ("largest force of a partner", {"most": -0.1}, 52, "f", -0.1),
+    ("largest force of a partner", {"most": 101.0}, 52, "f", 101.0),
+    ("c_jj of a partner", {"c_jj": 0.0}, 56, "f", 0.0),
+    ("c_jj of a partner", {"c_jj": 0.9e-6}, 56, "f", 0.9e-6),
+    ("c_jj of a partner", {"c_jj": 10.1}, 56, "f", 10.1),
+    ("compliance", {"coupled": (10.1,)}, 60, "f", 10.1),
+    ("compliance", {"coupled": (-10.1,)}, 60, "f", -10.1),
 ]
 
 
@@ -143,13 +144,13 @@ def test_no_number_is_beyond_its_limits_whoever_sends_it(
 def changed(change: dict[str, Any], *, own_model: bool) -> Partners:
     """`GOOD` with another value in it."""
     if "weight" in change:
-        return Partners(change["weight"], MODEL, GOOD.partners)
+        return Partners(change["weight"], 10.0, MODEL, GOOD.partners)
     if set(change) <= set(HandModel._fields):
         model = MODEL._replace(**change)
         if own_model:
-            return Partners(0.5, model, GOOD.partners)
+            return Partners(0.5, 10.0, model, GOOD.partners)
         change = {"model": model}
-    return Partners(0.5, MODEL, (FIRST._replace(**change), SECOND))
+    return Partners(0.5, 10.0, MODEL, (FIRST._replace(**change), SECOND))
 
 
 @pytest.mark.parametrize("at", [4, 8, 36, 44, 52, 56])
@@ -168,13 +169,13 @@ def test_more_partners_than_a_patch_carries_are_refused(count: int) -> None:
     with pytest.raises(RemoteProtocolError, match=f"partners of a patch is {count}"):
         Patch.decode(bytes(data))
     with pytest.raises(LocalProtocolError, match="partners of a patch is 8"):
-        Partners(1.0, MODEL, (FIRST,) * (MAX_PARTNERS + 1)).encode()
+        Partners(1.0, 10.0, MODEL, (FIRST,) * (MAX_PARTNERS + 1)).encode()
 
 
 @pytest.mark.parametrize("length", [0, 1, 3])
 def test_a_row_of_another_length_is_our_mistake(length: int) -> None:
     """The bytes would say something else to the peer, or nothing."""
-    wrong = Partners(1.0, MODEL, (FIRST, SECOND._replace(coupled=(0.0,) * length)))
+    wrong = Partners(1.0, 10.0, MODEL, (FIRST, SECOND._replace(coupled=(0.0,) * length)))
     with pytest.raises(LocalProtocolError, match="compliances of a partner"):
         wrong.encode()
 

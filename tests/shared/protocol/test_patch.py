@@ -99,8 +99,8 @@ def test_is_as_large_as_is_written() -> None:
 def test_partners_are_within_the_frame_that_a_plane_without_them_ends() -> None:
     """Their own tests are in `test_partners.py`."""
     model = HandModel(0.125, 8.0, 400.0)
-    none = replace(GOOD, partners=Partners(0.5, model, ()))
-    assert len(none.encode()) == SIZE + 20
+    none = replace(GOOD, partners=Partners(0.5, 10.0, model, ()))
+    assert len(none.encode()) == SIZE + 24
     assert Patch.decode(none.encode()).partners == none.partners
     assert Patch.decode(GOOD.encode()).partners is None
 

@@ -99,6 +99,7 @@ PATCHES = {
         compliance=Compliance3(0.00390625, 0.0078125, 0.015625, -0.0009765625, 0.0, 0.001953125),
         partners=Partners(
             0.75,
+            8.0,
             HandModel(0.125, 8.0, 400.0),
             (
                 Partner(
@@ -279,6 +280,7 @@ def partners_fields(others: Partners | None) -> dict[str, Any] | None:
         return None
     return {
         "weight": others.weight,
+        "most": others.most,
         "model": others.model._asdict(),
         "partners": [p._asdict() | {"model": p.model._asdict()} for p in others.partners],
     }
