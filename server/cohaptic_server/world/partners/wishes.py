@@ -120,15 +120,12 @@ def next_wishes(
     models = {user: hand.model for user, hand in hands.items()}
     past = (*wishes.past[-math.ceil(TOO_LONG / time.period) :], (time.number, models))
     depth = (C @ applied.force - C.diagonal() * applied.force - height).tolist()
-    most = tracked.settings[0].tolist()
     intended: dict[int, float] = {}
-    for i, touch in enumerate(touches):
-        if not modelled[i]:
+    for touch, alone, has in zip(touches, depth, modelled.tolist(), strict=True):
+        if not has:
             continue
         hand = hands[touch.user]
-        force = min(most[i], hand.peak + _GIVE_FORCE)
-        limit = _MOST_GIVE * force / hand.model.stiffness
-        wanted = depth[i] + min(limit, max(-limit, touch.give or 0.0))
+        wanted = alone + _told(touch, hand)
         kept = math.exp(-time.period / hand.lag) if hand.lag > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
         intended[touch.user] = wanted + kept * (before - wanted)
@@ -158,6 +155,13 @@ def _learned(
         # Samples that no hand makes: their client is the only one to pay.
         one = replace(unknown(user), due=now + STEP)
     return {**hands, user: one}, now
+
+
+def _told(touch: Touch, hand: Learned) -> float:
+    """Return the give that a client told, as far as the forces that it told can make it [m]."""
+    force = min(touch.max_force, hand.peak + _GIVE_FORCE)
+    limit = _MOST_GIVE * force / hand.model.stiffness
+    return min(limit, max(-limit, touch.give or 0.0))
 
 
 def _model_at(wishes: Wishes, user: int, tick: int) -> HandModel:
@@ -218,7 +222,7 @@ def partners_of(
     def partner(i: int, j: int, earlier: Sequence[int]) -> Partner:
         wanted = min(farthest, max(-farthest, wishes.intended[touches[j].user]))
         row = (between[i][j], *(between[j][h] for h in earlier))
-        give = touches[j].give or 0.0
+        give = _told(touches[j], hands[touches[j].user])
         return Partner(touches[j].user, models[j], wanted, give, force[j], most[j], own[j], row)
 
     found: dict[int, Partners] = {}

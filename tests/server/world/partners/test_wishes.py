@@ -1,0 +1,353 @@
+"""The share of the models, what hands want, and the partners of each patch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.control.hand_model import USUAL_HAND, HandModel
+from cohaptic.control.law import Gains, Law
+from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
+from cohaptic.protocol.partners import MAX_PARTNERS, Partners
+from cohaptic.protocol.patch import Patch
+from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
+from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.bodies.viscous import Viscous
+from cohaptic_server.numeric import Floats
+from cohaptic_server.world.partners.learning import FIRST_LAG
+from cohaptic_server.world.partners.wishes import next_wishes, partners_of
+from cohaptic_server.world.state import TickTime, Touch, UserState
+from cohaptic_server.world.tick import advance
+from cohaptic_server.world.users import Applied, Tracked, Wishes, WorldState
+from tests.server.touches import applied_of, side, touch, tracked_of, user_of
+from tests.server.world.worlds import DT, RISE
+
+COARSE = BalloonSettings(subdivisions=2, contact_radius=0.03)
+FALL = 1.0 / 3.0  # s in which the share falls from 1 to 0
+CALM, RISING = 2.0, 1.0  # s before the share rises, and in which it does
+OFTEN = 1e-9
+
+
+def hand(user: int, force: float = 2.0, *, give: float | None = 0.0, **changes: Any) -> UserState:
+    """A hand whose force the body carries; its client moves models if it tells a give."""
+    return user_of(touch(user, at=side(user), force=force, give=give, **changes), force=force)
+
+
+class Room:
+    """Hands that go on as they are, tick after tick, without a body."""
+
+    def __init__(self, users: Sequence[UserState], *, possible: bool = True) -> None:
+        self.set(users)
+        self.possible = possible
+        self.wishes = Wishes()
+        self.time = TickTime(0, 0.0, DT)
+
+    def set(self, users: Sequence[UserState]) -> None:
+        self.tracked: Tracked = tracked_of(users)
+        self.applied: Applied = applied_of(users)
+        n = len(users)
+        self.height: Floats = np.zeros(n)
+        self.C: Floats = 0.002 * (np.eye(n) + np.ones((n, n)))
+
+    def tick(self) -> Wishes:
+        self.time = TickTime(self.time.number + 1, self.time.now + DT, DT)
+        self.wishes = next_wishes(
+            self.wishes, self.tracked, self.applied, self.height, self.C, self.possible, self.time
+        )
+        return self.wishes
+
+    def run(self, seconds: float) -> list[float]:
+        """The share after each tick."""
+        return [self.tick().weight for _ in range(math.ceil(seconds / DT))]
+
+    def partners(self, near: Floats | None = None) -> dict[int, Partners]:
+        weights = np.ones(len(self.tracked.touches)) if near is None else near
+        return partners_of(self.wishes, self.tracked, self.applied, weights, self.C)
+
+
+TWO = (hand(1), hand(2))
+WITHOUT: dict[str, dict[str, Any]] = {
+    "without models": {"give": None},
+    "with friction": {"friction": True},
+    "with the paper's first law": {"law": Law.PROPORTIONAL},
+    "with the paper's other law": {"law": Law.PI},
+    "with gains of its own": {"fixed_gains": Gains(100.0, 0.0)},
+}
+
+
+@pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
+def test_the_share_falls_while_another_hand_presses_and_rises_after_a_calm(
+    changes: dict[str, Any],
+) -> None:
+    room = Room(TWO)
+    assert set(room.run(1.0)) == {1.0}
+    room.set([*TWO, hand(3, **changes)])
+    falling = room.run(FALL)
+    assert np.diff([1.0, *falling]) == pytest.approx([-DT / FALL] * len(falling), abs=1e-9)
+    assert set(room.run(1.0)) == {0.0}
+    room.set([*TWO, hand(3, 0.0, **changes)])  # it lets go
+    assert set(room.run(CALM - 2.0 * DT)) == {0.0}
+    rising = room.run(RISING + 4.0 * DT)
+    assert rising[-1] == 1.0
+    assert np.diff(rising).min() >= 0.0
+    assert np.diff(rising).max() <= DT / RISING + OFTEN
+
+
+@pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
+def test_a_hand_whose_samples_do_not_count_forbids_nothing(changes: dict[str, Any]) -> None:
+    """Its client is silent, or an administrator has muted it: its force only fades."""
+    room = Room([*TWO, hand(3, fresh=False, **changes)])
+    assert set(room.run(1.0)) == {1.0}
+
+
+@pytest.mark.parametrize("force", [0.0, 5e-4])
+@pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
+def test_a_hand_in_the_air_forbids_nothing(changes: dict[str, Any], force: float) -> None:
+    room = Room([*TWO, hand(3, force, **changes)])
+    assert set(room.run(1.0)) == {1.0}
+
+
+def test_a_body_or_contacts_that_allow_no_models_forbid_them() -> None:
+    room = Room(TWO, possible=False)
+    assert room.run(FALL + DT)[-1] == 0.0
+    room.possible = True
+    assert set(room.run(CALM - 2.0 * DT)) == {0.0}
+    assert room.run(RISING + 4.0 * DT)[-1] == 1.0
+
+
+@pytest.mark.parametrize(("pressing", "weight"), [(8, 1.0), (9, 0.0)])
+def test_more_hands_than_a_patch_carries_forbid_models(pressing: int, weight: float) -> None:
+    room = Room([hand(i + 1, 1.0 if i < pressing else 0.0) for i in range(12)])
+    assert room.run(1.0)[-1] == weight
+
+
+def test_a_hand_that_taps_does_not_move_the_share_for_ever() -> None:
+    room = Room(TWO)
+    changes = list[float]()
+    for tick in range(600):
+        room.set([*TWO, hand(3, 2.0 if tick % 60 < 20 else 0.0, give=None)])
+        changes += room.run(DT / 2.0)
+    assert set(changes[60:]) == {0.0}
+
+
+def test_without_models_nothing_is_kept() -> None:
+    room = Room(TWO)
+    room.run(0.5)
+    assert set(room.wishes.hands) == {1, 2}
+    room.set([hand(1, give=None), hand(2, give=None)])
+    wishes = room.tick()
+    assert (wishes.hands, wishes.intended, wishes.past) == ({}, {}, ())
+    assert room.partners() == {}
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(-0.05, 0.05)), min_size=1, max_size=5),
+    st.integers(0, 2**32 - 1),
+)
+def test_a_hand_wants_its_depth_and_its_give(hands: list[tuple[float, float]], seed: int) -> None:
+    """Its depth below the surface that only the others have moved, plus what they made of it."""
+    rng = np.random.default_rng(seed)
+    room = Room([hand(i, f, give=y) for i, (f, y) in enumerate(hands, start=1)])
+    n = len(hands)
+    mixed = rng.standard_normal((n, n))
+    room.C, room.height = 0.002 * mixed @ mixed.T, rng.uniform(-0.02, 0.02, n)
+    forces = np.array([f for f, _ in hands])
+    intended = room.tick().intended
+    for i, (_, y) in enumerate(hands):
+        others = sum(room.C[i, j] * forces[j] for j in range(n) if j != i)
+        limit = 2.0 * 10.0 / USUAL_HAND.stiffness
+        expected = others - room.height[i] + min(limit, max(-limit, y))
+        assert intended[i + 1] == pytest.approx(expected, abs=1e-12)
+
+
+@given(st.floats(-0.01, 0.01), st.integers(1, 30))
+def test_what_a_hand_wants_follows_with_its_lag(further: float, ticks: int) -> None:
+    room = Room(TWO)
+    before = room.tick().intended[1]
+    room.height = room.height - [further, 0.0]
+    room.run((ticks - 0.5) * DT)
+    share = 1.0 - math.exp(-ticks * DT / FIRST_LAG)
+    assert room.wishes.intended[1] - before == pytest.approx(share * further, abs=1e-12)
+    assert room.wishes.hands[1].lag == FIRST_LAG
+
+
+@given(st.floats(-MAX_POSITION, MAX_POSITION), st.floats(0.0, MAX_FORCE))
+def test_a_told_give_is_cut_to_what_the_hands_largest_force_can_do(
+    give: float, most: float
+) -> None:
+    """In what the hand wants, and in what its partners begin with."""
+    room = Room([hand(1), hand(2, give=give, max_force=most)])
+    limit = 2.0 * most / USUAL_HAND.stiffness
+    none = Room([hand(1), hand(2, max_force=most)])
+    assert abs(room.tick().intended[2] - none.tick().intended[2]) <= limit + 1e-12
+    partner = room.partners()[1].partners[0]
+    assert partner.give == pytest.approx(min(limit, max(-limit, give)), abs=1e-12)
+
+
+def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
+    users = [hand(1, 1.0), hand(2, 3.0, give=0.004), hand(3, 2.0, max_force=7.0)]
+    room = Room(users)
+    room.C = 0.001 * np.array([[4.0, 0.5, 0.25], [0.5, 5.0, -0.125], [0.25, -0.125, 6.0]])
+    room.applied = room.applied._replace(presence=np.array([1.0, 1.0, 0.5]))
+    wishes = room.tick()
+    found = room.partners()
+    assert set(found) == {1, 2, 3}
+    first = found[1]
+    assert (first.weight, first.model, first.users) == (1.0, USUAL_HAND, (2, 3))
+    second, third = first.partners  # the one that presses most is the first
+    assert (second.intended, second.give, second.force) == (wishes.intended[2], 0.004, 3.0)
+    assert (second.most, third.most) == (10.0, 3.5)
+    assert (second.c_jj, third.c_jj) == (0.005, 0.006)
+    assert second.coupled == (0.0005,)
+    assert third.coupled == (0.00025, -0.000125)
+    assert found[2].users == (3, 1)
+    assert found[2].partners[1].coupled == (0.0005, 0.00025)
+
+
+def test_a_device_softer_than_the_body_is_what_yields() -> None:
+    room = Room([hand(1), hand(2, max_stiffness=50.0)])
+    room.tick()
+    assert room.partners()[1].partners[0].c_jj == 0.02
+
+
+def test_who_is_out_of_reach_is_no_partner_and_most_pressing_ones_come_first() -> None:
+    room = Room([hand(i + 1, float(i % 5)) for i in range(12)])
+    room.tick()
+    near = np.ones(12)
+    near[9] = 0.0  # it presses with 4 N no more, and has gone
+    for user, found in room.partners(near).items():
+        assert len(found.partners) == MAX_PARTNERS
+        assert not {user, 10} & set(found.users)
+        forces = [p.force for p in found.partners]
+        assert forces == sorted(forces, reverse=True)
+
+
+def test_who_has_no_model_gets_none_and_shows_its_surface_as_it_is() -> None:
+    muted = hand(3, fresh=False)
+    room = Room([*TWO, muted, hand(4, give=None)])
+    room.tick()
+    found = room.partners()
+    assert set(found) == {1, 2, 3}
+    assert (found[3].weight, found[3].partners) == (0.0, ())
+    assert (found[1].users, found[2].users) == ((2,), (1,))
+
+
+def test_models_are_those_that_a_client_had_when_it_answered() -> None:
+    """The give that it told is that of this model; the model has moved on since."""
+    room = Room(TWO)
+    room.run(0.5)
+    other = HandModel(0.3, 4.0, 200.0)
+    learned = {u: replace(h, wanted=(other, h.lag)) for u, h in room.wishes.hands.items()}
+    room.wishes = replace(room.wishes, hands=learned)
+    models = {room.time.number: room.wishes.hands[2].model}
+    for _ in range(40):
+        room.tick()
+        models[room.time.number] = room.wishes.hands[2].model
+    assert len(set(models.values())) > 30
+    for answered in (room.time.number, room.time.number - 7, room.time.number - 39):
+        room.set([hand(1), hand(2, tick=answered)])
+        assert room.partners()[1].partners[0].model == models[answered]
+        assert room.partners()[2].model == models[room.time.number]
+
+
+def test_an_answer_to_no_patch_or_one_of_long_ago_has_the_oldest_known_model() -> None:
+    room = Room([hand(1), hand(2, tick=0)])
+    room.run(20.0)
+    assert len(room.wishes.past) < 600
+    assert room.partners()[1].partners[0].model == USUAL_HAND
+
+
+wild = st.floats(-1e6, 1e6)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0.0, 1e4), st.floats(-MAX_POSITION, MAX_POSITION),
+            st.floats(0.0, MAX_FORCE), st.floats(1.0, 1e6), wild,
+        ),
+        min_size=1, max_size=10,
+    ),
+    st.data(),
+)  # fmt: skip
+def test_every_patch_can_be_sent_whatever_hands_tell_and_bodies_do(
+    hands: list[tuple[float, float, float, float, float]], data: st.DataObject
+) -> None:
+    room = Room(
+        [
+            hand(i, f, give=y, max_force=most, max_stiffness=k)
+            for i, (f, y, most, k, _) in enumerate(hands, start=1)
+        ]
+    )
+    n = len(hands)
+    row = data.draw(st.lists(wild, min_size=n * n, max_size=n * n))
+    room.C, room.height = np.array(row).reshape(n, n), np.array([h[-1] for h in hands])
+    for _ in range(3):
+        room.tick()
+    for found in room.partners().values():
+        found.encode()
+
+
+def held(
+    body: Body, touches: Sequence[Touch], seconds: float
+) -> tuple[WorldState, dict[int, Patch]]:
+    state, patches, touched = WorldState(), dict[int, Patch](), TouchedBody(body)
+    for tick in range(math.ceil(seconds / DT)):
+        now = tick * DT
+        moved = [replace(t, t_client=now, arrived=now, tick=max(0, tick - 1)) for t in touches]
+        state, patches = advance(touched, state, moved, now=now, dt=DT)
+    return state, patches
+
+
+def both(**changes: Any) -> list[Touch]:
+    return [touch(i, at=side(math.pi * i), give=0.0, **changes) for i in (1, 2)]
+
+
+def test_two_hands_on_a_balloon_have_models_and_a_third_without_has_none(
+    small_balloon: Balloon,
+) -> None:
+    watching = touch(3, at=side(0.5), depth=-0.003, force=0.0)
+    state, patches = held(small_balloon, [*both(), watching], 1.0)
+    assert state.wishes.weight == 1.0
+    assert patches[3].partners is None
+    first = patches[1].partners
+    assert first is not None
+    assert (first.weight, first.users) == (1.0, (2,))
+    assert state.response is not None
+    partner, C = first.partners[0], state.response.compliance
+    assert partner.force == pytest.approx(state.users[2].force)
+    assert partner.coupled == (C[0, 1],)
+    assert partner.c_jj == C[1, 1]
+    # What the other's force does to this hand's surface is in the patch, too.
+    assert np.dot(patches[1].u_others, patches[1].normal) == pytest.approx(
+        -C[0, 1] * partner.force, rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("body", ["rubber", "viscous", "balloon"])
+def test_bodies_that_do_not_superpose_forbid_models(body: str, small_balloon: Balloon) -> None:
+    made: dict[str, Body] = {
+        "rubber": RubberBalloon(COARSE),
+        "viscous": Viscous(Balloon(COARSE), 2.0),
+        "balloon": small_balloon,
+    }
+    state, patches = held(made[body], both(), 0.6)
+    weight = 1.0 if body == "balloon" else 0.0
+    assert state.wishes.weight == weight
+    assert patches[1].partners is not None
+    assert patches[1].partners.weight == weight
+
+
+def test_steep_contacts_forbid_models(small_balloon: Balloon) -> None:
+    state, _ = held(small_balloon, both(depth=0.06), RISE * DT + 0.6)
+    assert state.users[1].contact.slope < 0.75
+    assert state.wishes.weight == 0.0
