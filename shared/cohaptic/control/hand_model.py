@@ -54,7 +54,7 @@ def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
 
 # Rounds in which the hands at no bound are sought. From the forces of the last period on, the first
 # one mostly finds them.
-_ROUNDS: Final = 8
+_ROUNDS: Final = 12
 _SWEEPS: Final = 3  # of Gauss-Seidel in each round
 _ROUNDING: Final = 1e-9  # N; a force beyond its bound by less is at the bound
 
@@ -88,11 +88,21 @@ def contact_forces(
         free = [i for i in range(n) if 0.0 < forces[i] < most[i]]
         rest_of = [depth[i] - sum([C[i][j] * forces[j] for j in range(n)]) for i in free]
         change = solved([[C[i][j] for j in free] for i in free], rest_of)
-        found = list(forces)
         for i, by in zip(free, change, strict=True):
-            found[i] += by
-        if all([-_ROUNDING <= found[i] <= most[i] + _ROUNDING for i in free]):
-            return [min(most[i], found[i]) if found[i] > 0.0 else 0.0 for i in range(n)]
+            forces[i] += by
+        solved_all = True
+        for i in range(n):
+            rest = depth[i] - sum([C[i][j] * forces[j] for j in range(n)])
+            off = _ROUNDING * C[i][i]
+            if i in free:
+                solved_all = solved_all and -_ROUNDING <= forces[i] <= most[i] + _ROUNDING
+            elif forces[i] > 0.0:  # at its largest, where it would rather be larger
+                solved_all = solved_all and rest >= -off
+            else:
+                solved_all = solved_all and rest <= off
+        forces = [min(most[i], forces[i]) if forces[i] > 0.0 else 0.0 for i in range(n)]
+        if solved_all:
+            break
     return forces
 
 

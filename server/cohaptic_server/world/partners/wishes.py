@@ -45,6 +45,9 @@ _CALM: Final = 2.0
 # largest that the hand has told lately, so that a client cannot press with a give alone.
 _MOST_GIVE: Final = 2.0
 _GIVE_FORCE: Final = 0.5  # N more than that, for a hand that has just touched
+# Factor of the compliance of a contact. Two hands at the very same place would make the compliance
+# between them singular.
+_APART: Final = 1.00001
 # s from one window of any hand to the next: a window takes a few milliseconds of a tick.
 _LEARN_EVERY: Final = 0.1
 
@@ -181,7 +184,9 @@ def held_beside(tracked: Tracked, wishes: Wishes, C: Floats) -> Floats:
     rows = [i for i, touch in enumerate(tracked.touches) if touch.user in wishes.intended]
     if len(rows) > 1:
         part = C[np.ix_(rows, rows)]
-        beside[rows] = part.diagonal() - 1.0 / np.linalg.inv(part).diagonal()
+        own = part.diagonal().copy()
+        part[np.diag_indices(len(rows))] *= _APART
+        beside[rows] = np.maximum(0.0, own - 1.0 / np.linalg.inv(part).diagonal())
     return beside
 
 
@@ -211,7 +216,7 @@ def partners_of(
     rows = [i for i in order if near[i] > 0.0 and touches[i].user in wishes.intended]
     models = {i: _model_at(wishes, touches[i].user, touches[i].tick) for i in rows}
     own = np.maximum(C.diagonal(), 1.0 / stiffest)
-    own = np.clip(own, MIN_COMPLIANCE, MAX_COMPLIANCE).tolist()
+    own = np.clip(_APART * own, MIN_COMPLIANCE, MAX_COMPLIANCE).tolist()
     force = np.clip(applied.force, 0.0, MOST_CARRIED).tolist()
     # No more than the body takes of one hand at its contact.
     deepest = MAX_INDENTATION * size / np.maximum(C.diagonal(), MIN_COMPLIANCE)

@@ -35,6 +35,7 @@ COARSE = BalloonSettings(subdivisions=2, contact_radius=0.03)
 FALL = 1.0 / 3.0  # s in which the share falls from 1 to 0
 CALM, RISING = 2.0, 1.0  # s before the share rises, and in which it does
 OFTEN = 1e-9
+SIZE = 1.0  # m; of a body on which no force of a device makes too deep a dent
 
 
 def hand(user: int, force: float = 2.0, *, give: float | None = 0.0, **changes: Any) -> UserState:
@@ -71,7 +72,8 @@ class Room:
 
     def partners(self, near: Floats | None = None) -> dict[int, Partners]:
         weights = np.ones(len(self.tracked.touches)) if near is None else near
-        return partners_of(self.wishes, self.tracked, self.applied, weights, self.C)
+        stiffest = self.tracked.settings[1]
+        return partners_of(self.wishes, self.tracked, self.applied, weights, self.C, stiffest, SIZE)
 
 
 TWO = (hand(1), hand(2))
@@ -162,9 +164,9 @@ def test_a_hand_wants_its_depth_and_its_give(hands: list[tuple[float, float]], s
     room.C, room.height = 0.002 * mixed @ mixed.T, rng.uniform(-0.02, 0.02, n)
     forces = np.array([f for f, _ in hands])
     intended = room.tick().intended
-    for i, (_, y) in enumerate(hands):
+    for i, (f, y) in enumerate(hands):
         others = sum(room.C[i, j] * forces[j] for j in range(n) if j != i)
-        limit = 2.0 * 10.0 / USUAL_HAND.stiffness
+        limit = 2.0 * min(10.0, f + 0.5) / USUAL_HAND.stiffness
         expected = others - room.height[i] + min(limit, max(-limit, y))
         assert intended[i + 1] == pytest.approx(expected, abs=1e-12)
 
@@ -181,12 +183,13 @@ def test_what_a_hand_wants_follows_with_its_lag(further: float, ticks: int) -> N
 
 
 @given(st.floats(-MAX_POSITION, MAX_POSITION), st.floats(0.0, MAX_FORCE))
-def test_a_told_give_is_cut_to_what_the_hands_largest_force_can_do(
-    give: float, most: float
-) -> None:
-    """In what the hand wants, and in what its partners begin with."""
+def test_a_told_give_is_cut_to_what_the_hands_forces_can_do(give: float, most: float) -> None:
+    """In what the hand wants, and in what its partners begin with.
+
+    The forces are those that it told, here 2 N, and half a newton that is still to come.
+    """
     room = Room([hand(1), hand(2, give=give, max_force=most)])
-    limit = 2.0 * most / USUAL_HAND.stiffness
+    limit = 2.0 * min(most, 2.5) / USUAL_HAND.stiffness
     none = Room([hand(1), hand(2, max_force=most)])
     assert abs(room.tick().intended[2] - none.tick().intended[2]) <= limit + 1e-12
     partner = room.partners()[1].partners[0]
@@ -206,7 +209,7 @@ def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
     second, third = first.partners  # the one that presses most is the first
     assert (second.intended, second.give, second.force) == (wishes.intended[2], 0.004, 3.0)
     assert (second.most, third.most) == (10.0, 3.5)
-    assert (second.c_jj, third.c_jj) == (0.005, 0.006)
+    assert (second.c_jj, third.c_jj) == pytest.approx((0.005, 0.006), rel=2e-5)
     assert second.coupled == (0.0005,)
     assert third.coupled == (0.00025, -0.000125)
     assert found[2].users == (3, 1)
@@ -216,7 +219,7 @@ def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
 def test_a_device_softer_than_the_body_is_what_yields() -> None:
     room = Room([hand(1), hand(2, max_stiffness=50.0)])
     room.tick()
-    assert room.partners()[1].partners[0].c_jj == 0.02
+    assert room.partners()[1].partners[0].c_jj == pytest.approx(0.02, rel=2e-5)
 
 
 def test_who_is_out_of_reach_is_no_partner_and_most_pressing_ones_come_first() -> None:
@@ -326,7 +329,7 @@ def test_two_hands_on_a_balloon_have_models_and_a_third_without_has_none(
     partner, C = first.partners[0], state.response.compliance
     assert partner.force == pytest.approx(state.users[2].force)
     assert partner.coupled == (C[0, 1],)
-    assert partner.c_jj == C[1, 1]
+    assert partner.c_jj == pytest.approx(C[1, 1], rel=2e-5)
     # What the other's force does to this hand's surface is in the patch, too.
     assert np.dot(patches[1].u_others, patches[1].normal) == pytest.approx(
         -C[0, 1] * partner.force, rel=1e-6
