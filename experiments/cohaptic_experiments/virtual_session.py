@@ -114,7 +114,7 @@ class VirtualUser:
         change = norm(on_body) - norm(previous)
         explained = max(self.state.k_h, before.k_h) * -dot(sight.normal, way)
         if self.state.replica is not None:
-            explained *= self.state.replica.stiffer
+            explained += self.state.k_h * self.state.replica.explained
         return max(change - max(0.0, explained), min(0.0, explained) - change)
 
     def _max_stiffness(self) -> float:

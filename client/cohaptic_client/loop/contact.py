@@ -182,7 +182,8 @@ def press(
     dt: float,
     silent: bool,
     settings: LoopSettings,
-    stiffer: float = 1.0,
+    explained: float = 0.0,
+    wished: float = 0.0,
 ) -> Contact:
     """Compute the contact of the probe with the shown surface: law, damping and friction.
 
@@ -192,7 +193,8 @@ def press(
         share: Completed fraction of the move to the newest patch, 0 to 1.
         dt: Time since the last period [s].
         silent: Whether the server counts as silent.
-        stiffer: Stiffness that the hand feels beside models of others, over the gain of its law.
+        explained: Change of the depth by models of others, which no limit may hold back [m].
+        wished: Change of the depth by what others want, within its limit [m].
     """
     patch, fade = state.patch, state.fade
     assert patch is not None
@@ -220,7 +222,11 @@ def press(
     moved_in = -dot(normal, moved)
     # A force that the hand does not get may change at once.
     most = pace if state.sight is not None and state.safety.scale > 0.0 else math.inf
-    depth = hold_back(state.depth + stiffer * moved_in, sight.depth, most / max(k_h, SOFT))
+    explained += moved_in
+    depth = explained + wished
+    beyond = max(0.0, depth - max(0.0, explained), min(0.0, explained) - depth)
+    most = max(0.0, most - beyond * k_h)
+    depth = hold_back(state.depth + depth, sight.depth, most / max(k_h, SOFT))
 
     held = _held(state, fade, sight, depth, normal, C)
     # An experiment that has no such limit behind the law has none for its integral, either.

@@ -16,11 +16,16 @@ from cohaptic.control.hand_model import Give, HandModel, contact_forces, give_wa
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import Partners
 from cohaptic.vec import add, lerp, scale
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 _NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its compliances
 # s in which a step fades that partners make when they come, go or lose their models. A force of
 # 2.4 N, nearly all of a neighbour's, then changes by 0.02 N a millisecond, the slew's limit.
 _FADE: Final = 0.1
+# N/s; what is left of the rate of the slew is for changes of gain and compliance.
+_WISH_RATE: Final = 0.85 * EXTERNAL_RATE
+_TRIES: Final = 3  # to find how much of what others want is within its limit
+_ABOUT: Final = 1.01  # factor within which that is found
 
 
 @dataclass(init=False)
@@ -33,7 +38,8 @@ class Replica:
         after: Numbers that are shown when the move to that patch is complete.
         gives: Give of the own hand, and of each partner.
         forces: Force of the own hand, and of each partner, in the last period [N].
-        stiffer: As in `Answer`, of the last period.
+        wishes: What each partner wants, as it was shown in the last period [m]; empty before.
+        explained: As in `Answer`, of the last period [m].
         shift: Displacement of the surface by the models in the last period [m].
         step: Part of it that fades, since partners came or went [m]; NaN in the first period after
             they did.
@@ -44,7 +50,8 @@ class Replica:
     after: Final[list[float]]
     gives: Final[list[Give]]
     forces: Final[list[float]]
-    stiffer: Final[float]
+    wishes: Final[list[float]]
+    explained: Final[float]
     shift: Final[float]
     step: Final[float]
 
@@ -55,7 +62,8 @@ class Replica:
         after: list[float],
         gives: list[Give],
         forces: list[float],
-        stiffer: float = 1.0,
+        wishes: list[float],
+        explained: float = 0.0,
         shift: float = 0.0,
         step: float = 0.0,
     ) -> None:
@@ -64,7 +72,8 @@ class Replica:
         self.after = after
         self.gives = gives
         self.forces = forces
-        self.stiffer = stiffer
+        self.wishes = wishes
+        self.explained = explained
         self.shift = shift
         self.step = step
 
@@ -109,17 +118,18 @@ def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
     if replica is None:
         gives = [Give()] + [Give(p.give) for p in news.partners]
         forces = [0.0] + [p.force for p in news.partners]
-        return Replica(news, after, after, gives, forces, step=math.nan)
+        return Replica(news, after, after, gives, forces, [], step=math.nan)
     if replica.news.users == news.users:
         return replace(replica, news=news, before=shown_numbers(replica, share), after=after)
     # A hand that comes begins where its patch says. What this changes in the surface fades.
     old = {user: j + 1 for j, user in enumerate(replica.news.users)}
-    gives, forces = [replica.gives[0]], [replica.forces[0]]
+    gives, forces, wishes = [replica.gives[0]], [replica.forces[0]], list[float]()
     for p in news.partners:
         i = old.get(p.user, 0)
+        wishes.append(replica.wishes[i - 1] if i and replica.wishes else p.intended)
         gives.append(replica.gives[i] if i else Give(p.give))
         forces.append(replica.forces[i] if i else p.force)
-    return Replica(news, after, after, gives, forces, replica.stiffer, replica.shift, step=math.nan)
+    return Replica(news, after, after, gives, forces, wishes, 0.0, replica.shift, math.nan)
 
 
 def shown_numbers(replica: Replica, share: float) -> list[float]:
@@ -134,18 +144,21 @@ class Answer(NamedTuple):
 
     Fields:
         forces: Force of the own hand, and of each partner [N].
+        wishes: What each partner wants, as it is shown [m].
         sight: Surface with the models' forces in place of those that it came with.
-        stiffer: Stiffness that the own hand feels at this instant, where the tips of the others
-            cannot move, over the gain of its law; at least 1.
         shift: Displacement of the surface by the models [m].
         step: Part of it that fades [m].
+        explained: Change of it since the last period by the own motion and by the models' [m].
+        wished: Change of it since then by what partners want [m].
     """
 
     forces: list[float]
+    wishes: list[float]
     sight: Sight
-    stiffer: float
     shift: float
     step: float
+    explained: float
+    wished: float
 
 
 class Own(NamedTuple):
@@ -157,6 +170,7 @@ class Own(NamedTuple):
         most: Largest force on it [N].
         given: Share of the law's force that the safety layer gives, 0 to 1.
         max_stiffness: Largest stiffness that its device renders stably [N/m].
+        moved_in: Displacement into the surface since the last period [m].
     """
 
     k_h: float
@@ -164,6 +178,7 @@ class Own(NamedTuple):
     most: float
     given: float
     max_stiffness: float
+    moved_in: float
 
 
 def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) -> Answer:
@@ -176,54 +191,149 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
         own: The own hand.
         dt: Time since the last period [s].
     """
-    forces, weight, shift, stiffer = [0.0], 0.0, 0.0, 1.0
+    forces, wishes, weight, shift = [0.0], replica.wishes, 0.0, 0.0
+    explained = wished = 0.0
     if own.k_h > 0.0:
         numbers = shown_numbers(replica, share)
         weight = numbers[0]
-        forces, shift, stiffer = _solved(replica, sight.depth, numbers, weight, own, dt)
-        if own.k_h * stiffer > own.max_stiffness:
+        C, most, without = _coupling(replica, numbers, weight, own, dt)
+        wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
+        old = wishes or wanted
+        depth, before = [sight.depth + without], [sight.depth + without - own.moved_in]
+        for wish, give in zip(old, replica.gives[1:], strict=True):
+            depth.append(wish - give.y)
+            before.append(wish - give.y + dt * give.v)
+        forces = contact_forces(C, depth, most, replica.forces)
+        stiff = stiffness(C, forces, most)
+        if stiff[0] > own.max_stiffness:
             # The device cannot render this: take as much less of what the models answer.
-            less = max(0.0, 1.0 - own.k_h / own.max_stiffness) / (1.0 - 1.0 / stiffer)
-            forces, shift, stiffer = _solved(replica, sight.depth, numbers, less * weight, own, dt)
+            least = 1.0 / C[0][0]
+            less = max(0.0, 1.0 - least / own.max_stiffness) / (1.0 - least / stiff[0])
+            for k in range(1, len(depth)):
+                C[0][k] *= less
+            depth[0] -= (1.0 - less) * without
+            before[0] -= (1.0 - less) * without
+            without *= less
+            forces = contact_forces(C, depth, most, forces)
+            stiff = stiffness(C, forces, most)
+        then, answered = contact_forces(C, before, most, forces), forces
+        for k in range(1, len(depth)):
+            explained -= C[0][k] * (answered[k] - then[k])
+        further = [a - b for a, b in zip(wanted, old, strict=True)]
+        # What the own motion and the models explain; the wishes may undo it, and go on from there.
+        moved = (own.moved_in + explained) / C[0][0]
+        changes = _changes(C, depth, forces, stiff, further, moved, dt)
+        for _ in range(_TRIES):
+            tried = list(depth)
+            for k, change in enumerate(changes, start=1):
+                tried[k] += change
+            forces, wished = contact_forces(C, tried, most, answered), 0.0
+            for k in range(1, len(depth)):
+                wished -= C[0][k] * (forces[k] - answered[k])
+            allowed = C[0][0] * _allowed(wished, moved, dt)
+            if abs(wished) <= allowed * _ABOUT:
+                break
+            # Hands came into contact or left it: less of all that is wanted.
+            changes = [change * allowed / abs(wished) for change in changes]
+        wishes = [a + b for a, b in zip(old, changes, strict=True)]
+        shift = without
+        for k in range(1, len(depth)):
+            shift -= C[0][k] * forces[k]
     step = replica.shift - shift if math.isnan(replica.step) else replica.step
     step *= max(0.0, 1.0 - dt / _FADE)
     shift += step
-    moved = add(sight.u_others, scale(sight.normal, shift))
+    by_others = add(sight.u_others, scale(sight.normal, shift))
     # The models answer the force that the hand has now, and not the one that the body carried.
     carried = lerp(sight.own_force, scale(sight.normal, forces[0]), weight)
-    shown = Sight(sight.depth + shift, sight.normal, sight.c_ii, carried, moved)
-    return Answer(forces, shown, stiffer, shift, step)
+    shown = Sight(sight.depth + shift, sight.normal, sight.c_ii, carried, by_others)
+    return Answer(forces, wishes, shown, shift, step, explained, wished)
 
 
-def _solved(
-    replica: Replica, depth_shown: float, numbers: list[float], weight: float, own: Own, dt: float
-) -> tuple[list[float], float, float]:
-    """Return the forces of all hands, the shift of the surface, and `stiffer`, as in `Answer`."""
+def _allowed(wished: float, moved: float, dt: float) -> float:
+    """Return the largest change of the own force by what others want [N].
+
+    Such a change may be as fast as `_WISH_RATE`, and undo what the own motion and the models explain. To
+    hold back the models' answers would be a delay in a passive body, which makes energy; so it is
+    what the others want that is held back.
+
+    Args:
+        wished: Change of which only the sign counts.
+        moved: Change of the own force by the own motion and the models [N].
+        dt: Time since the last period [s].
+    """
+    return _WISH_RATE * dt + max(0.0, -math.copysign(moved, moved * wished))
+
+
+def _changes(
+    C: list[list[float]],
+    depth: list[float],
+    forces: list[float],
+    stiff: list[float],
+    further: list[float],
+    moved: float,
+    dt: float,
+) -> list[float]:
+    """Return the changes of what partners want that are shown in this period [m].
+
+    Args:
+        C: Compliance between the contacts, shape (n, n) [m/N].
+        depth: Depth of each hand below the surface without any force, shape (n,) [m].
+        forces: Forces at these depths, shape (n,) [N].
+        stiff: Change of the own force per change of each depth, shape (n,) [N/m].
+        further: Changes until the wishes are those of the patch, shape (n - 1,) [m].
+        moved: As for `_allowed` [N].
+        dt: Time since the last period [s].
+    """
+    n = len(forces)
+    effects, free, net = [0.0] * (n - 1), [0.0] * (n - 1), 0.0
+    for k in range(1, n):
+        change, effect = further[k - 1], stiff[k]
+        if forces[k] <= 0.0 and change > 0.0:  # the way through the air is free
+            gap = -depth[k]
+            for j in range(n):
+                gap += C[k][j] * forces[j]
+            free[k - 1] = min(change, max(0.0, gap))
+            effect = -C[0][k] / C[k][k] * max(stiff[0], 1.0 / C[0][0])
+        effects[k - 1] = effect * (change - free[k - 1])
+        net += effects[k - 1]
+    left, cap, rest = _allowed(net, moved, dt), math.inf, n - 1
+    for effect in sorted([abs(e) for e in effects]):  # the largest are cut, to one size
+        if effect * rest > left:
+            cap = left / rest
+            break
+        left, rest = left - effect, rest - 1
+    return [
+        free[k] + (further[k] - free[k]) * (cap / abs(e) if abs(e) > cap else 1.0)
+        for k, e in enumerate(effects)
+    ]
+
+
+def _coupling(
+    replica: Replica, numbers: list[float], weight: float, own: Own, dt: float
+) -> tuple[list[list[float]], list[float], float]:
+    """Return C, the largest forces, and the own depth without the forces of the surface, less it.
+
+    The first row of C is weighted.
+    """
     partners = replica.news.partners
-    n, without = 1 + len(partners), 0.0
+    n, without, given = 1 + len(partners), 0.0, max(own.given, 1e-3)
     C = [[0.0] * n for _ in range(n)]
-    given = max(own.given, 1e-3)
-    depth, most = [depth_shown], [min(own.most, replica.news.most) if own.given > 0.0 else 0.0]
+    most = [min(own.most, replica.news.most) if own.given > 0.0 else 0.0]
     # At another place than that of the patch the own contact is as soft as the gain says; all its
     # compliances then differ, so that the matrix stays positive definite.
     C[0][0] = 1.0 / (own.k_h * given)
     there = min(1.0, math.sqrt(1.0 / (own.k_h * own.c_ii)))
     for j, p in enumerate(partners):
         i, to = at(j), j + 1
-        # A softer contact than this would let a period's force throw the model to and fro.
+        # A stiffer contact than this would let a period's force throw the model to and fro.
         C[to][to] = max(numbers[i + 3], dt * dt / p.model.mass)
         for k in range(to):
             C[to][k] = C[k][to] = numbers[i + _NUMBERS + k]
         C[to][0] *= there
         C[0][to] = weight * C[to][0]
         without += C[0][to] * numbers[i + 1]
-        depth.append(numbers[i] - replica.gives[to].y)
         most.append(numbers[i + 2])
-    depth[0] += without
-    forces = contact_forces(C, depth, most, replica.forces)
-    for k in range(1, n):
-        without -= C[0][k] * forces[k]
-    return forces, without, max(1.0, stiffness(C, forces, most) / (own.k_h * given))
+    return C, most, without
 
 
 def move(replica: Replica, answered: Answer, own: float, dt: float) -> Replica:
@@ -239,14 +349,16 @@ def move(replica: Replica, answered: Answer, own: float, dt: float) -> Replica:
     felt += [0.0] * (len(replica.gives) - len(felt))
     return Replica(
         replica.news, replica.before, replica.after, _moved(replica, felt, dt), felt,
-        answered.stiffer, answered.shift, answered.step,
+        answered.wishes, answered.explained, answered.shift, answered.step,
     )  # fmt: skip
 
 
 def left_alone(replica: Replica, dt: float) -> Replica:
     """Return the models after a period in which nobody pressed [s]."""
     felt = [0.0] * len(replica.gives)
-    return Replica(replica.news, replica.before, replica.after, _moved(replica, felt, dt), felt)
+    return Replica(
+        replica.news, replica.before, replica.after, _moved(replica, felt, dt), felt, replica.wishes
+    )
 
 
 def _moved(replica: Replica, felt: list[float], dt: float) -> list[Give]:

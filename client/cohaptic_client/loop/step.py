@@ -202,24 +202,24 @@ def _step(
     share = progress(state, now, settings)
     sight = shown(state, sample.position, share)
     contact = NO_SURFACE
-    replica, stiffer = state.replica, 1.0
+    replica, explained, wished = state.replica, 0.0, 0.0
     answered: Answer | None = None
     if sight is not None and replica is not None:
         assert state.patch is not None
         own = Own(
             state.k_h, state.patch.c_ii, limits.max_force, state.safety.scale,
-            settings.max_stiffness,
+            settings.max_stiffness, dot(sight.normal, sub(state.probe, sample.position)),
         )  # fmt: skip
         answered = answer(replica, sight, share, own, min(dt, 2.0 * limits.period))
-        sight, stiffer = answered.sight, answered.stiffer
+        sight, explained, wished = answered.sight, answered.explained, answered.wished
     if sight is not None:
-        contact = press(state, sample, sight, share, dt, silent, settings, stiffer)
+        contact = press(state, sample, sight, share, dt, silent, settings, explained, wished)
         check_memory(contact)
     force = contact.requested_force
     safety = guard(
         state.safety, force, now=now, velocity=sample.velocity, silent=silent, limits=limits,
         trouble=trouble, held=sample.buttons & _SWITCH != 0,
-        own=stiffer * own_force(state, sample, contact, settings),
+        own=own_force(state, sample, contact, settings) + state.k_h * abs(explained),
         damping=max(contact.damping, state.passivity.damping),
     )  # fmt: skip
     size = contact.damped_force if contact.compliance is None else norm(force)

@@ -108,27 +108,35 @@ def contact_forces(
 
 def stiffness(
     C: Sequence[Sequence[float]], forces: Sequence[float], most: Sequence[float]
-) -> float:
-    """Return the change of the first hand's force per change of its depth [N/m].
+) -> list[float]:
+    """Return the change of the first hand's force per change of each hand's depth, (n,) [N/m].
 
-    The tips of the other hands stay where they are, and so do the forces at a bound.
+    The other tips stay where they are, and so do the forces at a bound.
 
     Args:
         C: As for `contact_forces`.
         forces: Its result.
         most: As for `contact_forces`.
     """
+    found = [0.0] * len(forces)
     free = [i for i in range(len(forces)) if 0.0 < forces[i] < most[i]]
     if not free or free[0] != 0:
-        return 0.0
-    return solved([[C[i][j] for j in free] for i in free], [1.0] + [0.0] * (len(free) - 1))[0]
+        return found
+    # A row of the inverse: the transposed matrix, from its last column on.
+    row = solved(
+        [[C[j][i] for j in reversed(free)] for i in reversed(free)],
+        [0.0] * (len(free) - 1) + [1.0],
+    )
+    for i, value in zip(reversed(free), row, strict=True):
+        found[i] = value
+    return found
 
 
 def solved(A: list[list[float]], b: list[float]) -> list[float]:
     """Solve A x = b by elimination; both are overwritten.
 
     Args:
-        A: Matrix whose leading blocks, from the last row on, are positive definite, shape (n, n).
+        A: Matrix that is positive definite but for a factor of a row or a column, shape (n, n).
         b: Right-hand side, shape (n,).
     """
     n = len(b)

@@ -237,7 +237,8 @@ def partners_of(
         if touch.user not in wishes.intended:  # it feels the surface as it is
             found[touch.user] = Partners(0.0, most[i], hands[touch.user].model, ())
             continue
-        others = [j for j in rows if j != i][:MAX_PARTNERS]
+        # In the order of their rows, so that a patch mostly has the same partners as the last one.
+        others = sorted([j for j in rows if j != i][:MAX_PARTNERS])
         found[touch.user] = Partners(
             wishes.weight,
             most[i],
