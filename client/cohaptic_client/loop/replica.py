@@ -252,9 +252,9 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
 def _allowed(wished: float, moved: float, dt: float) -> float:
     """Return the largest change of the own force by what others want [N].
 
-    Such a change may be as fast as `_WISH_RATE`, and undo what the own motion and the models explain. To
-    hold back the models' answers would be a delay in a passive body, which makes energy; so it is
-    what the others want that is held back.
+    Such a change may be as fast as `_WISH_RATE`, and undo what the own motion and the models
+    explain. To hold back the models' answers would be a delay in a passive body, which makes
+    energy; so it is what the others want that is held back.
 
     Args:
         wished: Change of which only the sign counts.

@@ -29,9 +29,10 @@ from cohaptic_server.world.state import NEGLIGIBLE, Touch
 FIRST_LAG: Final = 0.04
 # Of a client's clock, which may say anything: beyond, adding a window changes nothing any more.
 _LATEST: Final = 1e9  # s
-_SHORTEST_GAP: Final = 0.002  # s between two samples that are kept
 _LONGEST_GAP: Final = 0.25  # s between two samples; a window with a longer gap says nothing
-_MOST_SAMPLES: Final = 512  # more than a window has at 200 ticks per second
+# s; a sample that follows closer is left out: times are what a client says, and a curve through
+# values with next to no time between them has no bound. It also bounds the number of samples.
+_SHORTEST_GAP: Final = 0.004
 _LEAST_SAMPLES: Final = 20  # in a window, at 10 ticks per second
 _FORGET: Final = 0.5  # s; time constant of the largest force that a hand has told
 
@@ -86,7 +87,6 @@ def hear(learned: Learned, touch: Touch) -> Learned:
     if not samples or not 0.0 < one.t - samples[-1].t <= _LONGEST_GAP:
         return replace(learned, samples=(one,))
     first = next(i for i, old in enumerate(samples) if old.t > one.t - WINDOW - _LONGEST_GAP)
-    first = max(first, len(samples) + 1 - _MOST_SAMPLES)
     return replace(learned, samples=(*samples[first:], one))
 
 
