@@ -8,11 +8,16 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.frame import MAX_FORCE
+from cohaptic.protocol.messages import Hello
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic.vec import Vec3, add, scale
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
 
@@ -36,15 +41,14 @@ def two(body: Balloon, delay: float) -> VirtualSession:
     return session
 
 
-def at_rest(body: Balloon, scripts: list[HandScript]) -> list[float]:
+def at_rest(body: Balloon, scripts: list[HandScript]) -> Floats:
     """Forces at which these hands rest [N]."""
     info = describe(body)
     hands = [
         RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness)
         for s in scripts
     ]
-    forces: list[float] = solve(body, hands).force.tolist()
-    return forces
+    return solve(body, hands).force
 
 
 def weight_of(session: VirtualSession) -> float:
@@ -162,3 +166,42 @@ def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
     assert change[-1] > 0.1
     reached = PERIOD * float(np.argmax(change >= 0.9 * change[-1]))
     assert reached <= 2.0 * delay + 0.12
+
+
+MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim, as in test_hostile_users
+TOUCHED, ABOVE = 0.095, 0.106  # m from the middle of the balloon
+Told = tuple[float, float, float, float]  # distance [m], force [N], give [m], time [s]
+ATTACKS: dict[str, Callable[[int], Told]] = {
+    "a give that swings": lambda k: (TOUCHED, 3.0, 10.0 * (-1.0) ** k, k / 60.0),
+    "a give that comes and goes": lambda k: (TOUCHED, 3.0, 0.5 * (k // 30 % 2), k / 60.0),
+    "a give in the air": lambda k: (ABOVE, 0.0, 10.0 * (k // 60 % 2), k / 60.0),
+    "a give that comes from out of reach": lambda k: (
+        (ABOVE, 0.2)[k // 30 % 2], 0.0, (-10.0, 10.0)[k // 60 % 2], k / 60.0,
+    ),
+    "times without a step": lambda k: (
+        TOUCHED, 3.0 + k % 3, 0.0, 5e-324 * k if k < 60 else (k - 60) / 5.0,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_what_others_tell_of_themselves_is_little_felt(small_balloon: Balloon, attack: str) -> None:
+    """By one who rests and moves models of them; nobody is expelled, and no tick fails."""
+    session = two(small_balloon, 0.01)
+    session.run(3.0)
+    hello = Hello(
+        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6, models=True
+    )
+    number = session.room.join(hello, session.now)[0].user
+    out = (math.cos(BESIDE), math.sin(BESIDE), 0.0)
+    for k in range(300):
+        distance, force, give, t = ATTACKS[attack](k)
+        told = ContactSample(
+            k + 1, session.room.world.tick, t, scale(out, distance), scale(out, force), give=give
+        )
+        session.room.sample(number, ContactSample.decode(told.encode()), session.now)
+        session.run(1.0 / 60.0)
+    for user in session.users.values():
+        felt = np.array(user.force[3000:])
+        assert np.abs(np.diff(felt)).max() <= MOST_IN_A_PERIOD
+        assert np.abs(felt[20:] - felt[:-20]).max() <= MOST_IN_20_MS
