@@ -32,9 +32,7 @@ ENDS = [PARTNERS.size]
 for _j in range(MAX_PARTNERS):
     ENDS.append(ENDS[-1] + PARTNER.size + (_j + 1) * COUPLED.size)
 
-with_partners = st.builds(
-    lambda patch, others: replace(patch, partners=others), patches | mesh_patches, partners
-)
+with_partners = st.builds(replace, patches | mesh_patches, partners=partners)
 
 
 @given(with_partners)

@@ -35,7 +35,7 @@ def move(hand: Floats, wanted: Floats, pushed: Floats) -> Floats:
         v = (v + 0.001 / m * (k * (wanted[t] - x) - fs[t])) / (1.0 + 0.001 * b / m)
         x += 0.001 * v
     sampled = np.round(np.arange(0.0, len(xs) - 0.5, 1000.0 / 60.0)).astype(np.int64)
-    return np.stack([0.001 * sampled, xs[sampled], fs[sampled]], axis=1)
+    return np.asarray(np.stack([0.001 * sampled, xs[sampled], fs[sampled]], axis=1), np.float64)
 
 
 def window_of(samples: Floats) -> Seen:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from cohaptic.control.hand_model import USUAL_HAND, HandModel
 from cohaptic.protocol.frame import MAX_FORCE
 from cohaptic.vec import Vec3, scale
-from cohaptic_server.numeric import Floats
+from cohaptic_server.numeric import Complex
 from cohaptic_server.world.partners.hand_estimate import STEP, WINDOW
 from cohaptic_server.world.partners.learning import (
     FIRST_LAG,
@@ -192,7 +192,7 @@ def test_a_hand_that_others_push_is_learned() -> None:
     found = learned.wanted[0]
     w = 2.0 * math.pi * np.arange(1.0, 8.0)
 
-    def impedance(of: HandModel) -> Floats:
+    def impedance(of: HandModel) -> Complex:
         return np.asarray(of.stiffness - of.mass * w**2 + 1j * w * of.damping)
 
     def error(of: HandModel) -> float:
