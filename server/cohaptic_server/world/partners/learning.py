@@ -82,9 +82,9 @@ def unknown(user: int) -> Learned:
 def hear(learned: Learned, touch: Touch) -> Learned:
     """Return what is known with a user's newest sample kept for the next window."""
     samples, one = learned.samples, Sampled(touch.t_client, touch.probe, touch.force)
-    if abs(one.t) > _LATEST or (samples and 0.0 <= one.t - samples[-1].t < _SHORTEST_GAP):
+    if abs(one.t) > _LATEST or (samples and not one.t - samples[-1].t >= _SHORTEST_GAP):
         return learned
-    if not samples or not 0.0 < one.t - samples[-1].t <= _LONGEST_GAP:
+    if not samples or one.t - samples[-1].t > _LONGEST_GAP:
         return replace(learned, samples=(one,))
     first = next(i for i, old in enumerate(samples) if old.t > one.t - WINDOW - _LONGEST_GAP)
     return replace(learned, samples=(*samples[first:], one))

@@ -206,14 +206,14 @@ def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
     assert set(found) == {1, 2, 3}
     first = found[1]
     assert (first.weight, first.model, first.users) == (1.0, USUAL_HAND, (2, 3))
-    second, third = first.partners  # the one that presses most is the first
+    second, third = first.partners
     assert (second.intended, second.give, second.force) == (wishes.intended[2], 0.004, 3.0)
     assert (second.most, third.most) == (10.0, 3.5)
     assert (second.c_jj, third.c_jj) == pytest.approx((0.005, 0.006), rel=2e-5)
     assert second.coupled == (0.0005,)
     assert third.coupled == (0.00025, -0.000125)
-    assert found[2].users == (3, 1)
-    assert found[2].partners[1].coupled == (0.0005, 0.00025)
+    assert found[2].users == (1, 3)
+    assert found[2].partners[1].coupled == (-0.000125, 0.00025)
 
 
 def test_a_device_softer_than_the_body_is_what_yields() -> None:
@@ -230,8 +230,10 @@ def test_who_is_out_of_reach_is_no_partner_and_most_pressing_ones_come_first() -
     for user, found in room.partners(near).items():
         assert len(found.partners) == MAX_PARTNERS
         assert not {user, 10} & set(found.users)
-        forces = [p.force for p in found.partners]
-        assert forces == sorted(forces, reverse=True)
+        # Those who press most, each at the place of its row.
+        assert list(found.users) == sorted(found.users)
+        others = sorted([float(i % 5) for i in range(12) if i + 1 not in (user, 10)], reverse=True)
+        assert sorted([p.force for p in found.partners], reverse=True) == others[:MAX_PARTNERS]
 
 
 def test_who_has_no_model_gets_none_and_shows_its_surface_as_it_is() -> None:
