@@ -46,6 +46,7 @@ class Cell:
             render 8 N s/m of damping. The hand that sways over frequency is always on a rig.
         hand: Mechanics of the hands.
         hz: Ticks per second.
+        models: Whether clients move models of the hands.
     """
 
     law: Law = Law.PREDICTIVE
@@ -54,6 +55,7 @@ class Cell:
     preset: str = "rig"
     hand: Hand = USUAL
     hz: float = 60.0
+    models: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,7 @@ class Bench:
 
     def measure(self, cell: Cell, *, budget: bool = False) -> Row:
         """Measure one cell, with the parts of its delay if `budget` is true."""
-        setting, variant = self._setting(cell), Variant(cell.law, cell.hz)
+        setting, variant = self._setting(cell), Variant(cell.law, cell.hz, models=cell.models)
         truth = self._responses(cell.users, cell.preset, cell.hand)
         true = self._presses(cell.users, cell.preset, cell.hand)
         product = setting.product(variant)
@@ -137,6 +139,7 @@ def as_json(row: Row) -> dict[str, Any]:
         "preset": cell.preset,
         "hand": asdict(cell.hand),
         "simulation_hz": cell.hz,
+        "models": cell.models,
         "lag_ms": 1e3 * row.lag,
         "frequencies_hz": _numbers(found.frequencies),
         "others": _numbers(found.weakest),

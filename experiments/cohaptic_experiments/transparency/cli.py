@@ -37,6 +37,9 @@ def transparency(
     simulation_hz: Annotated[
         float, typer.Option("--simulation-hz", "--hz", help="Ticks, 10 to 200 [Hz].")
     ] = 60.0,
+    models: Annotated[
+        bool, typer.Option(help="Clients move models of the hands, which answer at once.")
+    ] = True,
     budget: Annotated[
         bool, typer.Option("--budget", help="Measure the parts of the delay, too; much slower.")
     ] = False,
@@ -60,5 +63,6 @@ def transparency(
         tuple(users or [2]),
         tuple(preset or ["rig"]),
         simulation_hz,
+        models,
     )
     run(grid, budget=budget, json_file=json, picture_file=out)

@@ -37,6 +37,7 @@ class Grid:
         users: Numbers of users.
         presets: Names of simulated devices.
         hz: Ticks per second.
+        models: Whether clients move models of the hands.
     """
 
     laws: tuple[Law, ...]
@@ -44,6 +45,7 @@ class Grid:
     users: tuple[int, ...]
     presets: tuple[str, ...]
     hz: float
+    models: bool = True
 
     def __post_init__(self) -> None:
         for n in self.users:
@@ -60,7 +62,7 @@ class Grid:
         """Return all combinations, each once."""
         every = itertools.product(self.laws, self.users, self.presets, self.delays_ms)
         return [
-            Cell(law, 1e-3 * ms, n, preset, hz=self.hz)
+            Cell(law, 1e-3 * ms, n, preset, hz=self.hz, models=self.models)
             for law, n, preset, ms in dict.fromkeys(every)
         ]
 

@@ -58,7 +58,7 @@ class Product:
             self._session.join(
                 f"user {user}", HandScript(), law=variant.law, geometry="mesh",
                 max_damping=variant.budget, max_stiffness=variant.max_stiffness,
-                models=variant.models,
+                models=variant.models and not variant.law.answers_own_dent,
             )
             for user in range(users)
         ]  # fmt: skip

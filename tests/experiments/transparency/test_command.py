@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -33,10 +34,11 @@ def test_a_measurement_is_shown_written_and_drawn(
     assert (near["law"], near["users"], near["delay_ms"], far["delay_ms"]) == (
         "predictive", 2, 0.0, 80.0,
     )  # fmt: skip
-    assert near["bandwidth_hz"] > 2.3
-    assert far["bandwidth_hz"] > 0.95
-    assert max(near["largest"], far["largest"]) < 1.05
-    for row, ways, most in ((near, 0.0, 140.0), (far, 160.0, 430.0)):
+    # A bandwidth that ends nowhere is null in JSON.
+    assert (near["bandwidth_hz"] or math.inf) > 15.0
+    assert (far["bandwidth_hz"] or math.inf) > 15.0
+    assert max(near["largest"], far["largest"]) < 1.2
+    for row, ways, most in ((near, 0.0, 50.0), (far, 160.0, 210.0)):
         (press,) = row["press"]
         assert ways < press["onset_ms"] < press["half_ms"] < press["most_ms"] < most
         assert press["change_n"] == pytest.approx(press["true_change_n"], rel=0.01)
