@@ -181,6 +181,7 @@ class Own(NamedTuple):
     moved_in: float
 
 
+# Above 60 lines: one system of forces, solved for the last tips, for these, and for the new wishes.
 def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) -> Answer:
     """Compute the forces of all hands in a period.
 
