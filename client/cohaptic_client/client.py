@@ -297,7 +297,8 @@ class Client:
                     # The session token is another server's, or too old: use the invitation again.
                     self._session = ""
                     continue
-                if refused.code == CloseCode.BAD_MESSAGE.value and "models" in refused.reason:
+                unknown = refused.code == CloseCode.BAD_MESSAGE.value and "models" in refused.reason
+                if unknown and self.settings.models:
                     # A server of an earlier release does not know the field.
                     self.settings = replace(self.settings, models=False)
                     continue

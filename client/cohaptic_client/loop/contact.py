@@ -222,11 +222,11 @@ def press(
     moved_in = -dot(normal, moved)
     # A force that the hand does not get may change at once.
     most = pace if state.sight is not None and state.safety.scale > 0.0 else math.inf
-    explained += moved_in
-    depth = explained + wished
-    beyond = max(0.0, depth - max(0.0, explained), min(0.0, explained) - depth)
-    most = max(0.0, most - beyond * k_h)
-    depth = hold_back(state.depth + depth, sight.depth, most / max(k_h, SOFT))
+    by_models = 0.0
+    if explained != 0.0 or wished != 0.0:
+        by_models, beyond = _by_models(sight.depth - state.depth, moved_in, explained, wished)
+        most = max(0.0, most - beyond * k_h)
+    depth = hold_back(state.depth + moved_in + by_models, sight.depth, most / max(k_h, SOFT))
 
     held = _held(state, fade, sight, depth, normal, C)
     # An experiment that has no such limit behind the law has none for its integral, either.
@@ -257,6 +257,25 @@ def press(
         law_force=law_force,
         requested_force=force,
     )
+
+
+def _by_models(
+    change: float, moved_in: float, explained: float, wished: float
+) -> tuple[float, float]:
+    """Return the change of the depth by models, and the part of it that uses the pace [m].
+
+    Models may bring the depth to that below the shown surface, and not beyond it.
+
+    Args:
+        change: Depth below the shown surface, less the depth in the last period [m].
+        moved_in: Displacement of the hand into the surface [m].
+        explained: Change by the models' answer [m].
+        wished: Change by what others want [m].
+    """
+    own, gap = moved_in + explained, change - moved_in
+    whole = own + wished
+    beyond = max(0.0, whole - max(0.0, own), min(0.0, own) - whole)
+    return max(min(0.0, gap), min(max(0.0, gap), explained + wished)), beyond
 
 
 def _pace_of_surface(

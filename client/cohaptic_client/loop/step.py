@@ -23,7 +23,16 @@ from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
-from cohaptic_client.loop.replica import Answer, Own, answer, left_alone, move
+from cohaptic_client.loop.replica import (
+    WISH_RATE,
+    WISH_RATE_IN_FADES,
+    Answer,
+    Own,
+    answer,
+    left_alone,
+    move,
+    pace_of,
+)
 from cohaptic_client.loop.safety import SafetyLimits, SafetyState, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 
@@ -202,15 +211,20 @@ def _step(
     share = progress(state, now, settings)
     sight = shown(state, sample.position, share)
     contact = NO_SURFACE
-    replica, explained, wished = state.replica, 0.0, 0.0
+    replica, explained, wished, pace = state.replica, 0.0, 0.0, 0.0
     answered: Answer | None = None
     if sight is not None and replica is not None:
         assert state.patch is not None
+        moved_in = dot(sight.normal, sub(state.probe, sample.position))
+        counted = min(dt, 2.0 * limits.period)
+        pace = pace_of(replica, moved_in, counted)
+        fades = silent or state.safety.scale < 1.0
+        fades = fades or (state.fade is not None and state.fade.before is not None)
         own = Own(
             state.k_h, state.patch.c_ii, limits.max_force, state.safety.scale,
-            settings.max_stiffness, dot(sight.normal, sub(state.probe, sample.position)),
+            settings.max_stiffness, moved_in, pace, WISH_RATE_IN_FADES if fades else WISH_RATE,
         )  # fmt: skip
-        answered = answer(replica, sight, share, own, min(dt, 2.0 * limits.period))
+        answered = answer(replica, sight, share, own, counted)
         sight, explained, wished = answered.sight, answered.explained, answered.wished
     if sight is not None:
         contact = press(state, sample, sight, share, dt, silent, settings, explained, wished)
@@ -232,7 +246,7 @@ def _step(
     if replica is not None and answered is not None:
         give = replica.gives[0].y
         pressed = dot(pushed, contact.normal)
-        replica = move(replica, answered, pressed, min(dt, 2.0 * limits.period))
+        replica = move(replica, answered, pressed, min(dt, 2.0 * limits.period), pace)
     after = LoopState(
         patch=state.patch,
         arrived=state.arrived if state.arrived < now else now,

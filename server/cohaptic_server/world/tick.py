@@ -319,8 +319,9 @@ def advance(
         normals = np.array([span.start for span in spans], dtype=np.int64)
         C = compliance[np.ix_(normals, normals)]
         linear = not turns and may_superpose(body, response)
-        wishes = next_wishes(wishes, tracked, applied, height, C, linear, time)
-        stiffest = 1.0 / (1.0 / stiffest + held_beside(tracked, wishes, C))
+        beside = held_beside(tracked, wishes, pressing, C)
+        stiffest = 1.0 / (1.0 / stiffest + beside)
+        wishes = next_wishes(wishes, tracked, applied, height, C, stiffest, linear, time)
         partners = partners_of(wishes, tracked, applied, weight, C, stiffest, body.mesh.size)
     weighted = _weighted_rows(coupling, weight)
     of_contacts: list[Compliance3 | None] = [None] * len(spans)

@@ -254,9 +254,9 @@ COMPLIANCE: Final = Layout(
 )  # fmt: skip
 
 _MODEL = (
-    Field("mass", "f32", 1, "kg", "of the model", "0.01..10"),
-    Field("damping", "f32", 1, "N s/m", "of the model", "0.1..100"),
-    Field("stiffness", "f32", 1, "N/m", "of the model", "10..1e4"),
+    Field("mass", "f32", 1, "kg", "of the model", "0.03..0.8"),
+    Field("damping", "f32", 1, "N s/m", "of the model", "0.5..20"),
+    Field("stiffness", "f32", 1, "N/m", "of the model", "50..1500"),
 )
 
 PARTNERS: Final = Layout(

@@ -16,9 +16,9 @@ _COUPLED: Final = COUPLED.packer()
 # The haptic loop solves for all hands in each period, and a patch has a column of C for each.
 MAX_PARTNERS: Final = 7
 _U32: Final = 2**32 - 1
-# With these limits no model is unstable in a haptic period of 2 ms, and none is at rest for ever.
-LIGHTEST: Final = HandModel(0.01, 0.1, 10.0)
-HEAVIEST: Final = HandModel(10.0, 100.0, 1e4)
+# From a hand on a light device to an arm on a heavy one, as the server's estimates go.
+LIGHTEST: Final = HandModel(0.03, 0.5, 50.0)
+HEAVIEST: Final = HandModel(0.8, 20.0, 1500.0)
 MOST_CARRIED: Final = 300.0  # N, as in a scene
 _LEAST, _MOST = 1e-6 * (1.0 - 1e-6), 10.0 * (1.0 + 1e-6)  # m/N, with the rounding of 32 bits
 

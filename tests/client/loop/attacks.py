@@ -13,8 +13,10 @@ from dataclasses import dataclass, field, replace
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import USUAL_HAND
 from cohaptic.control.law import Law
 from cohaptic.protocol.frame import MAX_POSITION
+from cohaptic.protocol.partners import HEAVIEST, LIGHTEST, Partner, Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
@@ -23,6 +25,7 @@ from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE, Sa
 from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.plane import PLANE
+from tests.strategies import partners
 
 PERIOD, TICK = 0.001, 16  # s; periods between the patches of a friendly server
 SIMULATION_PERIOD = 1.0 / 60.0  # s
@@ -134,10 +137,11 @@ class Hand:
     def press(self) -> None:
         """Engage in front of a plane, press, and rest pressed."""
         target = add(PRESSED, ZERO)
-        for n in range(500):
+        for n in range(600):
             if n % TICK == 0:
                 self.take(PLANE)
-            way = sub(target, self.at) if n > 60 else ZERO
+            # Time for the surface of before to go, and then to be engaged.
+            way = sub(target, self.at) if n > 160 else ZERO
             step_way = 1e-4  # m: 0.1 m/s
             size = norm(way)
             if size > 0.0:
@@ -208,6 +212,31 @@ wrong_compliances = st.one_of(
     compliances,
     st.builds(Compliance3, *[st.one_of(odd, st.floats(-0.01, 0.01))] * 6),
 )
+# Hands that a server makes up: any that the protocol allows, and some that a hand could be.
+made_up = st.lists(st.integers(2, 4), min_size=1, max_size=3, unique=True).flatmap(
+    lambda users: st.builds(
+        Partners,
+        weight=st.sampled_from([0.0, 0.5, 1.0]),
+        most=st.sampled_from([0.0, 1.0, 10.0]),
+        model=st.sampled_from([USUAL_HAND, LIGHTEST, HEAVIEST]),
+        partners=st.tuples(
+            *[
+                st.builds(
+                    Partner,
+                    user=st.just(user),
+                    model=st.sampled_from([USUAL_HAND, LIGHTEST, HEAVIEST]),
+                    intended=st.sampled_from([-0.01, 0.0, 0.005, 0.02, 20.0]),
+                    give=st.sampled_from([0.0, 0.01, -10.0]),
+                    force=st.sampled_from([0.0, 2.0, 300.0]),
+                    most=st.sampled_from([0.0, 10.0, 100.0]),
+                    c_jj=st.sampled_from([SOFT, 1e-6, 10.0]),
+                    coupled=st.tuples(*[st.sampled_from([0.5 * SOFT, -0.9 * SOFT, 0.0])] * (j + 1)),
+                )
+                for j, user in enumerate(users)
+            ]
+        ),
+    )
+)
 # What a server may say that keeps to the protocol: `Patch` checks it.
 valid_patches = st.builds(
     replace,
@@ -222,6 +251,7 @@ valid_patches = st.builds(
     own_force=st.just(ZERO) | valid_vectors.map(lambda v: (9.0 * v[0], 9.0 * v[1], 9.0 * v[2])),
     u_others=st.just(ZERO) | valid_vectors,
     compliance=compliances,
+    partners=st.none() | made_up | made_up | partners,
 )
 # And what a broken network process would let through: the loop's own defence.
 wrong_patches = st.builds(

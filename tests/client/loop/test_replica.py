@@ -18,6 +18,7 @@ from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import HEAVIEST, LIGHTEST, MAX_PARTNERS, Partner, Partners
 from cohaptic.vec import ZERO, add, dot, scale, sub
 from cohaptic_client.loop.replica import (
+    WISH_RATE,
     Answer,
     Own,
     Replica,
@@ -129,7 +130,9 @@ def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go
     replica = follow(follow(None, some(old, seed, weight), 1.0), some(old, seed + 1, 0.5), 1.0)
     gives = [Give(0.001 * i, 0.01 * i) for i in range(len(old) + 1)]
     replica = move(
-        Replica(replica.news, replica.before, replica.after, gives, replica.forces, []),
+        Replica(
+            replica.news, replica.before, replica.after, replica.models, gives, replica.forces, []
+        ),
         answered([0.5 * i for i in range(len(old) + 1)]),
         0.0,
         0.0,
@@ -160,7 +163,9 @@ def ask(
 ) -> tuple[list[float], Sight]:
     """The answer of models that have shown their surface for long."""
     steady = replace(replica, step=0.0)
-    found = answer(steady, sight, share, Own(k_h, 1.0 / K_H, MOST, 1.0, math.inf, 0.0), DT)
+    found = answer(
+        steady, sight, share, Own(k_h, 1.0 / K_H, MOST, 1.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+    )
     return found.forces, found.sight
 
 
@@ -325,7 +330,7 @@ def test_no_model_leaves_every_workspace_however_its_hand_is_described(
 def test_partners_who_come_or_go_make_no_step(
     first: Partners, news: Partners, sight: Sight, share: float
 ) -> None:
-    own = Own(K_H, 1.0 / K_H, MOST, 1.0, math.inf, 0.0)
+    own = Own(K_H, 1.0 / K_H, MOST, 1.0, math.inf, 0.0, 0.0, WISH_RATE)
     replica = follow(None, first, 1.0)
     before = answer(replica, sight, 1.0, own, DT)
     replica = follow(move(replica, before, before.forces[0], 0.0), news, 1.0)
@@ -348,7 +353,7 @@ def test_no_device_renders_more_than_it_can(
     most = K_H / share
     sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
     replica = replace(follow(None, news, 1.0), step=0.0)
-    own = Own(K_H, 1.0 / K_H, MOST, given_share, most, 0.0)
+    own = Own(K_H, 1.0 / K_H, MOST, given_share, most, 0.0, 0.0, WISH_RATE)
     found = answer(replica, sight, 1.0, own, DT)
     deeper = Sight(depth + 1e-6, sight.normal, sight.c_ii, ZERO, ZERO)
     more = answer(replica, deeper, 1.0, own, DT)
@@ -357,13 +362,32 @@ def test_no_device_renders_more_than_it_can(
     assert rendered <= most * (1.0 + 1e-6) or given_share < 1.0
 
 
+@given(st.floats(50.0, 1e6), st.floats(0.0, 0.01), st.floats(-0.02, 0.0))
+def test_a_hand_alone_at_its_devices_limit_is_as_before(
+    most: float, depth: float, away: float
+) -> None:
+    """Alone, and with a partner in the air."""
+    sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / most, ZERO, ZERO)
+    own = Own(most, 1.0 / most, 1e9, 1.0, most, 0.0, 0.0, WISH_RATE)
+    partner = Partner(2, USUAL_HAND, away, 0.0, 0.0, 10.0, 1.0 / most, (0.5 / most,))
+    for others in ((), (partner,)):
+        replica = replace(follow(None, Partners(1.0, MOST, USUAL_HAND, others), 1.0), step=0.0)
+        found = answer(replica, sight, 1.0, own, DT)
+        assert found.sight.depth == depth
+        assert found.explained == 0.0
+
+
 def test_a_force_that_the_hand_does_not_get_is_none_for_the_others() -> None:
     partner = Partner(2, USUAL_HAND, 0.01, 0.0, 0.0, 10.0, 1.0 / K_H, (0.5 / K_H,))
     replica = replace(follow(None, Partners(1.0, MOST, USUAL_HAND, (partner,)), 1.0), step=0.0)
     sight = Sight(0.01, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
-    found = answer(replica, sight, 1.0, Own(K_H, 1.0 / K_H, MOST, 0.0, math.inf, 0.0), DT)
+    found = answer(
+        replica, sight, 1.0, Own(K_H, 1.0 / K_H, MOST, 0.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+    )
     assert found.forces == [0.0, pytest.approx(0.01 * K_H)]
     weak = Partners(1.0, 1.0, USUAL_HAND, (partner,))  # the body takes no more than 1 N
     replica = replace(follow(None, weak, 1.0), step=0.0)
-    found = answer(replica, sight, 1.0, Own(K_H, 1.0 / K_H, MOST, 1.0, math.inf, 0.0), DT)
+    found = answer(
+        replica, sight, 1.0, Own(K_H, 1.0 / K_H, MOST, 1.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+    )
     assert found.forces[0] == pytest.approx(1.0)

@@ -142,9 +142,9 @@ export interface PartnersFields {
   /** partners that follow; <= 7 */ readonly count: number;
   /** share of the models' forces; the rest is that of the forces in this surface [1]; 0..1 */ readonly weight: number;
   /** largest force that the body takes of this client [N]; 0..100 */ readonly most: number;
-  /** of the model [kg]; 0.01..10 */ readonly mass: number;
-  /** of the model [N s/m]; 0.1..100 */ readonly damping: number;
-  /** of the model [N/m]; 10..1e4 */ readonly stiffness: number;
+  /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
+  /** of the model [N s/m]; 0.5..20 */ readonly damping: number;
+  /** of the model [N/m]; 50..1500 */ readonly stiffness: number;
 }
 
 export function readPartnersFields(view: DataView, at: number): PartnersFields {
@@ -164,9 +164,9 @@ export const PARTNER_AT = { user: 0, mass: 4, damping: 8, stiffness: 12, intende
 /** Another hand: its contact, what it wants, and its model. Its row of the compliance follows. */
 export interface PartnerFields {
   /** its number; >= 1 */ readonly user: number;
-  /** of the model [kg]; 0.01..10 */ readonly mass: number;
-  /** of the model [N s/m]; 0.1..100 */ readonly damping: number;
-  /** of the model [N/m]; 10..1e4 */ readonly stiffness: number;
+  /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
+  /** of the model [N s/m]; 0.5..20 */ readonly damping: number;
+  /** of the model [N/m]; 50..1500 */ readonly stiffness: number;
   /** depth of its tip below the surface without any force, plus the `give` that it told [m]; +-20 */ readonly intended: number;
   /** the `give` that it told [m]; +-10 */ readonly give: number;
   /** of this hand along its normal, in this surface [N]; 0..300 */ readonly force: number;

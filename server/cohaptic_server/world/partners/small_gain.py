@@ -22,8 +22,9 @@ from cohaptic_server.numeric import Complex, Floats
 FREQUENCIES = np.concatenate([np.geomspace(0.1, 1.0, 12)[:-1], np.geomspace(1.0, 60.0, 150)])
 # s; lags of q from which one is chosen. The longest is as slow as the lag of a room of the product.
 LAGS = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
-# 1/s, of the logarithms of a model: a step would move q by f (1 / k - 1 / k') within 0.1 s.
-RATE = 0.5
+# 1/s, of the logarithms of a model. While it moves, the copies of it in other clients are late by
+# a tick or so, which shakes forces by 10 mN at 0.5 / s; a lag covers a model that is still wrong.
+RATE = 0.15
 # Change of a lag in a second: q catches up with a hand as if that were faster by so much.
 LAG_DOWN, LAG_UP = 0.02, 0.1
 _ALIASES = 5  # beyond which T has fallen with 1 / f^2, and the lines by another 1 / f^2

@@ -76,12 +76,14 @@ def has_model(touch: Touch) -> bool:
     )
 
 
+# Above 60 lines: whether models may be used, what is known of hands, and what they want by that.
 def next_wishes(
     wishes: Wishes,
     tracked: Tracked,
     applied: Applied,
     height: Floats,
     C: Floats,
+    stiffest: Floats,
     possible: bool,
     time: TickTime,
 ) -> Wishes:
@@ -93,6 +95,7 @@ def next_wishes(
         applied: Forces that the body carries.
         height: Height of each tip over its free surface, shape (n,) [m].
         C: Compliance between the contacts, shape (n, n) [m/N].
+        stiffest: Largest gain of each user's law, shape (n,) [N/m].
         possible: Whether body and contacts allow models.
         time: Number, time and period of the tick.
     """
@@ -117,7 +120,10 @@ def next_wishes(
     }
     learned_at = wishes.learned_at
     if weight == 1.0 and time.now - learned_at >= _LEARN_EVERY:
-        hands, learned_at = _learned(hands, tracked, C, pressing & modelled, time.now, learned_at)
+        felt = C.copy()  # a hand also feels how soft its device is
+        felt[np.diag_indices(len(C))] = np.maximum(C.diagonal(), 1.0 / stiffest)
+        touching = pressing & modelled
+        hands, learned_at = _learned(hands, tracked, felt, touching, time.now, learned_at)
     forces = {touch.user: norm(touch.force) for touch in touches}
     hands = {user: glide(hand, forces[user], time.period) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
@@ -174,19 +180,21 @@ def _model_at(wishes: Wishes, user: int, tick: int) -> HandModel:
     return then.get(user) or wishes.hands[user].model
 
 
-def held_beside(tracked: Tracked, wishes: Wishes, C: Floats) -> Floats:
+def held_beside(tracked: Tracked, wishes: Wishes, pressing: Mask, C: Floats) -> Floats:
     """Return how much the tips of others stiffen each contact while they cannot move, (n,) [m/N].
 
-    It is C_ii - 1 / (C^-1)_ii over all hands with models. A device renders K where the gain of its
-    law is at most 1 / (1 / K + this).
+    It is C_ii - 1 / (C^-1)_ii over all hands with models that press, as far as models are used. A
+    device renders K where the gain of its law is at most 1 / (1 / K + this).
     """
     beside = np.zeros(len(C))
-    rows = [i for i, touch in enumerate(tracked.touches) if touch.user in wishes.intended]
+    known = [touch.user in wishes.intended for touch in tracked.touches]
+    rows = np.flatnonzero(pressing & np.array(known, dtype=np.bool_))
     if len(rows) > 1:
         part = C[np.ix_(rows, rows)]
         own = part.diagonal().copy()
         part[np.diag_indices(len(rows))] *= _APART
-        beside[rows] = np.maximum(0.0, own - 1.0 / np.linalg.inv(part).diagonal())
+        held = np.maximum(0.0, own - 1.0 / np.linalg.inv(part).diagonal())
+        beside[rows] = wishes.weight * held
     return beside
 
 

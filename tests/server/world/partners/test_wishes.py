@@ -62,7 +62,14 @@ class Room:
     def tick(self) -> Wishes:
         self.time = TickTime(self.time.number + 1, self.time.now + DT, DT)
         self.wishes = next_wishes(
-            self.wishes, self.tracked, self.applied, self.height, self.C, self.possible, self.time
+            self.wishes,
+            self.tracked,
+            self.applied,
+            self.height,
+            self.C,
+            self.tracked.settings[1],
+            self.possible,
+            self.time,
         )
         return self.wishes
 
