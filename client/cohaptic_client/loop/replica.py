@@ -30,7 +30,7 @@ WISH_RATE_IN_FADES: Final = 0.25 * EXTERNAL_RATE
 _ANSWERED: Final = 2.0
 _CALM: Final = 0.2  # s; time constant with which a speed of late is forgotten
 # 1/s; largest change of a model in relation to itself, twice as fast as an honest server's.
-_MODEL_RATE: Final = 0.5
+_MODEL_RATE: Final = 1.0
 _TRIES: Final = 3  # to find how much of what others want is within its limit
 _ROUNDING: Final = 1.0 + 1e-7  # factor; alone, a hand's own stiffness is that of its law
 _ABOUT: Final = 1.01  # factor within which that is found

@@ -163,7 +163,7 @@ def play(rooms: Rooms, way: Way) -> Played:
         played.force[t] = f
         q = q + (wanted - q) * (PERIOD / (PERIOD + lags))
         if (tick := tick_of[t]) >= 0:
-            models = towards(models, wanted_models, rooms.tick)
+            models = towards(models, wanted_models, wanted_lags > lags, rooms.tick)
             lags = lag_towards(lags, wanted_lags, rooms.tick)
             sent_q[tick], sent_models[tick] = q, models
             tips, pushes = [*tips, sensed.ravel()][-kept:], [*pushes, f.ravel()][-kept:]

@@ -45,7 +45,7 @@ def test_with_right_models_a_press_is_the_truth_but_late() -> None:
 
 @pytest.mark.parametrize("delay", [0.0, 0.08])
 def test_a_room_that_swings_up_dies_when_hands_are_estimated(delay: float) -> None:
-    rooms = rooms_with(WEAK, press(14.0, 2), delay)
+    rooms = rooms_with(WEAK, press(20.0, 2), delay)
     wild = play(rooms, Way(USUAL)).force
     tame = play(rooms, Way(USUAL, lag=0.04, estimates=True, lags=True)).force
     assert np.ptp(wild[-1000:]) > 100.0

@@ -102,7 +102,8 @@ def glide(learned: Learned, force: float, dt: float) -> Learned:
     model, late = learned.wanted
     if learned.model == model and learned.lag == late:
         return learned
-    moved = towards(np.array(learned.model), np.array(model), dt)
+    in_need = np.array(late > learned.lag)
+    moved = towards(np.array(learned.model), np.array(model), in_need, dt)
     slower = lag_towards(np.array([learned.lag]), np.array([late]), dt)
     return replace(learned, model=HandModel(*moved.tolist()), lag=float(slower[0]))
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohaptic_server.numeric import Complex, Floats
+from cohaptic_server.numeric import Complex, Floats, Mask
 
 # Hz; narrower than the peaks of hands with b / m = 2 / s, which are 0.3 Hz wide. Above, the gain
 # falls with 1 / f^2.
@@ -23,8 +23,9 @@ FREQUENCIES = np.concatenate([np.geomspace(0.1, 1.0, 12)[:-1], np.geomspace(1.0,
 # s; lags of q from which one is chosen. The longest is as slow as the lag of a room of the product.
 LAGS = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 # 1/s, of the logarithms of a model. While it moves, the copies of it in other clients are late by
-# a tick or so, which shakes forces by 10 mN at 0.5 / s; a lag covers a model that is still wrong.
-RATE = 0.15
+# a tick or so, which shakes forces by 10 mN at the higher rate. That is for a hand whose lag has to
+# grow: its loop may be swinging up.
+RATE, RATE_IN_NEED = 0.15, 0.5
 # Change of a lag in a second: q catches up with a hand as if that were faster by so much.
 LAG_DOWN, LAG_UP = 0.02, 0.1
 _ALIASES = 5  # beyond which T has fallen with 1 / f^2, and the lines by another 1 / f^2
@@ -132,10 +133,17 @@ def lag(around: Surroundings, clouds: Floats, models: Floats) -> Floats:
     return np.asarray(LAGS[np.where(enough.any(axis=-1), enough.argmax(axis=-1), len(LAGS) - 1)])
 
 
-def towards(models: Floats, wanted: Floats, dt: float) -> Floats:
-    """Return models on their way to others after a time [s]; shapes (..., 3)."""
-    most, change = RATE * dt, np.log(wanted / models)
-    return np.asarray(models * np.exp(np.clip(change, -most, most)))
+def towards(models: Floats, wanted: Floats, in_need: Mask, dt: float) -> Floats:
+    """Return models on their way to others.
+
+    Args:
+        models: Models, shape (..., 3).
+        wanted: The others, of the same shape.
+        in_need: Whether the lag of each hand has to grow, shape (...).
+        dt: Time [s].
+    """
+    most = np.where(in_need, RATE_IN_NEED, RATE)[..., None] * dt
+    return np.asarray(models * np.exp(np.clip(np.log(wanted / models), -most, most)))
 
 
 def lag_towards(lags: Floats, wanted: Floats, dt: float) -> Floats:

@@ -25,7 +25,7 @@ from cohaptic_server.world.partners.learning import (
     learn,
     unknown,
 )
-from cohaptic_server.world.partners.small_gain import LAG_DOWN, LAG_UP, LAGS, RATE
+from cohaptic_server.world.partners.small_gain import LAG_DOWN, LAG_UP, LAGS, RATE_IN_NEED
 from cohaptic_server.world.partners.wishes import next_wishes
 from cohaptic_server.world.state import TickTime, Touch
 from cohaptic_server.world.users import Wishes
@@ -226,7 +226,7 @@ def test_model_and_lag_glide_to_those_wanted_and_stay_there(
     for _ in range(steps):
         after = glide(learned, 0.0, dt)
         change = np.log(np.array(after.model) / np.array(learned.model))
-        assert np.abs(change).max() <= RATE * dt * (1.0 + 1e-9)
+        assert np.abs(change).max() <= RATE_IN_NEED * dt * (1.0 + 1e-9)
         assert -LAG_DOWN * dt - 1e-12 <= after.lag - learned.lag <= LAG_UP * dt + 1e-12
         learned = after
     for _ in range(60):

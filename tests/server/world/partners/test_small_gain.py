@@ -14,6 +14,7 @@ from cohaptic_server.world.partners.small_gain import (
     GAIN,
     LAGS,
     RATE,
+    RATE_IN_NEED,
     Surroundings,
     impedance,
     lag,
@@ -87,13 +88,14 @@ def test_a_lag_is_the_least_that_keeps_a_row_small(seed: int) -> None:
             assert (gain / np.sqrt(1.0 + (w * LAGS[place - 1]) ** 2)).max() >= GAIN
 
 
-def test_a_model_glides() -> None:
+@pytest.mark.parametrize(("in_need", "rate"), [(False, RATE), (True, RATE_IN_NEED)])
+def test_a_model_glides(in_need: bool, rate: float) -> None:
     models, wanted = np.array([[0.1, 5.0, 400.0]]), np.array([[0.5, 5.01, 40.0]])
     steps = [models]
     for _ in range(2000):
-        steps.append(towards(steps[-1], wanted, 0.01))
+        steps.append(towards(steps[-1], wanted, np.array([in_need]), 0.01))
     change = np.abs(np.log(np.array(steps[1:]) / np.array(steps[:-1])))
-    assert change.max() <= RATE * 0.01 + 1e-9
+    assert change.max() <= rate * 0.01 + 1e-9
     assert steps[-1] == pytest.approx(wanted)
 
 
