@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import CubicSpline
 
 from cohaptic_server.numeric import Complex, Floats
 
@@ -93,7 +92,14 @@ def on_grid(times: Floats, values: Floats) -> Floats:
     """
     n = round(WINDOW / GRID)
     at = times[-1] - GRID * np.arange(n, dtype=np.float64)[::-1]
-    return np.asarray(CubicSpline(times, values)(at).T)
+    slopes = np.gradient(values, times, axis=0)
+    i = np.clip(np.searchsorted(times, at) - 1, 0, len(times) - 2)
+    step = times[i + 1] - times[i]
+    u = ((at - times[i]) / step)[:, None]
+    # The cubic with these values and slopes at both ends (Hermite).
+    a, b = values[i], values[i + 1]
+    rise, c, d = b - a, step[:, None] * slopes[i], step[:, None] * slopes[i + 1]
+    return np.asarray((a + u * (c + u * (3.0 * rise - 2.0 * c - d + u * (c + d - 2.0 * rise)))).T)
 
 
 def seen(depth: Floats, force: Floats) -> Seen:
