@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -204,8 +205,10 @@ def _main() -> None:
     with ProcessPoolExecutor(a.workers) as pool:
         for k, room in enumerate(pool.map(partial(play, ensemble), range(a.rooms))):
             rooms.append(room)
+            print(f"\r{k + 1} of {a.rooms} rooms", end="", file=sys.stderr, flush=True)
             if room.swings:
                 print(k, room, flush=True)
+    print(file=sys.stderr)
     for kind in KINDS:
         if some := [room for room in rooms if room.kind == kind]:
             print(_line(kind, some))
