@@ -93,7 +93,8 @@ def on_grid(times: Floats, values: Floats) -> Floats:
     n = round(WINDOW / GRID)
     at = times[-1] - GRID * np.arange(n, dtype=np.float64)[::-1]
     slopes = np.gradient(values, times, axis=0)
-    i = np.clip(np.searchsorted(times, at) - 1, 0, len(times) - 2)
+    before: npt.NDArray[np.int64] = np.asarray(np.searchsorted(times, at), dtype=np.int64) - 1
+    i = np.minimum(np.maximum(before, 0), len(times) - 2)
     step = times[i + 1] - times[i]
     u = ((at - times[i]) / step)[:, None]
     # The cubic with these values and slopes at both ends (Hermite).
