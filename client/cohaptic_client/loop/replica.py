@@ -2,7 +2,8 @@
 
 A patch's surface contains the forces that the others had one way ago. They are replaced by those
 that models of the others have now, which give way to this hand at once. From the others only comes
-what they want: the depth that each would have if no force moved it.
+what they want: the depth that each would have if no force moved it. This module is the memory of
+the models, and `answer.py` what they answer in a period.
 """
 
 from __future__ import annotations
@@ -12,28 +13,14 @@ from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.hand_model import Give, HandModel, contact_forces, give_way, stiffness
+from cohaptic.control.hand_model import Give, HandModel, give_way
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import Partners
-from cohaptic.vec import add, lerp, scale
-from cohaptic_client.loop.safety import EXTERNAL_RATE
 
-_NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its compliances
-# s in which a step fades that partners make when they come, go or lose their models. A force of
-# 2 N then changes by 0.02 N a millisecond at first, the slew's limit.
-_FADE: Final = 0.1
-# N/s by which what others want may change the own force. What is left of the slew's rate is for
-# changes of gain and compliance; fades of the safety layer and of the law take more.
-WISH_RATE: Final = 0.85 * EXTERNAL_RATE
-WISH_RATE_IN_FADES: Final = 0.25 * EXTERNAL_RATE
-# Speed of a model over the largest speed of the own hand of late: a light hand in resonance.
-_ANSWERED: Final = 2.0
+NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its compliances
 _CALM: Final = 0.2  # s; time constant with which a speed of late is forgotten
 # 1/s; largest change of a model in relation to itself, twice as fast as an honest server's.
 _MODEL_RATE: Final = 1.0
-_TRIES: Final = 3  # to find how much of what others want is within its limit
-_ROUNDING: Final = 1.0 + 1e-7  # factor; alone, a hand's own stiffness is that of its law
-_ABOUT: Final = 1.01  # factor within which that is found
 
 
 @dataclass(init=False)
@@ -112,7 +99,7 @@ def numbers_of(partners: Partners) -> list[float]:
 
 def at(j: int) -> int:
     """Return the place of the first number of partner `j` in `numbers_of`."""
-    return 1 + _NUMBERS * j + j * (j + 1) // 2
+    return 1 + NUMBERS * j + j * (j + 1) // 2
 
 
 def share_answered(replica: Replica | None) -> float:
@@ -211,197 +198,6 @@ class Answer(NamedTuple):
     step: float
     explained: float
     wished: float
-
-
-class Own(NamedTuple):
-    """The own hand in one period.
-
-    Fields:
-        k_h: Gain of its law [N/m].
-        c_ii: Compliance of its contact in the newest patch [m/N].
-        most: Largest force on it [N].
-        given: Share of the law's force that the safety layer gives, 0 to 1.
-        max_stiffness: Largest stiffness that its device renders stably [N/m].
-        moved_in: Displacement into the surface since the last period [m].
-        pace: Largest speed into or out of the surface of late [m/s].
-        wish_rate: Rate at which others may change the own force [N/s].
-    """
-
-    k_h: float
-    c_ii: float
-    most: float
-    given: float
-    max_stiffness: float
-    moved_in: float
-    pace: float
-    wish_rate: float
-
-
-# Above 60 lines: one system of forces, solved for the last tips, for these, and for the new wishes.
-def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) -> Answer:
-    """Compute the forces of all hands in a period.
-
-    Args:
-        replica: Models after the last period.
-        sight: Surface of the patches at the probe.
-        share: Completed fraction of the move to the newest patch, 0 to 1.
-        own: The own hand.
-        dt: Time since the last period [s].
-    """
-    forces, wishes, weight, shift = [0.0], replica.wishes, 0.0, 0.0
-    explained = wished = 0.0
-    if own.k_h > 0.0:
-        numbers = shown_numbers(replica, share)
-        weight = numbers[0]
-        C, most, without = _coupling(replica, numbers, weight, own, dt)
-        wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
-        old = wishes or wanted
-        depth, before = [sight.depth + without], [sight.depth + without - own.moved_in]
-        for wish, give in zip(old, replica.gives[1:], strict=True):
-            depth.append(wish - give.y)
-            before.append(wish - give.y + dt * give.v)
-        forces = contact_forces(C, depth, most, replica.forces)
-        stiff = stiffness(C, forces, most)
-        least = 1.0 / C[0][0]
-        if stiff[0] > _ROUNDING * max(least, own.max_stiffness):
-            # The device cannot render this: take as much less of what the models answer.
-            less = max(0.0, 1.0 - least / own.max_stiffness) / (1.0 - least / stiff[0])
-            for k in range(1, len(depth)):
-                C[0][k] *= less
-            depth[0] -= (1.0 - less) * without
-            before[0] -= (1.0 - less) * without
-            without *= less
-            forces = contact_forces(C, depth, most, forces)
-            stiff = stiffness(C, forces, most)
-        then, answered = contact_forces(C, before, most, forces), forces
-        for k in range(1, len(depth)):
-            explained -= C[0][k] * (answered[k] - then[k])
-        further = [a - b for a, b in zip(wanted, old, strict=True)]
-        # The models' own motion counts as far as the own motion may have made it: nothing is
-        # explained to a hand at rest.
-        at_once = max(0.0, stiff[0] * C[0][0] - 1.0) * own.moved_in
-        most_moved = _ANSWERED * own.pace * dt
-        explained = at_once + max(-most_moved, min(most_moved, explained - at_once))
-        moved = (own.moved_in + explained) / C[0][0]
-        if moved * explained <= 0.0:
-            moved = 0.0
-        elif abs(moved) > abs(explained) / C[0][0]:
-            moved = explained / C[0][0]
-        rate = own.wish_rate * dt
-        changes = _changes(C, depth, forces, stiff, further, moved, rate)
-        for left in range(_TRIES, 0, -1):
-            tried = list(depth)
-            for k, change in enumerate(changes, start=1):
-                tried[k] += change
-            forces, wished = contact_forces(C, tried, most, answered), 0.0
-            for k in range(1, len(depth)):
-                wished -= C[0][k] * (forces[k] - answered[k])
-            allowed = C[0][0] * _allowed(wished, moved, rate)
-            if abs(wished) <= allowed * _ABOUT:
-                break
-            # Hands came into contact or left it: less of all that is wanted, or nothing now.
-            less = 0.5 * allowed / abs(wished) if left > 1 else 0.0
-            changes = [change * less for change in changes]
-            if left == 1:
-                forces, wished = answered, 0.0
-        wishes = [a + b for a, b in zip(old, changes, strict=True)]
-        shift = without
-        for k in range(1, len(depth)):
-            shift -= C[0][k] * forces[k]
-    step = replica.shift - shift if math.isnan(replica.step) else replica.step
-    step *= max(0.0, 1.0 - dt / _FADE)
-    shift += step
-    by_others = add(sight.u_others, scale(sight.normal, shift))
-    # The models answer the force that the hand has now, and not the one that the body carried.
-    carried = lerp(sight.own_force, scale(sight.normal, forces[0]), weight)
-    shown = Sight(sight.depth + shift, sight.normal, sight.c_ii, carried, by_others)
-    return Answer(forces, wishes, shown, shift, step, explained, wished)
-
-
-def _allowed(wished: float, moved: float, rate: float) -> float:
-    """Return the largest change of the own force by what others want [N].
-
-    Such a change may be as fast as the rate, and undo what the models answer to the own motion. To
-    hold back that answer would be a delay in a passive body, which makes energy; so it is what the
-    others want that is held back.
-
-    Args:
-        wished: Change of which only the sign counts.
-        moved: Change of the own force that the models' answer explains [N].
-        rate: Change in a period that needs no explanation [N].
-    """
-    return rate + max(0.0, -math.copysign(moved, moved * wished))
-
-
-def _changes(
-    C: list[list[float]],
-    depth: list[float],
-    forces: list[float],
-    stiff: list[float],
-    further: list[float],
-    moved: float,
-    rate: float,
-) -> list[float]:
-    """Return the changes of what partners want that are shown in this period [m].
-
-    Args:
-        C: Compliance between the contacts, shape (n, n) [m/N].
-        depth: Depth of each hand below the surface without any force, shape (n,) [m].
-        forces: Forces at these depths, shape (n,) [N].
-        stiff: Change of the own force per change of each depth, shape (n,) [N/m].
-        further: Changes until the wishes are those of the patch, shape (n - 1,) [m].
-        moved: As for `_allowed` [N].
-        rate: As for `_allowed` [N].
-    """
-    n = len(forces)
-    effects, free, net = [0.0] * (n - 1), [0.0] * (n - 1), 0.0
-    for k in range(1, n):
-        change, effect = further[k - 1], stiff[k]
-        if forces[k] <= 0.0 and change > 0.0:  # the way through the air is free
-            gap = -depth[k]
-            for j in range(n):
-                gap += C[k][j] * forces[j]
-            free[k - 1] = min(change, max(0.0, gap))
-            effect = -C[0][k] / C[k][k] * max(stiff[0], 1.0 / C[0][0])
-        effects[k - 1] = effect * (change - free[k - 1])
-        net += effects[k - 1]
-    left, cap, rest = _allowed(net, moved, rate), math.inf, n - 1
-    for effect in sorted([abs(e) for e in effects]):  # the largest are cut, to one size
-        if effect * rest > left:
-            cap = left / rest
-            break
-        left, rest = left - effect, rest - 1
-    return [
-        free[k] + (further[k] - free[k]) * (cap / abs(e) if abs(e) > cap else 1.0)
-        for k, e in enumerate(effects)
-    ]
-
-
-def _coupling(
-    replica: Replica, numbers: list[float], weight: float, own: Own, dt: float
-) -> tuple[list[list[float]], list[float], float]:
-    """Return C, the largest forces, and the own depth without the forces of the surface, less it.
-
-    The first row of C is weighted.
-    """
-    n, without, given = len(replica.gives), 0.0, max(own.given, 1e-3)
-    C = [[0.0] * n for _ in range(n)]
-    most = [min(own.most, replica.news.most) if own.given > 0.0 else 0.0]
-    # At another place than that of the patch the own contact is as soft as the gain says; all its
-    # compliances then differ, so that the matrix stays positive definite.
-    C[0][0] = 1.0 / (own.k_h * given)
-    there = min(1.0, math.sqrt(1.0 / (own.k_h * own.c_ii)))
-    for j in range(n - 1):
-        i, to = at(j), j + 1
-        # A stiffer contact than this would let a period's force throw the model to and fro.
-        C[to][to] = max(numbers[i + 3], dt * dt / replica.models[to].mass)
-        for k in range(to):
-            C[to][k] = C[k][to] = numbers[i + _NUMBERS + k]
-        C[to][0] *= there
-        C[0][to] = weight * C[to][0]
-        without += C[0][to] * numbers[i + 1]
-        most.append(numbers[i + 2])
-    return C, most, without
 
 
 def pace_of(replica: Replica, moved_in: float, dt: float) -> float:

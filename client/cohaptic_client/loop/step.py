@@ -19,20 +19,12 @@ from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.patch import MAX_STIFFNESS
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.answer import WISH_RATE, WISH_RATE_IN_FADES, Own, answer
 from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
-from cohaptic_client.loop.replica import (
-    WISH_RATE,
-    WISH_RATE_IN_FADES,
-    Answer,
-    Own,
-    answer,
-    left_alone,
-    move,
-    pace_of,
-)
+from cohaptic_client.loop.replica import Answer, left_alone, move, pace_of
 from cohaptic_client.loop.safety import SafetyLimits, SafetyState, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
 

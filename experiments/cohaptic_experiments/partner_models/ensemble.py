@@ -13,16 +13,11 @@ import numpy.typing as npt
 
 from cohaptic.simulated.hand import Hand
 from cohaptic_experiments.partner_models.linear_room import Played, Rooms, Way, play, truth
+from cohaptic_experiments.partner_models.loop_gain import loops, radius
 from cohaptic_experiments.transparency.frequency import HALF_POWER, falls_below
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.numeric import Complex, Floats
-from cohaptic_server.world.partners.small_gain import (
-    FREQUENCIES,
-    contacts,
-    impedance,
-    loops,
-    radius,
-)
+from cohaptic_server.world.partners.small_gain import FREQUENCIES, contacts, impedance
 
 USUAL = np.array(astuple(Hand()))  # the hand that everybody is taken for at first
 OWN = 1.0 / 325.0  # m/N; compliance of a balloon under a finger

@@ -15,8 +15,8 @@ from cohaptic_experiments.partner_models.ensemble import (
     intentions,
 )
 from cohaptic_experiments.partner_models.linear_room import Rooms, Way, play, truth
+from cohaptic_experiments.partner_models.loop_gain import loops, radius
 from cohaptic_server.numeric import Floats
-from cohaptic_server.world.partners.small_gain import loops, radius
 
 WEAK = np.array([[[0.5, 1.0, 150.0]] * 2])
 FINE = np.geomspace(0.3, 90.0, 1500)  # Hz

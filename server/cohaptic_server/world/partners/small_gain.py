@@ -28,7 +28,6 @@ LAGS = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 RATE, RATE_IN_NEED = 0.15, 0.5
 # Change of a lag in a second: q catches up with a hand as if that were faster by so much.
 LAG_DOWN, LAG_UP = 0.02, 0.1
-_ALIASES = 5  # beyond which T has fallen with 1 / f^2, and the lines by another 1 / f^2
 SURE = 0.98  # of the hands that a hand may be
 GAIN = 0.9  # largest sum of a row of |T|; the rest is for sampling and frequencies between
 
@@ -55,22 +54,6 @@ def contacts(C: Floats, models: Floats, frequencies: Floats) -> Complex:
     n = C.shape[-1]
     A = np.linalg.inv(C[..., None, :, :] + give[..., None] * np.eye(n))
     return np.asarray(A, dtype=np.complex128)
-
-
-def loops(C: Floats, hands: Floats, models: Floats, frequencies: Floats) -> Complex:
-    """Return T of hands that are taken for models, shape (..., f, n, n); arguments as above."""
-    A = contacts(C, models, frequencies)
-    E = np.moveaxis(
-        1.0 / impedance(hands, frequencies) - 1.0 / impedance(models, frequencies), -1, -2
-    )
-    own = np.diagonal(A, axis1=-2, axis2=-1)
-    T = -(E / (1.0 + E * own))[..., None] * A
-    return np.asarray(T * (1.0 - np.eye(C.shape[-1])))
-
-
-def radius(T: Complex) -> Floats:
-    """Return the spectral radius of |T| (..., n, n), shape (...)."""
-    return np.asarray(np.abs(np.linalg.eigvals(np.abs(T))).max(axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,26 +132,3 @@ def towards(models: Floats, wanted: Floats, in_need: Mask, dt: float) -> Floats:
 def lag_towards(lags: Floats, wanted: Floats, dt: float) -> Floats:
     """Return lags on their way to others after a time [s]."""
     return np.asarray(lags + np.clip(wanted - lags, -LAG_DOWN * dt, LAG_UP * dt))
-
-
-def sampled_radius(
-    C: Floats, hands: Floats, models: Floats, tick: float, points: int = 60
-) -> Floats:
-    """Return the largest spectral radius with q sampled in ticks and joined by lines, shape (...).
-
-    What comes back at w of samples is the sum over m of T(w + 2 pi m / tick), each with the gain
-    sinc^2 of lines between samples; science 3.15.
-
-    Args:
-        C: Compliance, shape (..., n, n) [m/N].
-        hands: Shape (..., n, 3).
-        models: Shape (..., n, 3).
-        tick: Period of the ticks [s].
-        points: Number of frequencies between 0 and half of the rate of the ticks.
-    """
-    base = (np.arange(points) + 0.5) / points * 0.5 / tick
-    total: Floats = np.zeros((*C.shape[:-2], points, C.shape[-1], C.shape[-1]))
-    for m in range(-_ALIASES, _ALIASES + 1):
-        f = base + m / tick
-        total = total + np.abs(loops(C, hands, models, f)) * np.sinc(f * tick)[:, None, None] ** 2
-    return np.asarray(np.abs(np.linalg.eigvals(total)).max(axis=-1).max(axis=-1))

@@ -110,7 +110,7 @@ def next_wishes(
     forbidden = not possible or beside or int(pressing.sum()) > MAX_PARTNERS + 1
     at, weight = wishes.forbidden_at, wishes.weight
     if forbidden:
-        at, weight = time.now, max(0.0, 0.0 if begins else weight - _FALL * time.period)
+        at, weight = time.now, 0.0 if begins else max(0.0, weight - _FALL * time.period)
     elif time.now - at >= _CALM:
         weight = min(1.0, weight + _RISE * time.period)
     hands = {

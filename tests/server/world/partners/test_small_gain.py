@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic_experiments.partner_models.ensemble import compliance, felt
+from cohaptic_experiments.partner_models.loop_gain import loops, radius
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.partners.small_gain import (
     FREQUENCIES,
@@ -18,8 +19,6 @@ from cohaptic_server.world.partners.small_gain import (
     Surroundings,
     impedance,
     lag,
-    loops,
-    radius,
     row,
     surroundings,
     towards,
