@@ -137,11 +137,12 @@ class Hand:
     def press(self) -> None:
         """Engage in front of a plane, press, and rest pressed."""
         target = add(PRESSED, ZERO)
-        for n in range(600):
+        for n in range(850):
             if n % TICK == 0:
                 self.take(PLANE)
-            # Time for the surface of before to go, and then to be engaged.
-            way = sub(target, self.at) if n > 160 else ZERO
+            # The law of before may go with 10 N, and its transition ends at a rate relative to the
+            # force: until little is left of that, the hand is not engaged.
+            way = sub(target, self.at) if n > 400 else ZERO
             step_way = 1e-4  # m: 0.1 m/s
             size = norm(way)
             if size > 0.0:
