@@ -59,15 +59,19 @@ normals = (
     vectors(1.0).map(lambda v: tuple(single(c) for c in unit(v))).map(lambda v: (v[0], v[1], v[2]))
 )
 
+hand_models = st.builds(
+    HandModel, *[floats(low, high) for low, high in zip(LIGHTEST, HEAVIEST, strict=True)]
+)
+_tellings = st.tuples(st.floats(-10.0, 10.0, width=32), st.none() | hand_models)
 contact_samples = st.builds(
-    ContactSample,
+    lambda told, **fields: ContactSample(**fields, give=told[0], own_model=told[1]),
+    st.just((None, None)) | _tellings,
     seq=counts,
     tick=st.integers(0, 2**32 - 1),
     t_client=times,
     probe=vectors(10.0),
     force=vectors(100.0),
     anchor=st.none() | vectors(10.0),
-    give=st.none() | st.floats(-10.0, 10.0, width=32),
 )
 
 # Values of a room that survive 16 bits.
@@ -98,10 +102,6 @@ patches = st.builds(
     compliance=st.none()
     # Positive definite: no row's entries beside the diagonal reach its own.
     | st.builds(Compliance3, *[floats(0.125, 1.0)] * 3, *[floats(-0.0625, 0.0625)] * 3),
-)
-
-hand_models = st.builds(
-    HandModel, *[floats(low, high) for low, high in zip(LIGHTEST, HEAVIEST, strict=True)]
 )
 
 

@@ -22,8 +22,10 @@ from cohaptic.protocol.layout import (
     ANCHOR,
     CONTACT_SAMPLE,
     FACE,
+    GIVE,
     HEAD,
     LAYOUTS,
+    OWN_MODEL,
     VERTEX,
     Field,
     FrameKind,
@@ -33,7 +35,7 @@ from cohaptic.protocol.version import FAMILY, PROTOCOL_VERSION
 
 ROOT = Path(__file__).parents[1]
 PAGE, DOCS = ROOT / "web/src/protocol/layout.ts", ROOT / "docs/protocol.md"
-_SENT = (CONTACT_SAMPLE, ANCHOR, ACK)  # the page writes these
+_SENT = (CONTACT_SAMPLE, ANCHOR, GIVE, OWN_MODEL, ACK)  # the page writes these
 _BULK = (VERTEX, FACE)  # the page reads these by the thousand, in loops of its own
 # Limits of the codecs that the page checks, too, with their units.
 _LIMITS: dict[str, tuple[float, str]] = {

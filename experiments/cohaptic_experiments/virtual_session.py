@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.protocol.contact_sample import ContactSample
@@ -16,7 +17,7 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
-from cohaptic.simulated.hand import HandScript, Intention
+from cohaptic.simulated.hand import Hand, HandScript, HandState, Intention, move
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.simulated import INFO, SimulatedDevice
@@ -57,6 +58,9 @@ class VirtualUser:
     unexplained: list[float] = field(default_factory=list[float])
     listening: bool = True
     talking: bool = True
+    # The hand, where the client tells it as the page does, and what forces have moved of it.
+    own_hand: Hand | None = None
+    _gave: HandState = field(default_factory=lambda: HandState(ZERO, ZERO))
     _on_body: Vec3 = ZERO
 
     def period(self, now: float) -> None:
@@ -64,6 +68,8 @@ class VirtualUser:
         inbox, sample = self.down.pop_due(now), self.device.read(now)
         force, frame = self.client(now, sample, inbox)
         self.device.write(force)
+        if self.own_hand is not None:
+            self._gave = move(self._gave, self.own_hand, ZERO, force, PERIOD)
         if frame is not None:
             self.up.push(frame, now)
 
@@ -97,8 +103,12 @@ class VirtualUser:
         self.pacer = self.pacer.sent(now)
         self.seq += 1
         tick = self.state.patch.tick if self.state.patch else 0
+        give, own_model = output.give, None
+        if (hand := self.own_hand) is not None:
+            give = dot(self._gave.position, self.state.normal)
+            own_model = HandModel(hand.mass, hand.damping, hand.stiffness)
         told = ContactSample(
-            self.seq, tick, now, sample.position, output.on_body, output.anchor, output.give
+            self.seq, tick, now, sample.position, output.on_body, output.anchor, give, own_model
         )
         return output.force, told.encode()
 
@@ -163,6 +173,7 @@ class VirtualSession:
         friction: float = 0.0,
         device: Device | None = None,
         models: bool = False,
+        tells_hand: bool = False,
     ) -> VirtualUser:
         """Let a user join now.
 
@@ -185,6 +196,7 @@ class VirtualSession:
             friction: Coefficient of friction.
             device: Instead of a simulated hand.
             models: Whether the client moves models of the hands.
+            tells_hand: Whether the client tells the hand that it simulates, as the page does.
         """
         if not passivity:
             max_damping = 0.0
@@ -229,6 +241,7 @@ class VirtualSession:
             up=DelayLine(LinkSettings(delay, jitter, 2 * seed)),
             down=DelayLine(LinkSettings(delay, jitter, 2 * seed + 1)),
             pacer=Pacer(period, self.now),
+            own_hand=script.hand if tells_hand else None,
         )
         self.users[name] = user
         return user

@@ -11,6 +11,7 @@ import pytest
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.frame import MAX_FORCE
 from cohaptic.protocol.messages import Hello
+from cohaptic.protocol.partners import HEAVIEST, LIGHTEST
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic.vec import Vec3, add, scale
@@ -33,11 +34,23 @@ def script(angle: float, approach_at: float = 1.0, depth: float = DEPTH) -> Hand
     return HandScript(angle, depth=depth, approach_at=approach_at)
 
 
-def two(body: Balloon, delay: float) -> VirtualSession:
+# What a client does: it moves models of the others, or tells its own hand as the page does, or
+# neither.
+MOVES, TELLS, NEITHER = "moves models", "tells its hand", "neither"
+
+
+def two(body: Balloon, delay: float, other: str = MOVES) -> VirtualSession:
     """Two hands with models, on opposite sides of the balloon."""
     session = VirtualSession(body)
-    for i, angle in enumerate((0.0, math.pi)):
-        session.join(f"user{i}", script(angle), delay=delay, seed=i, models=True)
+    session.join("user0", script(0.0), delay=delay, models=True)
+    session.join(
+        "user1",
+        script(math.pi),
+        delay=delay,
+        seed=1,
+        models=other == MOVES,
+        tells_hand=other == TELLS,
+    )
     return session
 
 
@@ -55,9 +68,10 @@ def weight_of(session: VirtualSession) -> float:
     return session.room.world.wishes.weight
 
 
+@pytest.mark.parametrize("other", [MOVES, TELLS])
 @pytest.mark.parametrize("delay", DELAYS)
-def test_forces_come_to_the_equilibrium(small_balloon: Balloon, delay: float) -> None:
-    session = two(small_balloon, delay)
+def test_forces_come_to_the_equilibrium(small_balloon: Balloon, delay: float, other: str) -> None:
+    session = two(small_balloon, delay, other)
     session.run(3.5 + 8.0 * delay)
     expected = at_rest(small_balloon, [script(0.0), script(math.pi)])
     for user, force in zip(session.users.values(), expected, strict=True):
@@ -78,10 +92,12 @@ def test_three_hands_come_to_the_equilibrium_too(small_balloon: Balloon, delay: 
         assert np.ptp(user.force[-300:]) < 0.01 * force
 
 
-def join_with(models: bool) -> Callable[[VirtualSession, float], None]:
+def join_who(other: str) -> Callable[[VirtualSession, float], None]:
     def act(session: VirtualSession, delay: float) -> None:
         comer = script(BESIDE, 0.3, 0.02)
-        session.join("third", comer, delay=delay, seed=7, models=models)
+        session.join(
+            "third", comer, delay=delay, seed=7, models=other == MOVES, tells_hand=other == TELLS
+        )
 
     return act
 
@@ -95,8 +111,9 @@ def mute(session: VirtualSession, _: float) -> None:
 
 
 EVENTS = {
-    "one with models joins": join_with(True),
-    "one without joins": join_with(False),
+    "one who moves models joins": join_who(MOVES),
+    "one who tells its hand joins": join_who(TELLS),
+    "one without joins": join_who(NEITHER),
     "one leaves": leave,
     "one falls silent": mute,
 }
@@ -125,7 +142,7 @@ def test_one_who_is_muted_makes_no_force_jump_and_forbids_nothing(
     small_balloon: Balloon, delay: float
 ) -> None:
     session = two(small_balloon, delay)
-    join_with(False)(session, delay)
+    join_who(NEITHER)(session, delay)
     session.run(3.5 + 4.0 * delay)
     assert weight_of(session) == 0.0
     session.room.members[session.users["third"].number].muted = True
@@ -145,9 +162,10 @@ class Further(Intention):
         return add(super().at(t), scale(self.direction, further))
 
 
+@pytest.mark.parametrize("other", [MOVES, TELLS])
 @pytest.mark.parametrize("delay", DELAYS)
 def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
-    small_balloon: Balloon, delay: float
+    small_balloon: Balloon, delay: float, other: str
 ) -> None:
     """A hand that suddenly wants to be deeper: nine tenths of it at the other hand."""
     session = VirtualSession(small_balloon)
@@ -158,7 +176,10 @@ def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
         add(info.center, (-info.radius, 0.0, 0.0)), (1.0, 0.0, 0.0), DEPTH,
         approach_at=1.0 + 4.0 * delay,
     )  # fmt: skip
-    session.join("other", script(math.pi), delay=delay, seed=1, intention=path, models=True)
+    session.join(
+        "other", script(math.pi), delay=delay, seed=1, intention=path, models=other == MOVES,
+        tells_hand=other == TELLS,
+    )  # fmt: skip
     session.run(presses)
     before = resting.force[-1]
     session.run(2.0 + 4.0 * delay)
@@ -184,21 +205,31 @@ ATTACKS: dict[str, Callable[[int], Told]] = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize("changing", [None, 1, 30], ids=["moves", "flickers", "changes"])
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_what_others_tell_of_themselves_is_little_felt(small_balloon: Balloon, attack: str) -> None:
-    """By one who rests and moves models of them; nobody is expelled, and no tick fails."""
+def test_what_others_tell_of_themselves_is_little_felt(
+    small_balloon: Balloon, attack: str, changing: int | None
+) -> None:
+    """By one who rests and moves models of them; nobody is expelled, and no tick fails.
+
+    The attacker says that it moves models, or that it simulates its hand, which it makes another
+    every `changing` samples.
+    """
     session = two(small_balloon, 0.01)
     session.run(3.0)
     hello = Hello(
-        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6, models=True
-    )
+        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6,
+        models=changing is None,
+    )  # fmt: skip
     number = session.room.join(hello, session.now)[0].user
     out = (math.cos(BESIDE), math.sin(BESIDE), 0.0)
     for k in range(300):
         distance, force, give, t = ATTACKS[attack](k)
+        own_model = None if changing is None else (LIGHTEST, HEAVIEST)[k // changing % 2]
         told = ContactSample(
-            k + 1, session.room.world.tick, t, scale(out, distance), scale(out, force), give=give
-        )
+            k + 1, session.room.world.tick, t, scale(out, distance), scale(out, force), give=give,
+            own_model=own_model,
+        )  # fmt: skip
         session.room.sample(number, ContactSample.decode(told.encode()), session.now)
         session.run(1.0 / 60.0)
     for user in session.users.values():

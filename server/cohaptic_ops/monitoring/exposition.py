@@ -41,6 +41,11 @@ _ROOM_GAUGES: tuple[tuple[str, str, Callable[[RoomMetrics], float]], ...] = (
         "Margin of stability; above 1 hands at rest are stable, infinite without coupling",
         lambda m: math.inf if m.margin is None else m.margin,
     ),
+    (
+        "room_models_ratio",
+        "Share of what others do that clients' models of the hands answer at once",
+        lambda m: m.models or 0.0,
+    ),
     ("connections", "Connections that are open", lambda m: m.connections),
     ("process_resident_memory_bytes", "Memory of the process", lambda m: m.memory),
 )

@@ -50,6 +50,7 @@ class Gatherer:
             server.room, server.meters, server.gate, server.gate.traffic,
         )  # fmt: skip
         lag = room.world.room
+        wishes = room.world.wishes
         return RoomMetrics(
             hz=server.settings.simulation_hz,
             ticks=meters.ticks,
@@ -66,6 +67,8 @@ class Gatherer:
             lag=lag.lag,
             coupling=lag.coupling,
             margin=lag.margin if math.isfinite(lag.margin) else None,
+            models=wishes.weight if wishes.hands else None,
+            models_off=wishes.forbidden.by if wishes.weight < 1.0 else "",
             limited={"depth": meters.deep, "speed": meters.fast},
             refused=dict(traffic.refused) | {"connection": gate.sources.refused},
             spent=dict(traffic.spent),
@@ -96,7 +99,7 @@ class Gatherer:
 
     def _user(self, member: Member, seat: _Seat, skipped: int, now: float) -> UserMetrics:
         world = self._server.room.world
-        users, cause = world.users, world.cause
+        users, cause, wishes = world.users, world.cause, world.wishes
         row = users.rows.get(member.user)
         delay = None if row is None else users.tracked.delays[row]
         sent, used = member.seen - seat.seen, member.used - seat.used
@@ -113,6 +116,7 @@ class Gatherer:
             skipped=skipped,
             capabilities=member.hello.capabilities,
             sets_lag=cause.by if member.user in cause.users else None,
+            forbids_models=wishes.weight < 1.0 and member.user in wishes.forbidden.users,
         )
 
 

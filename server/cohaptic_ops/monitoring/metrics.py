@@ -52,6 +52,8 @@ class UserMetrics(_Frozen):
         sets_lag: Property of this user that the room's lag is for, `damping` or `delay`: no device
             in use may damp less, or no loop is slower. None if the lag is for another user or for
             none in particular.
+        forbids_models: Whether clients do without models of the hands since this user presses and
+            its hand cannot be modelled.
     """
 
     seat: int = Field(ge=1)
@@ -63,6 +65,7 @@ class UserMetrics(_Frozen):
     skipped: int = Field(ge=0)
     capabilities: Capabilities | None = None
     sets_lag: Literal["damping", "delay"] | None = None
+    forbids_models: bool = False
 
 
 class RoomMetrics(_Frozen):
@@ -80,6 +83,10 @@ class RoomMetrics(_Frozen):
         lag: Lag of the room: time constant of the filter for forces on the body (science 3.8) [s].
         coupling: Spectral radius of the coupling matrix of the users' hands (science 3.8).
         margin: Stability margin of the coupled hands; None if the hands do not couple.
+        models: Share of what the others do that clients' models of them answer at once, 0 to 1
+            (science 3.15); None where no client moves models.
+        models_off: Reason why that share is below 1, `hand`, `number` or `object`; empty if it is
+            1, or None. For a hand, `forbids_models` of its user is set.
         limited: Number of times that a user's force was limited in a tick, by reason.
         refused: Numbers of refused sessions and requests, by cause.
         spent: Numbers of connections and responses refused because of a rate limit, by limit.
@@ -104,6 +111,8 @@ class RoomMetrics(_Frozen):
     lag: float = 0.0
     coupling: float = 0.0
     margin: float | None = None
+    models: float | None = None
+    models_off: Literal["", "hand", "number", "object"] = ""
     limited: dict[str, int] = {}
     refused: dict[str, int] = {}
     spent: dict[str, int] = {}

@@ -13,7 +13,7 @@ from rich.text import Text
 from cohaptic.errors import one_line
 from cohaptic.status.quantiles import TIME_EDGES
 from cohaptic.status.table import LEAST_LAG
-from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts
+from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
 
 _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the rest
 _WIDE = 100  # columns from which on there is space for less important values
@@ -73,7 +73,8 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
     if any(room.metrics is not None and room.metrics.users for room in status.rooms):
         parts.append(_users(status.rooms, width))
     # Below the tables, which they would move while hands come and go.
-    parts += [Text(words, _ODD) for room in status.rooms if (words := lag_words(room))]
+    for room in status.rooms:
+        parts += [Text(words, _ODD) for words in (lag_words(room), models_words(room)) if words]
     return Group(*parts)
 
 
@@ -85,16 +86,36 @@ def lag_words(room: RoomStatus) -> str:
     users = [user for user in metrics.users if user.sets_lag is not None]
     if not users:
         return ""
-    names = [_name(user.name) for user in users[:_MOST_NAMES]]
-    if len(users) > _MOST_NAMES:
-        names.append(f"{len(users) - _MOST_NAMES} more")
-    told = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-    many = len(users) > 1
+    told, many = _names(users), len(users) > 1
     if users[0].sets_lag == "delay":
         why = f"loops of {told} are slowest" if many else f"loop of {told} is slowest"
     else:
         why = f"device{'s' if many else ''} of {told} may damp least"
     return f"{_name(room.name)}: lag of {1e3 * metrics.lag:.0f} ms, since the {why}"
+
+
+def models_words(room: RoomStatus) -> str:
+    """Return a sentence on why a room's clients do without models of the hands; empty if not so."""
+    metrics = room.metrics
+    if metrics is None or not room.ticking or not metrics.models_off:
+        return ""
+    users = [user for user in metrics.users if user.forbids_models]
+    if metrics.models_off == "object":
+        why = "the object or a contact on it is no linear spring"
+    elif metrics.models_off == "number":
+        why = "more than 8 hands press"
+    elif users:
+        why = f"{_names(users)} press{'' if len(users) > 1 else 'es'} and cannot be modelled"
+    else:
+        why = "a hand pressed that cannot be modelled"
+    return f"{_name(room.name)}: others are felt later, without models of the hands, since {why}"
+
+
+def _names(users: Sequence[UserMetrics]) -> str:
+    names = [_name(user.name) for user in users[:_MOST_NAMES]]
+    if len(users) > _MOST_NAMES:
+        names.append(f"{len(users) - _MOST_NAMES} more")
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def since_then(now: RoomMetrics | None, before: RoomMetrics | None) -> RoomMetrics | None:

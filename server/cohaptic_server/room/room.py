@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
@@ -241,7 +242,7 @@ class Room:
             hello.friction,
             hello.damping_budget,
             sample.anchor if hello.friction else None,
-            (sample.give or 0.0) if hello.models else None,
+            *_own_hand(sample, hello),
         )
         member.heard = now
 
@@ -383,3 +384,13 @@ class Room:
     def pass_over(self, ticks: int) -> None:
         """Count ticks that have passed while the room was at rest, without computing them."""
         self.world, self.patches = pass_over(self.world, ticks), {}
+
+
+def _own_hand(sample: ContactSample, hello: Hello) -> tuple[float | None, HandModel | None]:
+    """Return the give of a hand, and the hand itself where its client simulates it.
+
+    A client that moves models has no give before the first patch with partners.
+    """
+    if hello.models:
+        return sample.give or 0.0, None
+    return (None, None) if sample.own_model is None else (sample.give, sample.own_model)

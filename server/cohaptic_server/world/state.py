@@ -13,6 +13,7 @@ import numpy as np
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import ZERO, Vec3, add, scale
@@ -63,8 +64,9 @@ class Touch:
         friction: Whether the force may have a tangential part.
         anchor: Point of the resting surface that the finger holds by friction [m]; None if it
             holds no point.
-        give: Displacement of the client's model of its own hand [m]; None if the client moves no
-            models.
+        give: Displacement of the client's model of its own hand [m]; None if the client has no
+            such model.
+        own_model: The hand itself, of a client that simulates it and moves no models of others.
     """
 
     user: int
@@ -84,6 +86,12 @@ class Touch:
     damping_budget: float = 0.0
     anchor: Vec3 | None = None
     give: float | None = None
+    own_model: HandModel | None = None
+
+    @property
+    def moves_models(self) -> bool:
+        """Whether the client moves models of the other hands."""
+        return self.give is not None and self.own_model is None
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -243,6 +243,22 @@ NOBODY = Users(
 )
 
 
+class Forbidden(NamedTuple):
+    """The reason why clients last had to do without models of the hands.
+
+    Args:
+        by: `hand` for one that presses and cannot be modelled; `number` if more hands press than a
+            patch carries; `object` if the object or a contact on it is no linear spring.
+        users: Numbers of the users of such hands; empty for another reason.
+    """
+
+    by: Literal["hand", "number", "object"] = "hand"
+    users: tuple[int, ...] = ()
+
+
+NOTHING_FORBIDDEN = Forbidden()
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Wishes:
     """What is kept of the hands that clients move models of, from tick to tick.
@@ -254,6 +270,7 @@ class Wishes:
         past: Number and models of each of the last ticks, oldest first.
         weight: Share of the models' forces in what clients show, 0 to 1.
         forbidden_at: Last time at which models were forbidden [s].
+        forbidden: Reason for which they were then.
         learned_at: Last time at which a window of any hand was taken in [s].
     """
 
@@ -262,6 +279,7 @@ class Wishes:
     past: tuple[tuple[int, Mapping[int, HandModel]], ...] = ()
     weight: float = 1.0
     forbidden_at: float = -math.inf
+    forbidden: Forbidden = NOTHING_FORBIDDEN
     learned_at: float = -math.inf
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from cohaptic.control.hand_model import HandModel
+from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
@@ -18,7 +20,8 @@ from cohaptic.protocol.frame import (
     open_frame,
     open_header,
 )
-from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, GIVE, FrameKind
+from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, GIVE, OWN_MODEL, FrameKind
+from cohaptic.protocol.partners import check_model
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
@@ -26,9 +29,16 @@ _BODY = CONTACT_SAMPLE.packer()
 _ANCHOR = ANCHOR.packer()
 _GIVE = GIVE.packer()
 SIZE = CONTACT_SAMPLE.size
-ANCHORED, GIVING = 1, 2  # flags: an anchor follows; a give does
+_MODEL = OWN_MODEL.packer()
+ANCHORED, GIVING, KNOWN = 1, 2, 4  # flags: an anchor follows; a give does; the hand's model does
 # By the flags.
-SIZES = (SIZE, SIZE + ANCHOR.size, SIZE + GIVE.size, SIZE + ANCHOR.size + GIVE.size)
+SIZES = {
+    flags: SIZE
+    + (flags & ANCHORED) * ANCHOR.size
+    + (flags // GIVING % 2) * GIVE.size
+    + (flags // KNOWN) * OWN_MODEL.size
+    for flags in (0, 1, 2, 3, 6, 7)
+}
 _PLAIN_HEAD = HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, 0)
 _U32 = 2**32 - 1
 
@@ -44,6 +54,8 @@ class ContactSample(NamedTuple):
         force: Force on the hand in the world frame [N]; the body gets the opposite force.
         anchor: Point of the resting surface that the finger holds by friction, wherever forces
             have moved that point since [m]; None without friction or contact.
+        give: Displacement of the model of the hand [m]; None if the client has no such model.
+        own_model: The hand itself, of a client that simulates it; only with a give.
     """
 
     seq: int
@@ -53,6 +65,7 @@ class ContactSample(NamedTuple):
     force: Vec3
     anchor: Vec3 | None = None
     give: float | None = None
+    own_model: HandModel | None = None
 
     def encode(self) -> bytes:
         """The frame of this sample; raises LocalProtocolError when a value is out of its limits."""
@@ -65,6 +78,8 @@ class ContactSample(NamedTuple):
             flags, body = flags | ANCHORED, body + _ANCHOR.pack(*self.anchor)
         if self.give is not None:
             flags, body = flags | GIVING, body + _GIVE.pack(self.give)
+            if self.own_model is not None:
+                flags, body = flags | KNOWN, body + _MODEL.pack(*self.own_model)
         return HEADER.pack(PROTOCOL_VERSION, FrameKind.CONTACT_SAMPLE, flags) + body
 
     @classmethod
@@ -72,17 +87,21 @@ class ContactSample(NamedTuple):
         """The sample in a frame; raises RemoteProtocolError for any invalid bytes."""
         anchor: Vec3 | None = None
         give: float | None = None
+        model: HandModel | None = None
         if len(data) != SIZE or data[:4] != _PLAIN_HEAD:
             flags = open_header(data, FrameKind.CONTACT_SAMPLE)
-            check_range("flags of a contact sample", flags, 0, len(SIZES) - 1, remote=True)
+            if flags not in SIZES:
+                raise RemoteProtocolError("flags of a contact sample", flags, "0 to 3, 6 or 7")
             open_frame(data, FrameKind.CONTACT_SAMPLE, SIZES[flags])
             if flags & ANCHORED:
                 x, y, z = _ANCHOR.unpack_from(data, SIZE)
                 anchor = (x, y, z)
             if flags & GIVING:
                 (give,) = _GIVE.unpack_from(data, SIZES[flags & ANCHORED])
+            if flags & KNOWN:
+                model = HandModel(*_MODEL.unpack_from(data, SIZES[flags & ~KNOWN]))
         seq, tick, t, x, y, z, f_x, f_y, f_z = _BODY.unpack_from(data, HEADER.size)
-        sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z), anchor, give)
+        sample = cls(seq, tick, t, (x, y, z), (f_x, f_y, f_z), anchor, give, model)
         # The server decodes a sample of each user at each tick. One condition tests all limits of
         # `_check` that bytes can break; only if it fails does `_check` find which limit is broken.
         if not (
@@ -92,6 +111,7 @@ class ContactSample(NamedTuple):
             and norm(sample.force) <= MAX_FORCE
             and (anchor is None or norm(anchor) <= MAX_POSITION)
             and (give is None or abs(give) <= MAX_POSITION)
+            and model is None
         ):
             sample._check(remote=True)
         return sample
@@ -106,3 +126,5 @@ class ContactSample(NamedTuple):
             check_vector("anchor", self.anchor, MAX_POSITION, "m", remote=remote)
         if self.give is not None:
             check_range("give", self.give, -MAX_POSITION, MAX_POSITION, remote=remote)
+        if self.own_model is not None:
+            check_model(self.own_model, remote=remote)

@@ -152,7 +152,8 @@ CONTACT_SAMPLE: Final = Layout(
     Frame(
         FrameKind.CONTACT_SAMPLE,
         "client to server",
-        "bit 0: the `anchor` follows; bit 1: the `give` follows, behind it",
+        "bit 0: the `anchor` follows; bit 1: the `give` follows, behind it; bit 2, only with bit "
+        "1: the `own_model` follows, behind both",
         "others 0",
     ),
 )
@@ -170,7 +171,7 @@ ANCHOR: Final = Layout(
 
 GIVE: Final = Layout(
     "give",
-    "Behind a contact sample of a client that moves models of the hands.",
+    "Behind a contact sample of a client that moves models of the hands, or simulates its own.",
     (
         Field(
             "give", "f32", 1, "m",
@@ -180,6 +181,18 @@ GIVE: Final = Layout(
         ),
     ),
 )  # fmt: skip
+
+_MODEL = (
+    Field("mass", "f32", 1, "kg", "of the model", "0.03..0.8"),
+    Field("damping", "f32", 1, "N s/m", "of the model", "0.5..100"),
+    Field("stiffness", "f32", 1, "N/m", "of the model", "50..1e4"),
+)
+
+OWN_MODEL: Final = Layout(
+    "own_model",
+    "Behind the give of a client that simulates its own hand, and so knows it: the hand itself.",
+    _MODEL,
+)
 
 PATCH: Final = Layout(
     "patch",
@@ -252,12 +265,6 @@ COMPLIANCE: Final = Layout(
         ),
     ),
 )  # fmt: skip
-
-_MODEL = (
-    Field("mass", "f32", 1, "kg", "of the model", "0.03..0.8"),
-    Field("damping", "f32", 1, "N s/m", "of the model", "0.5..20"),
-    Field("stiffness", "f32", 1, "N/m", "of the model", "50..1500"),
-)
 
 PARTNERS: Final = Layout(
     "partners",
@@ -481,7 +488,7 @@ ACK: Final = Layout(
 )  # fmt: skip
 
 LAYOUTS: Final = (
-    CONTACT_SAMPLE, ANCHOR, GIVE,
+    CONTACT_SAMPLE, ANCHOR, GIVE, OWN_MODEL,
     PATCH, COMPLIANCE, PARTNERS, PARTNER, COUPLED, NEIGHBOURHOOD, NEIGHBOUR,
     REST_MESH, VERTEX, FACE, BOX,
     SCENE, USER, SURFACE,

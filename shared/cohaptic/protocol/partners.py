@@ -16,9 +16,9 @@ _COUPLED: Final = COUPLED.packer()
 # The haptic loop solves for all hands in each period, and a patch has a column of C for each.
 MAX_PARTNERS: Final = 7
 _U32: Final = 2**32 - 1
-# From a hand on a light device to an arm on a heavy one, as the server's estimates go.
+# From a hand on a light device to an arm on a heavy one, or to the page's hand that holds firmly.
 LIGHTEST: Final = HandModel(0.03, 0.5, 50.0)
-HEAVIEST: Final = HandModel(0.8, 20.0, 1500.0)
+HEAVIEST: Final = HandModel(0.8, 100.0, 1e4)
 MOST_CARRIED: Final = 300.0  # N, as in a scene
 _LEAST, _MOST = 1e-6 * (1.0 - 1e-6), 10.0 * (1.0 + 1e-6)  # m/N, with the rounding of 32 bits
 
@@ -123,10 +123,10 @@ class Partners:
         check_range("partners of a patch", len(self.partners), 0, MAX_PARTNERS, remote=remote)
         check_range("weight of the models", self.weight, 0.0, 1.0, remote=remote)
         check_range("largest force", self.most, 0.0, MAX_FORCE, remote=remote)
-        _check_model(self.model, remote=remote)
+        check_model(self.model, remote=remote)
         for j, p in enumerate(self.partners):
             check_range("user of a partner", p.user, 1, _U32, remote=remote)
-            _check_model(p.model, remote=remote)
+            check_model(p.model, remote=remote)
             most = 2.0 * MAX_POSITION
             check_range("depth of a partner", p.intended, -most, most, remote=remote)
             check_range("give of a partner", p.give, -MAX_POSITION, MAX_POSITION, remote=remote)
@@ -143,7 +143,13 @@ def _check_length(data: bytes, least: int) -> None:
         raise RemoteProtocolError("patch length", len(data), f"at least {least} bytes")
 
 
-def _check_model(model: HandModel, *, remote: bool) -> None:
+def check_model(model: HandModel, *, remote: bool) -> None:
+    """Raise unless a model's values are in their limits.
+
+    Args:
+        model: Model of a hand.
+        remote: Whether the peer made it.
+    """
     names = ("mass", "damping", "stiffness")
     for name, value, low, high in zip(names, model, LIGHTEST, HEAVIEST, strict=True):
         # 32 bits round a limit by so much.

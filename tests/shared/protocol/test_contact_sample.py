@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.hand_model import USUAL_HAND
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import SIZE, SIZES, ContactSample
 from cohaptic.protocol.frame import MAX_FRAME_BYTES
@@ -98,8 +99,8 @@ def test_an_absurd_give_is_named_whoever_sends_it(anchor: Vec3 | None, give: flo
 @pytest.mark.parametrize(
     ("flags", "size"),
     [
-        *[(flags, size) for flags in range(4) for size in SIZES if size != SIZES[flags]],
-        *[(4, size) for size in SIZES],
+        *[(flags, size) for flags in SIZES for size in SIZES.values() if size != SIZES[flags]],
+        *[(flags, size) for flags in (4, 5, 8) for size in SIZES.values()],
     ],
 )
 def test_an_anchor_or_give_is_there_where_the_flags_say_so(flags: int, size: int) -> None:
@@ -107,6 +108,29 @@ def test_an_anchor_or_give_is_there_where_the_flags_say_so(flags: int, size: int
     struct.pack_into("<H", data, 2, flags)
     with pytest.raises(RemoteProtocolError, match=r"length is \d+; expected|flags of a contact"):
         ContactSample.decode(bytes(data))
+
+
+@pytest.mark.parametrize("anchor", [None, (0.1, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("name", "offset", "values"),
+    [
+        ("mass", 12, (0.029, 0.81, 0.0, -1.0, math.nan)),
+        ("damping", 8, (0.49, 100.1, 0.0, math.inf)),
+        ("stiffness", 4, (49.0, 10001.0, -math.inf)),
+    ],
+)
+def test_an_absurd_hand_is_named_whoever_sends_it(
+    anchor: Vec3 | None, name: str, offset: int, values: tuple[float, ...]
+) -> None:
+    told = GOOD._replace(anchor=anchor, give=0.01, own_model=USUAL_HAND)
+    data = bytearray(told.encode())
+    assert len(data) == SIZES[7 if anchor else 6] <= MAX_FRAME_BYTES
+    for value in values:
+        struct.pack_into("<f", data, len(data) - offset, value)
+        with pytest.raises(RemoteProtocolError, match=f"^{name} of a model is "):
+            ContactSample.decode(bytes(data))
+        with pytest.raises(LocalProtocolError, match=f"^{name} of a model is "):
+            told._replace(own_model=USUAL_HAND._replace(**{name: value})).encode()
 
 
 def test_our_own_mistake_is_ours() -> None:

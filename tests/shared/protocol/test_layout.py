@@ -27,6 +27,7 @@ from cohaptic.protocol.layout import (
     LAYOUTS,
     NEIGHBOUR,
     NEIGHBOURHOOD,
+    OWN_MODEL,
     PARTNER,
     PARTNERS,
     PATCH,
@@ -67,7 +68,10 @@ def test_every_kind_has_one_frame() -> None:
 @pytest.mark.parametrize(
     ("layouts", "kept"),
     [
-        ((CONTACT_SAMPLE, ANCHOR, GIVE), set(ContactSample._fields)),
+        (
+            (CONTACT_SAMPLE, ANCHOR, GIVE, OWN_MODEL),
+            set(ContactSample._fields) - {"own_model"} | set(HandModel._fields),
+        ),
         # Geometry and law are in the flags of a patch; partners and neighbourhood are behind it.
         ((PATCH, COMPLIANCE), members(Patch) - {"geometry", "law", "partners", "neighbourhood"}),
         ((PARTNERS,), members(Partners) - {"model", "partners"} | {"count", *HandModel._fields}),

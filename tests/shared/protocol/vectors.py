@@ -50,7 +50,11 @@ SAMPLES = {
     "giving": ContactSample(
         3, 78, 12345.875, (0.125, 0.0, 0.0), (1.5, 0.25, 0.0), (0.125, -0.0625, 0.0), 0.00390625
     ),
-}
+    "simulated": ContactSample(
+        4, 79, 12346.0, (0.125, 0.0, 0.0), (1.5, 0.25, 0.0), None, -0.001953125,
+        HandModel(0.25, 8.0, 400.0),
+    ),
+}  # fmt: skip
 HALF = RoomLag(single(0.35), 1.25, 1.5)  # coupling and margin have 16 bits
 PATCHES = {
     # Nobody else: as far from the edge as can be said.
@@ -191,7 +195,12 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
     """Every binary vector: name, frame in hexadecimal, fields."""
     return {
         "contact_sample": [
-            {"name": n, "hex": m.encode().hex(), "fields": m._asdict()} for n, m in SAMPLES.items()
+            {
+                "name": n,
+                "hex": m.encode().hex(),
+                "fields": m._asdict() | {"own_model": m.own_model and m.own_model._asdict()},
+            }
+            for n, m in SAMPLES.items()
         ],
         "patch": [
             {

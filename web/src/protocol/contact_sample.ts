@@ -4,6 +4,7 @@ import type { Vec3 } from "../model/vec";
 import {
   checkFinite,
   checkInteger,
+  checkRange,
   checkSize,
   checkVector,
   newFrame,
@@ -14,43 +15,74 @@ import {
   ANCHOR_SIZE,
   CONTACT_SAMPLE_SIZE,
   type ContactSampleFields,
+  GIVE_SIZE,
   MAX_FORCE,
   MAX_POSITION,
+  OWN_MODEL_SIZE,
+  type OwnModelFields,
   readAnchor,
   readContactSampleFields,
+  readGive,
+  readOwnModelFields,
   writeAnchor,
   writeContactSampleFields,
+  writeGive,
+  writeOwnModelFields,
 } from "./layout";
 
 const ANCHORED = 1; // flag: an anchor follows
+const SIMULATED = 6; // flags: the give and the hand itself follow; the page sends both or neither
 
 export interface ContactSample extends ContactSampleFields {
   /** Point of the resting surface that the finger holds by friction [m]; null without friction or contact. */
   readonly anchor: Vec3 | null;
+  /** Displacement of the hand by the forces on it, out of the body [m]; null for a hand that is not told. */
+  readonly give: number | null;
+  /** The hand itself; null without a give. */
+  readonly own_model: OwnModelFields | null;
 }
 
 export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuffer> {
   check(sample);
-  const { anchor } = sample;
-  const view = newFrame("contact_sample", CONTACT_SAMPLE_SIZE + (anchor ? ANCHOR_SIZE : 0), anchor ? ANCHORED : 0);
+  const { anchor, give, own_model } = sample;
+  const flags = (anchor ? ANCHORED : 0) + (own_model ? SIMULATED : 0);
+  const view = newFrame("contact_sample", sizeOf(flags), flags);
   writeContactSampleFields(view, sample);
   if (anchor) writeAnchor(view, CONTACT_SAMPLE_SIZE, anchor);
+  if (own_model) {
+    writeGive(view, sizeOf(flags & ANCHORED), give ?? 0);
+    writeOwnModelFields(view, sizeOf(flags) - OWN_MODEL_SIZE, own_model);
+  }
   return new Uint8Array(view.buffer);
 }
 
-/** Decode the sample in a frame; throws ProtocolError for any invalid bytes. */
+function sizeOf(flags: number): number {
+  return CONTACT_SAMPLE_SIZE + (flags & ANCHORED ? ANCHOR_SIZE : 0) + (flags & SIMULATED ? GIVE_SIZE + OWN_MODEL_SIZE : 0);
+}
+
+/** Decode the sample in a frame; throws ProtocolError for any invalid bytes, and for a give without the hand. */
 export function decodeContactSample(bytes: Uint8Array): ContactSample {
   const { flags, view } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
-  checkInteger("flags of a contact sample", flags, 0, ANCHORED);
-  checkSize("contact_sample", bytes, CONTACT_SAMPLE_SIZE + (flags ? ANCHOR_SIZE : 0));
-  const sample = { ...readContactSampleFields(view), anchor: flags ? readAnchor(view, CONTACT_SAMPLE_SIZE) : null };
+  const simulated = flags >= SIMULATED;
+  checkInteger("flags of a contact sample", simulated ? flags - SIMULATED : flags, 0, ANCHORED);
+  checkSize("contact_sample", bytes, sizeOf(flags));
+  const sample = {
+    ...readContactSampleFields(view),
+    anchor: flags & ANCHORED ? readAnchor(view, CONTACT_SAMPLE_SIZE) : null,
+    give: simulated ? readGive(view, sizeOf(flags & ANCHORED)) : null,
+    own_model: simulated ? readOwnModelFields(view, sizeOf(flags) - OWN_MODEL_SIZE) : null,
+  };
   check(sample);
+  checkInteger("seq of a contact sample", sample.seq, 1, U32);
+  checkInteger("tick of a contact sample", sample.tick, 0, U32);
+  const { give, own_model: hand } = sample;
+  if (give !== null) checkRange("give", give, -MAX_POSITION, MAX_POSITION);
+  if (hand !== null) checkFinite("own_model", hand.mass, hand.damping, hand.stiffness);
   return sample;
 }
 
+/** Check what the laws have computed; the rest of a sample that is sent is the page's own. */
 function check(sample: ContactSample): void {
-  checkInteger("seq of a contact sample", sample.seq, 1, U32);
-  checkInteger("tick of a contact sample", sample.tick, 0, U32);
   checkFinite("t_client", sample.t_client);
   checkVector("probe", sample.probe, MAX_POSITION, "m");
   checkVector("force", sample.force, MAX_FORCE, "N");

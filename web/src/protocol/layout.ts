@@ -74,9 +74,37 @@ export function writeAnchor(view: DataView, at: number, anchor: Vec3): void {
 
 export const GIVE_SIZE = 4;
 
-/** Behind a contact sample of a client that moves models of the hands: displacement of the model of this client's own hand, out of the body, by the forces on the hand before `t_client` [m]; +-10 */
+/** Behind a contact sample of a client that moves models of the hands, or simulates its own: displacement of the model of this client's own hand, out of the body, by the forces on the hand before `t_client` [m]; +-10 */
 export function readGive(view: DataView, at: number): number {
   return view.getFloat32(at, true);
+}
+
+export function writeGive(view: DataView, at: number, give: number): void {
+  view.setFloat32(at, give, true);
+}
+
+export const OWN_MODEL_SIZE = 12;
+export const OWN_MODEL_AT = { mass: 0, damping: 4, stiffness: 8 } as const;
+
+/** Behind the give of a client that simulates its own hand, and so knows it: the hand itself. */
+export interface OwnModelFields {
+  /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
+  /** of the model [N s/m]; 0.5..100 */ readonly damping: number;
+  /** of the model [N/m]; 50..1e4 */ readonly stiffness: number;
+}
+
+export function readOwnModelFields(view: DataView, at: number): OwnModelFields {
+  return {
+    mass: view.getFloat32(at, true),
+    damping: view.getFloat32(at + 4, true),
+    stiffness: view.getFloat32(at + 8, true),
+  };
+}
+
+export function writeOwnModelFields(view: DataView, at: number, fields: OwnModelFields): void {
+  view.setFloat32(at, fields.mass, true);
+  view.setFloat32(at + 4, fields.damping, true);
+  view.setFloat32(at + 8, fields.stiffness, true);
 }
 
 export const PATCH_SIZE = 104;
@@ -143,8 +171,8 @@ export interface PartnersFields {
   /** share of the models' forces; the rest is that of the forces in this surface [1]; 0..1 */ readonly weight: number;
   /** largest force that the body takes of this client [N]; 0..100 */ readonly most: number;
   /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
-  /** of the model [N s/m]; 0.5..20 */ readonly damping: number;
-  /** of the model [N/m]; 50..1500 */ readonly stiffness: number;
+  /** of the model [N s/m]; 0.5..100 */ readonly damping: number;
+  /** of the model [N/m]; 50..1e4 */ readonly stiffness: number;
 }
 
 export function readPartnersFields(view: DataView, at: number): PartnersFields {
@@ -165,8 +193,8 @@ export const PARTNER_AT = { user: 0, mass: 4, damping: 8, stiffness: 12, intende
 export interface PartnerFields {
   /** its number; >= 1 */ readonly user: number;
   /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
-  /** of the model [N s/m]; 0.5..20 */ readonly damping: number;
-  /** of the model [N/m]; 50..1500 */ readonly stiffness: number;
+  /** of the model [N s/m]; 0.5..100 */ readonly damping: number;
+  /** of the model [N/m]; 50..1e4 */ readonly stiffness: number;
   /** depth of its tip below the surface without any force, plus the `give` that it told [m]; +-20 */ readonly intended: number;
   /** the `give` that it told [m]; +-10 */ readonly give: number;
   /** of this hand along its normal, in this surface [N]; 0..300 */ readonly force: number;

@@ -7,8 +7,8 @@
 
 import type { HandSettings, TouchSettings, TouchState } from "../model/hand";
 import type { FixedGains, LawName } from "../model/laws";
-import { norm, type Vec3, ZERO } from "../model/vec";
-import { type ContactSample, encodeContactSample } from "../protocol/contact_sample";
+import { dot, norm, type Vec3, ZERO } from "../model/vec";
+import { encodeContactSample } from "../protocol/contact_sample";
 import { encodeControl, type Welcome } from "../protocol/messages";
 import { receive } from "./loop/arrival";
 import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./loop/device";
@@ -286,14 +286,15 @@ export class TouchEngine {
 
   private sample(now: number, force: Vec3, anchor: Vec3 | null): Uint8Array<ArrayBuffer> {
     this.seq += 1;
-    const sample: ContactSample = {
+    return encodeContactSample({
       seq: this.seq,
       tick: this.loop.patch?.tick ?? 0,
       t_client: now,
       probe: this.device.tip.position,
       force,
       anchor,
-    };
-    return encodeContactSample(sample);
+      give: dot(this.device.gave.position, this.loop.normal),
+      own_model: this.hand,
+    });
   }
 }

@@ -53,9 +53,9 @@ export function lagWords(room: RoomLag, hands: number): string {
 export function lagReasons({ lag, coupling, margin }: RoomLag): string {
   const m = `The hands\u2019 coupling m is ${fixed(coupling, 2)}`;
   const far = margin < FAR ? ` (margin ${fixed(margin, 1)})` : "";
-  if (lag < LEAST_LAG) return `${m}: below 1 no delay can make them swing, and no lag is needed${far}.`;
-  if (coupling < 1) return `${m}: hands held still would need no lag${far}; hands that move, on devices that may damp little, need this one.`;
-  return `${m}${far}: forces enter the object through a lag, so that hands that move are steady at any delay. Its stiffness stays.`;
+  if (lag < LEAST_LAG) return `${m}: below 1 no lag is needed${far}.`;
+  if (coupling < 1) return `${m}: hands at rest need no lag${far}; moving hands on devices that damp little do.`;
+  return `${m}${far}: this lag keeps moving hands steady at any delay. The object\u2019s stiffness stays.`;
 }
 
 /** Name and a sentence for each law, in the order in which they are offered. */

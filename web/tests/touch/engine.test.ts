@@ -115,6 +115,26 @@ describe("a cursor that presses a plane", () => {
     expect(JSON.parse(new Session({ ...SETTINGS, passivity: false }).greeting)).toMatchObject({ damping_budget: 0 });
   });
 
+  test("tells its hand, and where that would be without a force, which no force changes", () => {
+    const wanted = (there: boolean): [number, number][] => {
+      const session = new Session();
+      if (!there) session.server.others = [-0.5, 0, 0];
+      session.run(0.5);
+      session.engine.point([SURFACE - 0.02, 0, 0]);
+      session.run(1.5);
+      session.engine.setHand({ mass: 0.15, damping: 60, stiffness: 10_000 });
+      session.run(0.5);
+      session.engine.point([SURFACE + 0.02, 0, 0]);
+      session.run(1);
+      return session.server.samples.map(({ probe, give, force }) => [probe[0] - (give ?? NaN), Math.hypot(...force)]);
+    };
+    const [pressing, free] = [wanted(true), wanted(false)];
+    expect(Math.max(...pressing.map(([, force]) => force))).toBeGreaterThan(2);
+    expect(Math.max(...free.map(([, force]) => force))).toBe(0);
+    expect(pressing.length).toBe(free.length);
+    for (const [i, [place]] of pressing.entries()) expect(place).toBeCloseTo(free[i]?.[0] ?? NaN, 6);
+  });
+
   test("has no force while the server is silent, and gets it back without a step", () => {
     const session = new Session();
     session.run(0.5);

@@ -33,8 +33,8 @@ describe("the room's time", () => {
   });
 
   it("has a reason for hands at rest, for hands that move, and none where none is needed", () => {
-    expect(lagReasons(held)).toContain("m is 1.31 (margin 1.4): forces enter the object through a lag");
-    expect(lagReasons({ lag: 0.05, coupling: 0.7, margin: 1.43 })).toContain("no lag (margin 1.4); hands that move");
+    expect(lagReasons(held)).toContain("m is 1.31 (margin 1.4): this lag keeps");
+    expect(lagReasons({ lag: 0.05, coupling: 0.7, margin: 1.43 })).toContain("no lag (margin 1.4); moving hands");
     expect(lagReasons({ lag: 0, coupling: 0.65, margin: 1.54 })).toContain("no lag is needed (margin 1.5)");
     expect(lagReasons({ lag: 0, coupling: 0, margin: Infinity })).not.toContain("margin");
   });

@@ -79,6 +79,23 @@ def unknown(user: int) -> Learned:
     return Learned(Clouds.of(1, seed=user))
 
 
+def known(learned: Learned | None, user: int, hand: HandModel) -> Learned:
+    """Return what is known of a simulated hand, whose client tells it.
+
+    Nothing loops through such a hand: what it wants is told exactly, whatever models of it others
+    have (science 3.15). So neither a lag nor a slow change is needed.
+
+    Args:
+        learned: What was known; None before the first sample.
+        user: Number of the user.
+        hand: The hand.
+    """
+    learned = learned or unknown(user)
+    if learned.model == hand and learned.lag == 0.0:
+        return learned
+    return replace(learned, samples=(), model=hand, lag=0.0, wanted=(hand, 0.0))
+
+
 def hear(learned: Learned, touch: Touch) -> Learned:
     """Return what is known with a user's newest sample kept for the next window."""
     samples, one = learned.samples, Sampled(touch.t_client, touch.probe, touch.force)

@@ -2,7 +2,9 @@
 
 A client that moves models tells with each sample how far the model of its own hand has given way.
 With it, a tick knows where the hand would be if no force moved it: what the hand wants. A patch
-carries this of all other hands with their models, and the compliance between all contacts.
+carries this of all other hands with their models, and the compliance between all contacts. The page
+simulates its hand and tells how far that has given way, so that others can model it; it moves no
+models itself.
 
 Nothing is proved where a hand without a model presses, too, nor for friction, for bodies that
 swing, creep or deform much, and where hands turn each other's contacts. There the share of the
@@ -30,9 +32,9 @@ from cohaptic_server.bodies.newton import FiniteResponse
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.applied_forces import MAX_INDENTATION
 from cohaptic_server.world.partners.hand_estimate import STEP
-from cohaptic_server.world.partners.learning import Learned, glide, hear, learn, unknown
+from cohaptic_server.world.partners.learning import Learned, glide, hear, known, learn, unknown
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
-from cohaptic_server.world.users import Applied, Tracked, Wishes
+from cohaptic_server.world.users import Applied, Forbidden, Tracked, Wishes
 
 # Rates at which the share of the models rises and falls [1/s]; it has to be gone when the hand that
 # forbids models has been felt, and a change moves surfaces under fingers.
@@ -57,7 +59,8 @@ NO_PARTNERS: Final[Mapping[int, Partners]] = {}
 
 def moves_models(tracked: Tracked) -> bool:
     """Return whether any client moves models."""
-    return any([touch.give is not None for touch in tracked.touches])
+    # Not by the property: this is asked in each tick of every room.
+    return any([touch.give is not None and touch.own_model is None for touch in tracked.touches])
 
 
 def may_superpose(body: Body, response: Response) -> bool:
@@ -66,7 +69,7 @@ def may_superpose(body: Body, response: Response) -> bool:
 
 
 def has_model(touch: Touch) -> bool:
-    """Return whether a hand's client moves models, and presses as they do."""
+    """Return whether a hand's give is told, and its client presses as models do."""
     return (
         touch.give is not None
         and touch.fresh
@@ -106,18 +109,19 @@ def next_wishes(
     pressing = applied.force > NEGLIGIBLE
     modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
     fresh = tracked.settings[3] > 0.0
-    beside = bool((pressing & fresh & ~modelled).any())
-    forbidden = not possible or beside or int(pressing.sum()) > MAX_PARTNERS + 1
-    at, weight = wishes.forbidden_at, wishes.weight
-    if forbidden:
+    beside = np.flatnonzero(pressing & fresh & ~modelled).tolist()
+    at, weight, forbidden = wishes.forbidden_at, wishes.weight, wishes.forbidden
+    if beside or not possible or int(pressing.sum()) > MAX_PARTNERS + 1:
         at, weight = time.now, 0.0 if begins else max(0.0, weight - _FALL * time.period)
+        if not possible:
+            forbidden = Forbidden("object")
+        elif beside:
+            forbidden = Forbidden("hand", tuple(touches[row].user for row in beside))
+        else:
+            forbidden = Forbidden("number")
     elif time.now - at >= _CALM:
         weight = min(1.0, weight + _RISE * time.period)
-    hands = {
-        touch.user: hear(wishes.hands.get(touch.user) or unknown(touch.user), touch)
-        for touch in touches
-        if touch.give is not None
-    }
+    hands = {t.user: _heard(wishes.hands.get(t.user), t) for t in touches if t.give is not None}
     learned_at = wishes.learned_at
     if weight == 1.0 and time.now - learned_at >= _LEARN_EVERY:
         felt = C.copy()  # a hand also feels how soft its device is
@@ -138,7 +142,13 @@ def next_wishes(
         kept = math.exp(-time.period / hand.lag) if hand.lag > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
         intended[touch.user] = wanted + kept * (before - wanted)
-    return Wishes(intended, hands, past, weight, at, learned_at)
+    return Wishes(intended, hands, past, weight, at, forbidden, learned_at)
+
+
+def _heard(learned: Learned | None, touch: Touch) -> Learned:
+    if touch.own_model is not None:
+        return known(learned, touch.user, touch.own_model)
+    return hear(learned or unknown(touch.user), touch)
 
 
 def _learned(
@@ -173,18 +183,20 @@ def _told(touch: Touch, hand: Learned) -> float:
     return min(limit, max(-limit, touch.give or 0.0))
 
 
-def _model_at(wishes: Wishes, user: int, tick: int) -> HandModel:
-    """Return the model that a user's client moved when it answered the patch of a tick."""
+def _model_at(wishes: Wishes, touch: Touch) -> HandModel:
+    """Return the model of a hand whose displacement its newest sample tells."""
+    if touch.own_model is not None:
+        return touch.own_model
     first = wishes.past[0][0]
-    then = wishes.past[min(max(0, tick - first), len(wishes.past) - 1)][1]
-    return then.get(user) or wishes.hands[user].model
+    then = wishes.past[min(max(0, touch.tick - first), len(wishes.past) - 1)][1]
+    return then.get(touch.user) or wishes.hands[touch.user].model
 
 
 def held_beside(tracked: Tracked, wishes: Wishes, pressing: Mask, C: Floats) -> Floats:
     """Return how much the tips of others stiffen each contact while they cannot move, (n,) [m/N].
 
-    It is C_ii - 1 / (C^-1)_ii over all hands with models that press, as far as models are used. A
-    device renders K where the gain of its law is at most 1 / (1 / K + this).
+    It is C_ii - 1 / (C^-1)_ii over all hands with models that press, as far as its client uses
+    models. A device renders K where the gain of its law is at most 1 / (1 / K + this).
     """
     beside = np.zeros(len(C))
     known = [touch.user in wishes.intended for touch in tracked.touches]
@@ -194,7 +206,8 @@ def held_beside(tracked: Tracked, wishes: Wishes, pressing: Mask, C: Floats) -> 
         own = part.diagonal().copy()
         part[np.diag_indices(len(rows))] *= _APART
         held = np.maximum(0.0, own - 1.0 / np.linalg.inv(part).diagonal())
-        beside[rows] = wishes.weight * held
+        own_models = [tracked.touches[row].moves_models for row in rows.tolist()]
+        beside[rows] = wishes.weight * np.where(own_models, held, 0.0)
     return beside
 
 
@@ -222,7 +235,7 @@ def partners_of(
     # The pressing ones first, where there are more than a patch can carry.
     order: Sequence[int] = np.argsort(-near - applied.force, kind="stable").tolist()
     rows = [i for i in order if near[i] > 0.0 and touches[i].user in wishes.intended]
-    models = {i: _model_at(wishes, touches[i].user, touches[i].tick) for i in rows}
+    models = {i: _model_at(wishes, touches[i]) for i in rows}
     own = np.maximum(C.diagonal(), 1.0 / stiffest)
     own = np.clip(_APART * own, MIN_COMPLIANCE, MAX_COMPLIANCE).tolist()
     force = np.clip(applied.force, 0.0, MOST_CARRIED).tolist()
@@ -240,7 +253,7 @@ def partners_of(
 
     found: dict[int, Partners] = {}
     for i, touch in enumerate(touches):
-        if touch.give is None:
+        if not touch.moves_models:
             continue
         if touch.user not in wishes.intended:  # it feels the surface as it is
             found[touch.user] = Partners(0.0, most[i], hands[touch.user].model, ())

@@ -24,10 +24,10 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.partners.learning import FIRST_LAG
-from cohaptic_server.world.partners.wishes import next_wishes, partners_of
+from cohaptic_server.world.partners.wishes import held_beside, next_wishes, partners_of
 from cohaptic_server.world.state import TickTime, Touch, UserState
 from cohaptic_server.world.tick import advance
-from cohaptic_server.world.users import Applied, Tracked, Wishes, WorldState
+from cohaptic_server.world.users import Applied, Forbidden, Tracked, Wishes, WorldState
 from tests.server.touches import applied_of, side, touch, tracked_of, user_of
 from tests.server.world.worlds import DT, RISE
 
@@ -276,6 +276,85 @@ def test_an_answer_to_no_patch_or_one_of_long_ago_has_the_oldest_known_model() -
     room.run(20.0)
     assert len(room.wishes.past) < 600
     assert room.partners()[1].partners[0].model == USUAL_HAND
+
+
+FIRM = HandModel(0.15, 60.0, 1e4)
+
+
+def simulated(user: int, force: float = 2.0, **changes: Any) -> UserState:
+    """A hand that its client, as the page, simulates and tells; it moves no models of others."""
+    return hand(user, force, own_model=changes.pop("own_model", USUAL_HAND), **changes)
+
+
+def test_a_simulated_hand_is_a_partner_at_once_and_has_none_itself() -> None:
+    room = Room([hand(1), simulated(2, give=0.004)])
+    assert set(room.run(5.0)) == {1.0}
+    found = room.partners()
+    assert set(found) == {1}
+    partner = found[1].partners[0]
+    assert (partner.user, partner.model, partner.give) == (2, USUAL_HAND, 0.004)
+    assert room.wishes.forbidden.users == ()
+
+
+@given(st.floats(-0.01, 0.01), st.sampled_from([USUAL_HAND, FIRM]))
+def test_what_a_simulated_hand_wants_is_told_without_a_lag(
+    further: float, own_model: HandModel
+) -> None:
+    room = Room([hand(1), simulated(2, own_model=own_model)])
+    before = room.tick().intended[2]
+    room.height = room.height - [0.0, further]
+    assert room.tick().intended[2] - before == pytest.approx(further, abs=1e-12)
+
+
+def test_a_simulated_hand_may_change() -> None:
+    """The others get the hand of the sample that told its give, whatever patch that answered."""
+    room = Room([hand(1), simulated(2, tick=0)])
+    room.run(0.5)
+    room.set([hand(1), simulated(2, own_model=FIRM, tick=0)])
+    room.tick()
+    assert room.partners()[1].partners[0].model == FIRM
+
+
+@pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
+def test_a_simulated_hand_with_another_law_forbids_models(changes: dict[str, Any]) -> None:
+    room = Room([*TWO, simulated(3, **changes)])
+    assert room.run(FALL + DT)[-1] == 0.0
+    assert room.wishes.forbidden == Forbidden("hand", (3,))
+
+
+def test_simulated_hands_among_themselves_need_no_models() -> None:
+    room = Room([simulated(1), simulated(2)])
+    assert room.tick().hands == {}
+    assert room.partners() == {}
+
+
+def test_only_who_moves_models_has_a_contact_that_the_others_stiffen() -> None:
+    room = Room([hand(1), simulated(2)])
+    room.tick()
+    pressing = np.array([True, True])
+    beside = held_beside(room.tracked, room.wishes, pressing, room.C)
+    assert beside[0] == pytest.approx(0.002**2 / 0.004, rel=1e-3)
+    assert beside[1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("users", "possible", "reason"),
+    [
+        ([hand(1), hand(2, give=None), hand(3, friction=True)], True, Forbidden("hand", (2, 3))),
+        ([hand(i + 1) for i in range(9)], True, Forbidden("number")),
+        ([hand(1), hand(2, give=None)], False, Forbidden("object")),
+    ],
+)
+def test_it_is_known_why_models_are_forbidden(
+    users: list[UserState], possible: bool, reason: Forbidden
+) -> None:
+    room = Room(users, possible=possible)
+    room.run(0.5)
+    assert room.wishes.forbidden == reason
+    room.set(TWO)
+    room.possible = True
+    room.run(1.0)  # the share is below 1 for the same reason still
+    assert (room.wishes.forbidden, room.wishes.weight) == (reason, 0.0)
 
 
 wild = st.floats(-1e6, 1e6)

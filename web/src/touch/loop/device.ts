@@ -35,6 +35,8 @@ export interface CursorState {
   readonly intended: Vec3;
   /** Plane below which a touched hand that does not press does not go; null if the hand goes to the cursor. */
   readonly floor: Floor | null;
+  /** Displacement of the tip by the forces on it, and its velocity: where the tip would be without them is what others need to model the hand. */
+  readonly gave: HandState;
 }
 
 /** A plane that sinks slowly. */
@@ -48,7 +50,8 @@ interface Floor {
 
 /** A hand at rest at the cursor. */
 export function restAt(cursor: Vec3): CursorState {
-  return { tip: { position: cursor, velocity: ZERO }, intended: cursor, floor: null };
+  const gave = { position: ZERO, velocity: ZERO };
+  return { tip: { position: cursor, velocity: ZERO }, intended: cursor, floor: null, gave };
 }
 
 /**
@@ -67,7 +70,8 @@ export function follow(
   const floor = presses ? null : floorUnder(state, cursor, force, dt);
   const wanted = floor === null ? cursor : along(cursor, heightOver(cursor, floor), floor.up);
   const intended = reach(state.intended, wanted, dt);
-  return { tip: move(state.tip, hand, intended, force, dt), intended, floor };
+  const gave = move(state.gave, hand, ZERO, force, dt);
+  return { tip: move(state.tip, hand, intended, force, dt), intended, floor, gave };
 }
 
 /** Floor under the tip while the cursor is below it; null for none. */
