@@ -62,14 +62,13 @@ class VirtualUser:
     own_hand: Hand | None = None
     _gave: HandState = field(default_factory=lambda: HandState(ZERO, ZERO))
     _on_body: Vec3 = ZERO
+    _on_hand: Vec3 = ZERO
 
     def period(self, now: float) -> None:
         """One haptic period: the messages that have come, the device, and a sample if it is due."""
         inbox, sample = self.down.pop_due(now), self.device.read(now)
         force, frame = self.client(now, sample, inbox)
         self.device.write(force)
-        if self.own_hand is not None:
-            self._gave = move(self._gave, self.own_hand, ZERO, force, PERIOD)
         if frame is not None:
             self.up.push(frame, now)
 
@@ -93,10 +92,12 @@ class VirtualUser:
                 self.state = receive(self.state, patch, now, self.settings)
                 if patch.seq:
                     self.pacer = self.pacer.reported(patch.t_client, patch.sample_wait)
+        if self.own_hand is not None:
+            self._gave = move(self._gave, self.own_hand, ZERO, self._on_hand, PERIOD)
         before, previous = self.state, self._on_body
         self.state, output = step(self.state, sample, now, self.settings)
         self._note(output)
-        self._on_body = output.on_body
+        self._on_body, self._on_hand = output.on_body, output.force
         self.unexplained.append(self._unexplained_change(before, previous, output.on_body))
         if self.pacer.due > now or not self.talking:
             return output.force, None

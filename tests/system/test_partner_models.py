@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -162,14 +163,21 @@ class Further(Intention):
         return add(super().at(t), scale(self.direction, further))
 
 
-@pytest.mark.parametrize("other", [MOVES, TELLS])
-@pytest.mark.parametrize("delay", DELAYS)
-def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
-    small_balloon: Balloon, delay: float, other: str
-) -> None:
-    """A hand that suddenly wants to be deeper: nine tenths of it at the other hand."""
-    session = VirtualSession(small_balloon)
-    info = describe(small_balloon)
+def press_of_another(
+    body: Balloon,
+    delay: float,
+    other: str = MOVES,
+    joins: Callable[[VirtualSession, HandScript], object] | None = None,
+) -> Floats:
+    """Change of the force on a resting hand from when another one wants to be deeper on [N].
+
+    Args:
+        delay: Each way [s].
+        other: Part in models of the client of that hand.
+        joins: Lets a third hand join, which approaches with these two.
+    """
+    session = VirtualSession(body)
+    info = describe(body)
     resting = session.join("resting", script(0.0), delay=delay, models=True)
     presses = PRESSES + 4.0 * delay
     path = Further(
@@ -180,13 +188,60 @@ def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
         "other", script(math.pi), delay=delay, seed=1, intention=path, models=other == MOVES,
         tells_hand=other == TELLS,
     )  # fmt: skip
+    if joins is not None:
+        joins(session, script(BESIDE))
     session.run(presses)
     before = resting.force[-1]
     session.run(2.0 + 4.0 * delay)
-    change = np.array(resting.force[round(presses / PERIOD) :]) - before
+    return np.array(resting.force[round(presses / PERIOD) :]) - before
+
+
+def reached(change: Floats) -> float:
+    """Time until nine tenths of a change [s]."""
+    return PERIOD * float(np.argmax(change >= 0.9 * change[-1]))
+
+
+@pytest.mark.parametrize("other", [MOVES, TELLS])
+@pytest.mark.parametrize("delay", DELAYS)
+def test_a_press_of_another_is_felt_after_both_ways_and_little_more(
+    small_balloon: Balloon, delay: float, other: str
+) -> None:
+    change = press_of_another(small_balloon, delay, other)
     assert change[-1] > 0.1
-    reached = PERIOD * float(np.argmax(change >= 0.9 * change[-1]))
-    assert reached <= 2.0 * delay + 0.12
+    assert reached(change) <= 2.0 * delay + 0.12
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_who_hovers_on_a_device_that_damps_nothing_costs_the_others_nothing(
+    small_balloon: Balloon, delay: float
+) -> None:
+    def hover(session: VirtualSession, script: HandScript) -> None:
+        info = describe(small_balloon)
+        path = script.intention(info.center, info.radius)
+        above = replace(path, surface=add(path.surface, scale(path.direction, -2.0 * DEPTH)))
+        session.join("third", script, intention=above, delay=0.3, max_damping=0.0)
+
+    alone = press_of_another(small_balloon, delay)
+    beside = press_of_another(small_balloon, delay, joins=hover)
+    assert np.abs(beside - alone).max() <= 1e-3 * alone.max()
+
+
+@pytest.mark.parametrize("delay", DELAYS)
+def test_who_presses_on_a_device_that_damps_nothing_costs_the_others_a_third_at_most(
+    small_balloon: Balloon, delay: float
+) -> None:
+    """Beside one whose device damps; -3 dB is the reciprocal of such a time."""
+
+    def press(damping: float) -> Callable[[VirtualSession, HandScript], object]:
+        return lambda session, script: session.join(
+            "third", script, delay=delay, seed=7, max_damping=damping, models=True
+        )
+
+    damped, bare = [
+        reached(press_of_another(small_balloon, delay, joins=press(damping))) - 2.0 * delay
+        for damping in (8.0, 0.0)
+    ]
+    assert bare <= 4.0 / 3.0 * damped
 
 
 MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim, as in test_hostile_users
@@ -236,3 +291,34 @@ def test_what_others_tell_of_themselves_is_little_felt(
         felt = np.array(user.force[3000:])
         assert np.abs(np.diff(felt)).max() <= MOST_IN_A_PERIOD
         assert np.abs(felt[20:] - felt[:-20]).max() <= MOST_IN_20_MS
+
+
+@pytest.mark.parametrize("changing", [None, 1, 1000], ids=["moves", "flickers", "changed once"])
+@pytest.mark.parametrize("distance", [0.085, TOUCHED, 0.0999], ids="{:g} m".format)
+def test_who_tells_no_force_is_felt_with_a_newton_at_most(
+    small_balloon: Balloon, distance: float, changing: int | None
+) -> None:
+    """However deep it says to be, and however far its hand to have given way.
+
+    Its model is the heaviest at first, and the lightest later.
+    """
+    session = two(small_balloon, 0.01)
+    session.run(3.0)
+    hello = Hello(
+        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6,
+        models=changing is None,
+    )  # fmt: skip
+    number = session.room.join(hello, session.now)[0].user
+    out = (math.cos(BESIDE), math.sin(BESIDE), 0.0)
+    for k in range(240):
+        own_model = LIGHTEST if k and (changing == 1000 or k % 2) else HEAVIEST
+        told = ContactSample(
+            k + 1, session.room.world.tick, k / 60.0, scale(out, distance), (0.0, 0.0, 0.0),
+            give=10.0, own_model=None if changing is None else own_model,
+        )  # fmt: skip
+        session.room.sample(number, ContactSample.decode(told.encode()), session.now)
+        session.run(1.0 / 60.0)
+    assert session.room.world.wishes.weight == 1.0
+    for user in session.users.values():
+        felt = np.array(user.force)
+        assert np.abs(felt[3000:] - felt[2999]).max() <= 1.0

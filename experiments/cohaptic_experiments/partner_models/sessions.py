@@ -46,6 +46,7 @@ _WAVES: Final = {
     "tremble": ((0.3e-3, 6.0, 12.0), (0.3e-3, 6.0, 12.0), (1e-3, 0.3, 1.0)),
 }
 _TAP = 8e-3  # m
+_OF_PAGE: Final = (Hand(), Hand(0.15, 60.0, 1e4))  # `HANDS` of web/src/page/own_hand.ts
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,8 @@ class Ensemble:
         close: Whether hands stand side by side, down to 0.15 rad apart.
         budget: Damping that each device may render [N s/m].
         models: Whether clients move models.
+        pages: Number of clients in each room, one less than all at most, that do not and tell their
+            hand, as the page does: one of the page's two.
         seed: Seed of all draws.
     """
 
@@ -93,6 +96,7 @@ class Ensemble:
     close: bool = False
     budget: float = 0.0
     models: bool = True
+    pages: int = 0
     seed: int = 0
 
 
@@ -106,7 +110,8 @@ class Room:
         hands: Mass [kg], damping [N s/m] and stiffness [N/m] of each hand.
         span: Largest change of each force at the end [N].
         before: The same 2 s earlier [N].
-        jump: Largest change of a force in a period that no hand's own motion explains [N].
+        jumps: Largest change of each force in a period that the hand's own motion does not explain
+            [N].
         lags: Lag of each hand at the end [s].
     """
 
@@ -115,7 +120,7 @@ class Room:
     hands: tuple[tuple[float, float, float], ...]
     span: tuple[float, ...]
     before: tuple[float, ...]
-    jump: float
+    jumps: tuple[float, ...]
     lags: tuple[float, ...]
 
     @property
@@ -163,7 +168,13 @@ def play(ensemble: Ensemble, number: int) -> Room:
             )
         )  # fmt: skip
     layer = ensemble.budget > 0.0
-    product = Product(body, n, Variant(budget=ensemble.budget, layer=layer, models=ensemble.models))
+    pages = min(n - 1, ensemble.pages)
+    told = tuple(_OF_PAGE[i] for i in rng.integers(0, len(_OF_PAGE), pages))
+    hands[n - pages :] = told
+    product = Product(
+        body, n,
+        Variant(budget=ensemble.budget, layer=layer, models=ensemble.models, pages=told),
+    )  # fmt: skip
     devices = [SimulatedDevice(hand, plan, INFO) for hand, plan in zip(hands, plans, strict=True)]
     link = Link(delay, _JITTER if delay else 0.0, number)
     _, force = SchemeSession(product, devices, link).run(_END + _STILL)
@@ -173,7 +184,7 @@ def play(ensemble: Ensemble, number: int) -> Room:
         kind, delay, tuple((h.mass, h.damping, h.stiffness) for h in hands),
         tuple(np.ptp(force[:, -last:], axis=1).tolist()),
         tuple(np.ptp(force[:, -ago : last - ago], axis=1).tolist()),
-        max(max(user.unexplained) for user in product.users),
+        tuple(max(user.unexplained) for user in product.users),
         tuple(hand.lag for hand in wishes.hands.values()),
     )  # fmt: skip
 
@@ -183,7 +194,7 @@ def _line(name: str, rooms: Sequence[Room]) -> str:
     lags = [1e3 * lag for room in rooms for lag in room.lags] or [0.0]
     return (
         f"{name:22s} {len(rooms):5d} rooms: {swing} swing, {grow} grow; largest step "
-        f"{max(room.jump for room in rooms):.4f} N/ms; lag median {np.median(lags):.0f}, "
+        f"{max(max(room.jumps) for room in rooms):.4f} N/ms; lag median {np.median(lags):.0f}, "
         f"90 % {np.quantile(lags, 0.9):.0f} ms"
     )
 
@@ -196,11 +207,14 @@ def _main() -> None:
     parser.add_argument("--close", action="store_true", help="hands side by side")
     parser.add_argument("--budget", type=float, default=0.0, help="of each device, N s/m")
     parser.add_argument("--no-models", action="store_true", help="as without models")
+    parser.add_argument("--pages", type=int, default=0, help="clients that tell their hand")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--json", type=Path)
     a = parser.parse_args()
-    ensemble = Ensemble(tuple(a.kinds), a.least_damping, a.close, a.budget, not a.no_models, a.seed)
+    ensemble = Ensemble(
+        tuple(a.kinds), a.least_damping, a.close, a.budget, not a.no_models, a.pages, a.seed
+    )
     rooms: list[Room] = []
     with ProcessPoolExecutor(a.workers) as pool:
         for k, room in enumerate(pool.map(partial(play, ensemble), range(a.rooms))):

@@ -34,6 +34,14 @@ def transparency(
         list[str] | None,
         typer.Option(help="Device of the hands that rest.", show_default="rig"),
     ] = None,
+    hand: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Mechanics of all hands: kg, N s/m, N/m.",
+            metavar="M,B,K",
+            show_default="0.15,8,400",
+        ),
+    ] = None,
     simulation_hz: Annotated[
         float, typer.Option("--simulation-hz", "--hz", help="Ticks, 10 to 200 [Hz].")
     ] = 60.0,
@@ -55,7 +63,8 @@ def transparency(
     """
     check_output("--json", json)
     check_output("--out", out, ".png")
-    from cohaptic_experiments.transparency.command import Grid, run
+    from cohaptic_experiments.transparency.command import Grid, read_hand, run
+    from cohaptic_experiments.transparency.setting import USUAL
 
     grid = Grid(
         tuple(law or [Law.PREDICTIVE]),
@@ -64,5 +73,6 @@ def transparency(
         tuple(preset or ["rig"]),
         simulation_hz,
         models,
+        tuple(map(read_hand, hand)) if hand else (USUAL,),
     )
     run(grid, budget=budget, json_file=json, picture_file=out)

@@ -13,10 +13,12 @@ from cohaptic import __version__
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.simulated.delay_line import LinkSettings
+from cohaptic.simulated.hand import Hand
 from cohaptic_client.devices.simulated import PRESETS
 from cohaptic_experiments.catalogue import extra_libraries
 from cohaptic_experiments.report import progress_bar
 from cohaptic_experiments.transparency.cells import Cell, Row, as_json, measure_all
+from cohaptic_experiments.transparency.setting import USUAL
 from cohaptic_experiments.transparency.shown import (
     after_a_press,
     of_others,
@@ -38,6 +40,7 @@ class Grid:
         presets: Names of simulated devices.
         hz: Ticks per second.
         models: Whether clients move models of the hands.
+        hands: Mechanics of the hands, of which all hands of a cell have the same.
     """
 
     laws: tuple[Law, ...]
@@ -46,6 +49,7 @@ class Grid:
     presets: tuple[str, ...]
     hz: float
     models: bool = True
+    hands: tuple[Hand, ...] = (USUAL,)
 
     def __post_init__(self) -> None:
         for n in self.users:
@@ -60,11 +64,24 @@ class Grid:
 
     def cells(self) -> list[Cell]:
         """Return all combinations, each once."""
-        every = itertools.product(self.laws, self.users, self.presets, self.delays_ms)
+        every = itertools.product(self.laws, self.users, self.presets, self.hands, self.delays_ms)
         return [
-            Cell(law, 1e-3 * ms, n, preset, hz=self.hz, models=self.models)
-            for law, n, preset, ms in dict.fromkeys(every)
+            Cell(law, 1e-3 * ms, n, preset, hand, self.hz, self.models)
+            for law, n, preset, hand, ms in dict.fromkeys(every)
         ]
+
+
+def read_hand(text: str) -> Hand:
+    """Read the mechanics of a hand, mass [kg], damping [N s/m] and stiffness [N/m].
+
+    Raises:
+        SettingError: It is not three numbers, or one of them is out of its limits.
+    """
+    try:
+        mass, damping, stiffness = map(float, text.split(","))
+    except ValueError:
+        raise SettingError("hand", repr(text), "three numbers, as 0.15,8,400") from None
+    return Hand(mass, damping, stiffness)
 
 
 def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path | None) -> None:

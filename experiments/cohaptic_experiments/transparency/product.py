@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.simulated.hand import HandScript
+from cohaptic.simulated.hand import Hand, HandScript
 from cohaptic.vec import Vec3
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.passivity import MAX_DAMPING
@@ -29,6 +29,7 @@ class Variant:
         lag: Lag of the room in place of the one that the server chooses [s]; None for the latter.
         layer: Whether the passivity layer acts; the server reckons with `budget` either way.
         models: Whether clients move models of the hands.
+        pages: Hands of the last users, whose clients tell them, as the page does, and move none.
     """
 
     law: Law = Law.PREDICTIVE
@@ -38,6 +39,7 @@ class Variant:
     lag: float | None = None
     layer: bool = True
     models: bool = False
+    pages: tuple[Hand, ...] = ()
 
 
 class Product:
@@ -54,13 +56,15 @@ class Product:
         self._session = VirtualSession(body, variant.hz, now=0.0)
         self.room, self.period = self._session.room, 1.0 / variant.hz
         self._lag = variant.lag
+        pages: list[Hand | None] = [None] * (users - len(variant.pages)) + [*variant.pages]
         self.users = [
             self._session.join(
-                f"user {user}", HandScript(), law=variant.law, geometry="mesh",
+                f"user {user}", HandScript(hand=page or Hand()), law=variant.law, geometry="mesh",
                 max_damping=variant.budget, max_stiffness=variant.max_stiffness,
-                models=variant.models and not variant.law.answers_own_dent,
+                models=variant.models and page is None and not variant.law.answers_own_dent,
+                tells_hand=page is not None,
             )
-            for user in range(users)
+            for user, page in enumerate(pages)
         ]  # fmt: skip
         if not variant.layer:
             for user in self.users:

@@ -16,6 +16,7 @@ from rich.text import Text
 from cohaptic.control.law import Law
 from cohaptic_experiments.transparency.cells import Cell, Row
 from cohaptic_experiments.transparency.frequency import Transparency
+from cohaptic_experiments.transparency.setting import USUAL
 from cohaptic_server.numeric import Floats
 
 if TYPE_CHECKING:
@@ -104,9 +105,15 @@ def _table(title: str, first: str, *columns: str) -> Table:
 
 def name(cell: Cell) -> str:
     """Return the name of a cell: law, delay, users, and what is not usual."""
-    words = [cell.law.value, f"{1e3 * cell.delay:g} ms", f"{cell.users}"]
+    words = [f"{1e3 * cell.delay:g} ms", f"{cell.users}"]
+    if cell.hand == USUAL or cell.law != Law.PREDICTIVE:  # a terminal has room for little
+        words.insert(0, cell.law.value)
     if cell.preset != "rig":
         words.append(cell.preset)
+    if cell.hand != USUAL:
+        words.append(
+            f"{cell.hand.mass:g} kg {cell.hand.damping:g} N s/m {cell.hand.stiffness:g} N/m"
+        )
     return ", ".join(words)
 
 

@@ -43,8 +43,8 @@ _ROOM_GAUGES: tuple[tuple[str, str, Callable[[RoomMetrics], float]], ...] = (
     ),
     (
         "room_models_ratio",
-        "Share of what others do that clients' models of the hands answer at once",
-        lambda m: m.models or 0.0,
+        "Share of the models in what clients feel that move models of the hands",
+        lambda m: math.nan if m.models is None else m.models,
     ),
     ("connections", "Connections that are open", lambda m: m.connections),
     ("process_resident_memory_bytes", "Memory of the process", lambda m: m.memory),

@@ -52,8 +52,8 @@ class UserMetrics(_Frozen):
         sets_lag: Property of this user that the room's lag is for, `damping` or `delay`: no device
             in use may damp less, or no loop is slower. None if the lag is for another user or for
             none in particular.
-        forbids_models: Whether clients do without models of the hands since this user presses and
-            its hand cannot be modelled.
+        forbids_models: Whether this user pressed when models of the hands were last forbidden, and
+            its hand cannot be modelled; false again once they are used in full.
     """
 
     seat: int = Field(ge=1)
@@ -83,8 +83,8 @@ class RoomMetrics(_Frozen):
         lag: Lag of the room: time constant of the filter for forces on the body (science 3.8) [s].
         coupling: Spectral radius of the coupling matrix of the users' hands (science 3.8).
         margin: Stability margin of the coupled hands; None if the hands do not couple.
-        models: Share of what the others do that clients' models of them answer at once, 0 to 1
-            (science 3.15); None where no client moves models.
+        models: Share of the models in what clients that move models of the hands feel of the
+            others, 0 to 1 (science 3.15); None where there is no such client.
         models_off: Reason why that share is below 1, `hand`, `number` or `object`; empty if it is
             1, or None. For a hand, `forbids_models` of its user is set.
         limited: Number of times that a user's force was limited in a tick, by reason.

@@ -101,14 +101,14 @@ def models_words(room: RoomStatus) -> str:
         return ""
     users = [user for user in metrics.users if user.forbids_models]
     if metrics.models_off == "object":
-        why = "the object or a contact on it is no linear spring"
+        why = "the object or a contact on it was no linear spring"
     elif metrics.models_off == "number":
-        why = "more than 8 hands press"
-    elif users:
-        why = f"{_names(users)} press{'' if len(users) > 1 else 'es'} and cannot be modelled"
+        why = "more than 8 hands pressed"
     else:
-        why = "a hand pressed that cannot be modelled"
-    return f"{_name(room.name)}: others are felt later, without models of the hands, since {why}"
+        who = _names(users) if users else "a user who has left"
+        why = f"{who} pressed by a law or a device that has none"
+    share = f"{100.0 * (metrics.models or 0.0):.0f} %"
+    return f"{_name(room.name)}: models of the hands answer to {share}, since {why}"
 
 
 def _names(users: Sequence[UserMetrics]) -> str:

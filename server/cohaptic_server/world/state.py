@@ -64,8 +64,8 @@ class Touch:
         friction: Whether the force may have a tangential part.
         anchor: Point of the resting surface that the finger holds by friction [m]; None if it
             holds no point.
-        give: Displacement of the client's model of its own hand [m]; None if the client has no
-            such model.
+        give: Displacement of the hand's model, or of the simulated hand, by forces [m]; None if the
+            client tells none.
         own_model: The hand itself, of a client that simulates it and moves no models of others.
     """
 

@@ -46,9 +46,11 @@ def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
         force: Force on the hand, out of the body [N].
         dt: Time [s].
     """
-    # The damping acts on the new velocity, so that no damping makes a period unstable.
-    v = give.v + dt / model.mass * (force - model.stiffness * give.y)
-    v /= 1.0 + dt * model.damping / model.mass
+    # The damping acts on the new velocity, so that no damping makes a period unstable, and no mass
+    # is too light for its spring.
+    mass = max(model.mass, model.stiffness * dt * dt)
+    v = give.v + dt / mass * (force - model.stiffness * give.y)
+    v /= 1.0 + dt * model.damping / mass
     return Give(give.y + dt * v, v)
 
 

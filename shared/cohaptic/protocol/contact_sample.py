@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from cohaptic.control.hand_model import HandModel
-from cohaptic.errors import RemoteProtocolError
+from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
@@ -21,7 +21,7 @@ from cohaptic.protocol.frame import (
     open_header,
 )
 from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, GIVE, OWN_MODEL, FrameKind
-from cohaptic.protocol.partners import check_model
+from cohaptic.protocol.partners import check_model, is_allowed
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 
@@ -111,7 +111,7 @@ class ContactSample(NamedTuple):
             and norm(sample.force) <= MAX_FORCE
             and (anchor is None or norm(anchor) <= MAX_POSITION)
             and (give is None or abs(give) <= MAX_POSITION)
-            and model is None
+            and (model is None or is_allowed(model))
         ):
             sample._check(remote=True)
         return sample
@@ -128,3 +128,5 @@ class ContactSample(NamedTuple):
             check_range("give", self.give, -MAX_POSITION, MAX_POSITION, remote=remote)
         if self.own_model is not None:
             check_model(self.own_model, remote=remote)
+            if self.give is None:  # bytes cannot have the one without the other
+                raise LocalProtocolError("give beside a model", None, "a number")

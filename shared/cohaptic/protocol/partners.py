@@ -143,6 +143,16 @@ def _check_length(data: bytes, least: int) -> None:
         raise RemoteProtocolError("patch length", len(data), f"at least {least} bytes")
 
 
+def is_allowed(model: HandModel) -> bool:
+    """Return whether all values of a model are in their limits, beyond any rounding."""
+    m, b, k = model
+    return (
+        LIGHTEST.mass <= m <= HEAVIEST.mass
+        and LIGHTEST.damping <= b <= HEAVIEST.damping
+        and LIGHTEST.stiffness <= k <= HEAVIEST.stiffness
+    )
+
+
 def check_model(model: HandModel, *, remote: bool) -> None:
     """Raise unless a model's values are in their limits.
 

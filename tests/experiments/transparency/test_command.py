@@ -11,7 +11,8 @@ import pytest
 import cohaptic.cli.app
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
-from cohaptic_experiments.transparency.command import Grid
+from cohaptic.simulated.hand import Hand
+from cohaptic_experiments.transparency.command import Grid, read_hand
 
 PNG = b"\x89PNG"
 
@@ -55,6 +56,9 @@ def test_a_measurement_is_shown_written_and_drawn(
         (["--users", "1"], "number of users is 1"),
         (["--delay-ms", "-3"], "delay of a link"),
         (["--preset", "glove"], "'glove'"),
+        (["--hand", "0.15,8"], "three numbers"),
+        (["--hand", "0.15,8,soft"], "three numbers"),
+        (["--hand", "0.15,8,nan"], "hand stiffness"),
         (["--hz", "7"], "simulation rate"),
         (["--out", "found.jpg"], "found.jpg"),
     ],
@@ -69,9 +73,11 @@ def test_what_cannot_be_measured_is_refused_before_it_begins(
 
 
 def test_a_grid_has_every_combination_once() -> None:
-    grid = Grid((Law.PREDICTIVE, Law.PI), (0.0, 80.0), (2, 4), ("rig", "omni"), 60.0)
+    hands = (read_hand("0.15,8,400"), read_hand("0.5, 1, 1e3"))
+    grid = Grid((Law.PREDICTIVE, Law.PI), (0.0, 80.0), (2, 4), ("rig", "omni"), 60.0, hands=hands)
     cells = grid.cells()
-    assert len(cells) == len(set(cells)) == 16
+    assert len(cells) == len(set(cells)) == 32
+    assert {cell.hand for cell in cells} == {Hand(), Hand(0.5, 1.0, 1000.0)}
     again = Grid((Law.PI, Law.PI), (80.0, 80.0), (2,), ("rig",), 60.0)
     assert len(again.cells()) == 1
     assert {cell.delay for cell in cells} == {0.0, 0.08}

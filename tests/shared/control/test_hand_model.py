@@ -159,7 +159,7 @@ models = st.builds(
     ),
     *[st.sampled_from((0.0, 1.0)) | st.floats(0.0, 1.0)] * 3,
 )
-periods = st.floats(0.0005, 0.002)
+periods = st.floats(0.0005, 0.004)  # two periods of the slowest loop
 
 
 def in_a_period(model: HandModel, dt: float) -> Floats:

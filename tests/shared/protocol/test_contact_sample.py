@@ -133,6 +133,11 @@ def test_an_absurd_hand_is_named_whoever_sends_it(
             told._replace(own_model=USUAL_HAND._replace(**{name: value})).encode()
 
 
+def test_a_hand_is_not_sent_without_its_give() -> None:
+    with pytest.raises(LocalProtocolError, match=r"^give beside a model is None"):
+        GOOD._replace(own_model=USUAL_HAND).encode()
+
+
 def test_our_own_mistake_is_ours() -> None:
     with pytest.raises(LocalProtocolError):
         ContactSample(0, 0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)).encode()

@@ -32,6 +32,7 @@ import {
 
 const ANCHORED = 1; // flag: an anchor follows
 const SIMULATED = 6; // flags: the give and the hand itself follow; the page sends both or neither
+const TOLD_SIZE = GIVE_SIZE + OWN_MODEL_SIZE;
 
 export interface ContactSample extends ContactSampleFields {
   /** Point of the resting surface that the finger holds by friction [m]; null without friction or contact. */
@@ -45,19 +46,16 @@ export interface ContactSample extends ContactSampleFields {
 export function encodeContactSample(sample: ContactSample): Uint8Array<ArrayBuffer> {
   check(sample);
   const { anchor, give, own_model } = sample;
-  const flags = (anchor ? ANCHORED : 0) + (own_model ? SIMULATED : 0);
-  const view = newFrame("contact_sample", sizeOf(flags), flags);
+  const [at, flags] = anchor ? [CONTACT_SAMPLE_SIZE + ANCHOR_SIZE, ANCHORED] : [CONTACT_SAMPLE_SIZE, 0];
+  const told = give !== null && own_model !== null;
+  const view = newFrame("contact_sample", told ? at + TOLD_SIZE : at, told ? flags + SIMULATED : flags);
   writeContactSampleFields(view, sample);
   if (anchor) writeAnchor(view, CONTACT_SAMPLE_SIZE, anchor);
-  if (own_model) {
-    writeGive(view, sizeOf(flags & ANCHORED), give ?? 0);
-    writeOwnModelFields(view, sizeOf(flags) - OWN_MODEL_SIZE, own_model);
+  if (told) {
+    writeGive(view, at, give);
+    writeOwnModelFields(view, at + GIVE_SIZE, own_model);
   }
   return new Uint8Array(view.buffer);
-}
-
-function sizeOf(flags: number): number {
-  return CONTACT_SAMPLE_SIZE + (flags & ANCHORED ? ANCHOR_SIZE : 0) + (flags & SIMULATED ? GIVE_SIZE + OWN_MODEL_SIZE : 0);
 }
 
 /** Decode the sample in a frame; throws ProtocolError for any invalid bytes, and for a give without the hand. */
@@ -65,26 +63,27 @@ export function decodeContactSample(bytes: Uint8Array): ContactSample {
   const { flags, view } = openFrame(bytes, "contact_sample", CONTACT_SAMPLE_SIZE);
   const simulated = flags >= SIMULATED;
   checkInteger("flags of a contact sample", simulated ? flags - SIMULATED : flags, 0, ANCHORED);
-  checkSize("contact_sample", bytes, sizeOf(flags));
+  const at = CONTACT_SAMPLE_SIZE + (flags & ANCHORED ? ANCHOR_SIZE : 0);
+  checkSize("contact_sample", bytes, simulated ? at + TOLD_SIZE : at);
   const sample = {
     ...readContactSampleFields(view),
     anchor: flags & ANCHORED ? readAnchor(view, CONTACT_SAMPLE_SIZE) : null,
-    give: simulated ? readGive(view, sizeOf(flags & ANCHORED)) : null,
-    own_model: simulated ? readOwnModelFields(view, sizeOf(flags) - OWN_MODEL_SIZE) : null,
+    give: simulated ? readGive(view, at) : null,
+    own_model: simulated ? readOwnModelFields(view, at + GIVE_SIZE) : null,
   };
   check(sample);
   checkInteger("seq of a contact sample", sample.seq, 1, U32);
   checkInteger("tick of a contact sample", sample.tick, 0, U32);
-  const { give, own_model: hand } = sample;
+  const { anchor, give, own_model: hand } = sample;
+  if (anchor !== null) checkVector("anchor", anchor, MAX_POSITION, "m");
   if (give !== null) checkRange("give", give, -MAX_POSITION, MAX_POSITION);
   if (hand !== null) checkFinite("own_model", hand.mass, hand.damping, hand.stiffness);
   return sample;
 }
 
-/** Check what the laws have computed; the rest of a sample that is sent is the page's own. */
+/** Check what the laws have computed; the loop has checked the anchor, and the rest of what is sent is the page's own. */
 function check(sample: ContactSample): void {
   checkFinite("t_client", sample.t_client);
   checkVector("probe", sample.probe, MAX_POSITION, "m");
   checkVector("force", sample.force, MAX_FORCE, "N");
-  if (sample.anchor !== null) checkVector("anchor", sample.anchor, MAX_POSITION, "m");
 }

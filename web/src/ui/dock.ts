@@ -64,7 +64,7 @@ export class Dock {
       "Friction of your finger",
       [
         ["0", "Smooth", "No friction: the finger slides"],
-        ["0.4", "0.4", "Friction 0.4: the finger sticks up to 0.4 of its pressure, and others drag it along"],
+        ["0.4", "0.4", "Friction 0.4: the finger sticks until pushed aside by 0.4 of its pressure, and others drag it along"],
         ["0.8", "0.8", "Friction 0.8: rubber; the finger sticks, and others drag it along"],
       ],
       (mu) => { actions.friction(Number(mu)); },

@@ -55,7 +55,7 @@ export function lagReasons({ lag, coupling, margin }: RoomLag): string {
   const far = margin < FAR ? ` (margin ${fixed(margin, 1)})` : "";
   if (lag < LEAST_LAG) return `${m}: below 1 no lag is needed${far}.`;
   if (coupling < 1) return `${m}: hands at rest need no lag${far}; moving hands on devices that damp little do.`;
-  return `${m}${far}: this lag keeps moving hands steady at any delay. The object\u2019s stiffness stays.`;
+  return `${m}${far}: this lag keeps moving hands steady at any delay; K_o stays.`;
 }
 
 /** Name and a sentence for each law, in the order in which they are offered. */

@@ -34,6 +34,8 @@ _LONGEST_GAP: Final = 0.25  # s between two samples; a window with a longer gap 
 # values with next to no time between them has no bound. It also bounds the number of samples.
 _SHORTEST_GAP: Final = 0.004
 _LEAST_SAMPLES: Final = 20  # in a window, at 10 ticks per second
+# 1/s, of the logarithms of a told hand that changes: as fast as clients let models change.
+TOLD_RATE: Final = 1.0
 _FORGET: Final = 0.5  # s; time constant of the largest force that a hand has told
 
 
@@ -57,6 +59,7 @@ class Learned:
         wanted: Model and lag towards which these move.
         due: Time of the server's clock at which the next window is taken in [s].
         peak: Largest force that the hand has told lately [N].
+        told: Whether its client simulates and tells the hand.
     """
 
     clouds: Clouds
@@ -66,6 +69,7 @@ class Learned:
     wanted: tuple[HandModel, float] = (USUAL_HAND, FIRST_LAG)
     due: float = 0.0
     peak: float = 0.0
+    told: bool = False
 
     def ready(self, now: float) -> bool:
         """Return whether a whole window has come, and time has passed since the last one."""
@@ -82,18 +86,17 @@ def unknown(user: int) -> Learned:
 def known(learned: Learned | None, user: int, hand: HandModel) -> Learned:
     """Return what is known of a simulated hand, whose client tells it.
 
-    Nothing loops through such a hand: what it wants is told exactly, whatever models of it others
-    have (science 3.15). So neither a lag nor a slow change is needed.
+    What such a hand wants is told, and needs no lag: while it presses, nothing loops through it
+    (science 3.15). Where it gives way on purpose, which a force makes it do, it is about to let go.
 
     Args:
         learned: What was known; None before the first sample.
         user: Number of the user.
         hand: The hand.
     """
-    learned = learned or unknown(user)
-    if learned.model == hand and learned.lag == 0.0:
-        return learned
-    return replace(learned, samples=(), model=hand, lag=0.0, wanted=(hand, 0.0))
+    if learned is None or not learned.told:
+        return replace(unknown(user), model=hand, lag=0.0, wanted=(hand, 0.0), told=True)
+    return replace(learned, wanted=(hand, 0.0))
 
 
 def hear(learned: Learned, touch: Touch) -> Learned:
@@ -119,10 +122,18 @@ def glide(learned: Learned, force: float, dt: float) -> Learned:
     model, late = learned.wanted
     if learned.model == model and learned.lag == late:
         return learned
+    if learned.told:
+        told = [_glided(a, b, TOLD_RATE * dt) for a, b in zip(learned.model, model, strict=True)]
+        return replace(learned, model=HandModel(*told))
     in_need = np.array(late > learned.lag)
     moved = towards(np.array(learned.model), np.array(model), in_need, dt)
     slower = lag_towards(np.array([learned.lag]), np.array([late]), dt)
     return replace(learned, model=HandModel(*moved.tolist()), lag=float(slower[0]))
+
+
+def _glided(now: float, then: float, most: float) -> float:
+    change = math.log(then / now)
+    return then if abs(change) <= most else now * math.exp(math.copysign(most, change))
 
 
 def learn(

@@ -47,6 +47,10 @@ _CALM: Final = 2.0
 # largest that the hand has told lately, so that a client cannot press with a give alone.
 _MOST_GIVE: Final = 2.0
 _GIVE_FORCE: Final = 0.5  # N more than that, for a hand that has just touched
+# A model presses with twice the force that its hand has told lately and a newton [N] at most: a
+# hand may be deep and press with nothing, as after a fault.
+_MOST_TOLD: Final = 2.0
+_MOST_MORE: Final = 1.0
 # Factor of the compliance of a contact. Two hands at the very same place would make the compliance
 # between them singular.
 _APART: Final = 1.00001
@@ -69,7 +73,7 @@ def may_superpose(body: Body, response: Response) -> bool:
 
 
 def has_model(touch: Touch) -> bool:
-    """Return whether a hand's give is told, and its client presses as models do."""
+    """Return whether a hand's give is told, and its force follows from its depth alone."""
     return (
         touch.give is not None
         and touch.fresh
@@ -162,7 +166,9 @@ def _learned(
     """Return the hands with one window taken in, and the time at which the last one was."""
     users = [touch.user for touch in tracked.touches]
     waiting = [user for user in users if user in hands and hands[user].ready(now)]
-    if not waiting:
+    changing = any([hand.told and hand.model != hand.wanted[0] for hand in hands.values()])
+    # Around a hand that changes, a window's contacts are those of no one moment.
+    if changing or not waiting:
         return hands, learned_at
     user = min(waiting, key=lambda user: hands[user].due)
     rows = [i for i, other in enumerate(users) if other in hands]
@@ -179,14 +185,16 @@ def _learned(
 def _told(touch: Touch, hand: Learned) -> float:
     """Return the give that a client told, as far as the forces that it told can make it [m]."""
     force = min(touch.max_force, hand.peak + _GIVE_FORCE)
-    limit = _MOST_GIVE * force / hand.model.stiffness
+    # Of the hand or of the model on its way to it, whichever presses less by such a give.
+    stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.told else 0.0)
+    limit = _MOST_GIVE * force / stiffness
     return min(limit, max(-limit, touch.give or 0.0))
 
 
 def _model_at(wishes: Wishes, touch: Touch) -> HandModel:
     """Return the model of a hand whose displacement its newest sample tells."""
-    if touch.own_model is not None:
-        return touch.own_model
+    if touch.own_model is not None:  # the give is not one of a model that moves
+        return wishes.hands[touch.user].model
     first = wishes.past[0][0]
     then = wishes.past[min(max(0, touch.tick - first), len(wishes.past) - 1)][1]
     return then.get(touch.user) or wishes.hands[touch.user].model
@@ -195,8 +203,9 @@ def _model_at(wishes: Wishes, touch: Touch) -> HandModel:
 def held_beside(tracked: Tracked, wishes: Wishes, pressing: Mask, C: Floats) -> Floats:
     """Return how much the tips of others stiffen each contact while they cannot move, (n,) [m/N].
 
-    It is C_ii - 1 / (C^-1)_ii over all hands with models that press, as far as its client uses
-    models. A device renders K where the gain of its law is at most 1 / (1 / K + this).
+    It is C_ii - 1 / (C^-1)_ii over all hands with models that press, in the share of the models,
+    and 0 for a hand whose client moves none. A device renders K where the gain of its law is at
+    most 1 / (1 / K + this).
     """
     beside = np.zeros(len(C))
     known = [touch.user in wishes.intended for touch in tracked.touches]
@@ -248,8 +257,10 @@ def partners_of(
     def partner(i: int, j: int, earlier: Sequence[int]) -> Partner:
         wanted = min(farthest, max(-farthest, wishes.intended[touches[j].user]))
         row = (between[i][j], *(between[j][h] for h in earlier))
-        give = _told(touches[j], hands[touches[j].user])
-        return Partner(touches[j].user, models[j], wanted, give, force[j], most[j], own[j], row)
+        hand = hands[touches[j].user]
+        give, told = _told(touches[j], hand), _MOST_TOLD * hand.peak + _MOST_MORE
+        strength = min(most[j], told)
+        return Partner(touches[j].user, models[j], wanted, give, force[j], strength, own[j], row)
 
     found: dict[int, Partners] = {}
     for i, touch in enumerate(touches):

@@ -215,7 +215,7 @@ def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
     assert (first.weight, first.model, first.users) == (1.0, USUAL_HAND, (2, 3))
     second, third = first.partners
     assert (second.intended, second.give, second.force) == (wishes.intended[2], 0.004, 3.0)
-    assert (second.most, third.most) == (10.0, 3.5)
+    assert (second.most, third.most) == (7.0, 3.5)  # twice what it told and a newton; its own
     assert (second.c_jj, third.c_jj) == pytest.approx((0.005, 0.006), rel=2e-5)
     assert second.coupled == (0.0005,)
     assert third.coupled == (0.00025, -0.000125)
@@ -306,13 +306,33 @@ def test_what_a_simulated_hand_wants_is_told_without_a_lag(
     assert room.tick().intended[2] - before == pytest.approx(further, abs=1e-12)
 
 
-def test_a_simulated_hand_may_change() -> None:
-    """The others get the hand of the sample that told its give, whatever patch that answered."""
-    room = Room([hand(1), simulated(2, tick=0)])
+def test_models_follow_a_simulated_hand_that_changes_no_faster_than_clients_let_them() -> None:
+    """By a factor of e in a second; until then, a give presses by neither hand more than told."""
+    room = Room([hand(1), simulated(2)])
     room.run(0.5)
-    room.set([hand(1), simulated(2, own_model=FIRM, tick=0)])
+    room.set([hand(1), simulated(2, own_model=FIRM, give=1.0)])
+    models = list[HandModel]()
+    for _ in range(round(math.log(25.0) / DT) + 2):
+        room.tick()
+        partner = room.partners()[1].partners[0]
+        models.append(partner.model)
+        assert partner.give == pytest.approx(2.0 * 2.5 / FIRM.stiffness)
+    k = np.array([USUAL_HAND.stiffness, *[model.stiffness for model in models]])
+    assert models[-1] == FIRM
+    assert np.diff(np.log(k)).max() <= 1.01 * DT
+    room.set([hand(1), simulated(2, give=1.0)])
     room.tick()
-    assert room.partners()[1].partners[0].model == FIRM
+    last = room.partners()[1].partners[0]
+    assert last.give <= 2.0 * 2.5 / last.model.stiffness
+
+
+def test_a_model_presses_no_harder_than_its_hand_has_told() -> None:
+    """Such as one whose force is off after a fault, however deep it is."""
+    for one in (hand(2, 0.0), simulated(2, 0.0)):
+        room = Room([hand(1), one])
+        room.height = np.array([0.0, -0.03])
+        room.tick()
+        assert room.partners()[1].partners[0].most == 1.0
 
 
 @pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)

@@ -30,7 +30,7 @@ export class AreaCard {
       "Measure gains by",
       [
         ["alone", "alone", "K_o of each contact as if nobody else touched: the paper's rule"],
-        ["coupled", "coupled", "K_o with everybody's hands on the body: what the paper's laws have to respect for N users"],
+        ["coupled", "coupled", "K_o with everybody's hands on the body: what the paper's laws have to respect"],
       ],
       (value) => { this.yardstick = value; },
     );
