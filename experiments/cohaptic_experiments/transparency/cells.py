@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -47,6 +47,7 @@ class Cell:
         hand: Mechanics of the hands.
         hz: Ticks per second.
         models: Whether clients move models of the hands.
+        together: Whether all hands touch at the same instant.
     """
 
     law: Law = Law.PREDICTIVE
@@ -56,6 +57,7 @@ class Cell:
     hand: Hand = USUAL
     hz: float = 60.0
     models: bool = True
+    together: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +110,8 @@ class Bench:
 
     def _setting(self, cell: Cell) -> Setting:
         info = INFO if cell.preset == "rig" else PRESETS[cell.preset]
-        return Setting(self._body, cell.users, cell.hand, info, Link(cell.delay))
+        setting = Setting(self._body, cell.users, cell.hand, info, Link(cell.delay))
+        return replace(setting, apart=0.0) if cell.together else setting
 
     def _true_responses(self, users: int, preset: str, hand: Hand) -> Responses:
         return true_responses(self._setting(Cell(users=users, preset=preset, hand=hand)))
@@ -140,6 +143,7 @@ def as_json(row: Row) -> dict[str, Any]:
         "hand": asdict(cell.hand),
         "simulation_hz": cell.hz,
         "models": cell.models,
+        "together": cell.together,
         "lag_ms": 1e3 * row.lag,
         "frequencies_hz": _numbers(found.frequencies),
         "others": _numbers(found.weakest),

@@ -48,6 +48,9 @@ def transparency(
     models: Annotated[
         bool, typer.Option(help="Clients move models of the hands, which answer at once.")
     ] = True,
+    together: Annotated[
+        bool, typer.Option("--together", help="All hands touch at the same instant.")
+    ] = False,
     budget: Annotated[
         bool, typer.Option("--budget", help="Measure the parts of the delay, too; much slower.")
     ] = False,
@@ -56,10 +59,10 @@ def transparency(
 ) -> None:
     """Measure what one hand feels of another, and how late.
 
-    Hands rest pressed into the balloon, in virtual time, with the real room, frames and haptic
-    loops. The first one sways by eleven sines at once, and then presses. All is divided by the
-    truth: the same hands, simulated without a network. Options may be given several times; all
-    combinations are measured.
+    Hands come to the balloon one after the other and rest pressed into it, in virtual time, with
+    the real room, frames and haptic loops. The first one sways by eleven sines at once, and then
+    presses. All is divided by the truth: the same hands, simulated without a network. Options may
+    be given several times; all combinations are measured.
     """
     check_output("--json", json)
     check_output("--out", out, ".png")
@@ -74,5 +77,6 @@ def transparency(
         simulation_hz,
         models,
         tuple(map(read_hand, hand)) if hand else (USUAL,),
+        together,
     )
     run(grid, budget=budget, json_file=json, picture_file=out)

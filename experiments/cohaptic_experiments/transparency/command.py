@@ -41,6 +41,7 @@ class Grid:
         hz: Ticks per second.
         models: Whether clients move models of the hands.
         hands: Mechanics of the hands, of which all hands of a cell have the same.
+        together: Whether all hands touch at the same instant.
     """
 
     laws: tuple[Law, ...]
@@ -50,6 +51,7 @@ class Grid:
     hz: float
     models: bool = True
     hands: tuple[Hand, ...] = (USUAL,)
+    together: bool = False
 
     def __post_init__(self) -> None:
         for n in self.users:
@@ -66,7 +68,7 @@ class Grid:
         """Return all combinations, each once."""
         every = itertools.product(self.laws, self.users, self.presets, self.hands, self.delays_ms)
         return [
-            Cell(law, 1e-3 * ms, n, preset, hand, self.hz, self.models)
+            Cell(law, 1e-3 * ms, n, preset, hand, self.hz, self.models, self.together)
             for law, n, preset, hand, ms in dict.fromkeys(every)
         ]
 

@@ -44,6 +44,9 @@ class Setting:
         info: Device of every hand.
         link: Link of every user.
         depth: Depth at which the hands want to rest [m].
+        apart: Time from the touch of one hand to that of the next [s]. Of hands that touch at the
+            same instant nobody can tell what each wanted and what the others did to it, so that the
+            server knows them later.
     """
 
     body: Body
@@ -52,11 +55,13 @@ class Setting:
     info: DeviceInfo = INFO
     link: Link = AT_ONCE
     depth: float = 0.008
+    apart: float = 0.7
 
     @property
     def rests_at(self) -> float:
         """Time at which all hands have come to rest, and the first one acts [s]."""
-        return _JOINED + _APPROACH + _REST + 6.0 * self.link.delay
+        last = _JOINED + (self.users - 1) * self.apart
+        return last + _APPROACH + _REST + 6.0 * self.link.delay
 
     def angles(self) -> list[float]:
         """Return the place of each hand on the equator [rad]."""
@@ -71,7 +76,8 @@ class Setting:
             usual = HandScript(angle % (2.0 * math.pi)).intention(info.center, info.radius)
             plan = Probing(
                 usual.surface, usual.direction, self.depth,
-                approach_at=_JOINED + 2.2 * self.link.delay, approach_time=_APPROACH,
+                approach_at=_JOINED + user * self.apart + 2.2 * self.link.delay,
+                approach_time=_APPROACH,
             )  # fmt: skip
             acts = replace(plan, at_time=self.rests_at, sway=sway, further=further)
             plans.append(plan if user else acts)

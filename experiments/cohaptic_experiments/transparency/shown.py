@@ -114,6 +114,8 @@ def name(cell: Cell) -> str:
         words.append(
             f"{cell.hand.mass:g} kg {cell.hand.damping:g} N s/m {cell.hand.stiffness:g} N/m"
         )
+    if cell.together:
+        words.append("together")
     return ", ".join(words)
 
 
