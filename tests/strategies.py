@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -63,8 +64,14 @@ hand_models = st.builds(
     HandModel, *[floats(low, high) for low, high in zip(LIGHTEST, HEAVIEST, strict=True)]
 )
 _tellings = st.tuples(st.floats(-10.0, 10.0, width=32), st.none() | hand_models)
+
+
+def _sample(told: tuple[float | None, HandModel | None], **fields: Any) -> ContactSample:
+    return ContactSample(**fields, give=told[0], own_model=told[1])
+
+
 contact_samples = st.builds(
-    lambda told, **fields: ContactSample(**fields, give=told[0], own_model=told[1]),
+    _sample,
     st.just((None, None)) | _tellings,
     seq=counts,
     tick=st.integers(0, 2**32 - 1),

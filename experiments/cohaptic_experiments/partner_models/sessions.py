@@ -169,7 +169,7 @@ def play(ensemble: Ensemble, number: int) -> Room:
         )  # fmt: skip
     layer = ensemble.budget > 0.0
     pages = min(n - 1, ensemble.pages)
-    told = tuple(_OF_PAGE[i] for i in rng.integers(0, len(_OF_PAGE), pages))
+    told = tuple(_OF_PAGE[int(rng.integers(0, len(_OF_PAGE)))] for _ in range(pages))
     hands[n - pages :] = told
     product = Product(
         body, n,
