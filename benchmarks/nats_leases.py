@@ -84,10 +84,20 @@ async def keep(leases: Any, key: str, seconds: float, waits: list[float]) -> Non
                 break
             except Exception:  # no leader, or the answer is lost: the next one says which
                 with contextlib.suppress(Exception):
-                    revision = (await leases.get(key)).revision
+                    revision = await _revision(leases, key)
                 await asyncio.sleep(0.05)
         waits.append(time.monotonic() - begin)
         await asyncio.sleep(_RENEW)
+
+
+async def _revision(leases: Any, key: str) -> int:
+    """Return the revision of a lease; take it anew if it has run out meanwhile."""
+    missing: Any = importlib.import_module("nats.js.errors").KeyNotFoundError
+    try:
+        found: int = (await leases.get(key)).revision
+    except missing:
+        found = await leases.create(key, b"me")
+    return found
 
 
 async def measure(nodes: Network) -> dict[str, Any]:
