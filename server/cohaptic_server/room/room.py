@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
-from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
@@ -224,6 +223,12 @@ class Room:
         """Store a contact sample, with the user's settings, as the newest touch of that user."""
         member = self.members[user]
         hello = member.hello
+        give, own_model = None, sample.own_model
+        if hello.models:
+            # There is no give before the first patch with partners.
+            give, own_model = sample.give or 0.0, None
+        elif own_model is not None:
+            give = sample.give
         # Positional arguments, since keyword arguments would double the time of this method.
         member.touch = Touch(
             user,
@@ -242,7 +247,8 @@ class Room:
             hello.friction,
             hello.damping_budget,
             sample.anchor if hello.friction else None,
-            *_own_hand(sample, hello),
+            give,
+            own_model,
         )
         member.heard = now
 
@@ -384,13 +390,3 @@ class Room:
     def pass_over(self, ticks: int) -> None:
         """Count ticks that have passed while the room was at rest, without computing them."""
         self.world, self.patches = pass_over(self.world, ticks), {}
-
-
-def _own_hand(sample: ContactSample, hello: Hello) -> tuple[float | None, HandModel | None]:
-    """Return the give of a hand, and the hand itself where its client simulates it.
-
-    A client that moves models has no give before the first patch with partners.
-    """
-    if hello.models:
-        return sample.give or 0.0, None
-    return (None, None) if sample.own_model is None else (sample.give, sample.own_model)
