@@ -260,6 +260,20 @@ ATTACKS: dict[str, Callable[[int], Told]] = {
 }  # fmt: skip
 
 
+OUT = (math.cos(BESIDE), math.sin(BESIDE), 0.0)  # towards the attacker
+
+
+def attacked(body: Balloon, *, models: bool) -> tuple[VirtualSession, int]:
+    """Two hands at rest that move models, and the number of an attacker who has joined them."""
+    session = two(body, 0.01)
+    session.run(3.0)
+    hello = Hello(
+        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6,
+        models=models,
+    )  # fmt: skip
+    return session, session.room.join(hello, session.now)[0].user
+
+
 @pytest.mark.parametrize("changing", [None, 1, 30], ids=["moves", "flickers", "changes"])
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_what_others_tell_of_themselves_is_little_felt(
@@ -270,19 +284,12 @@ def test_what_others_tell_of_themselves_is_little_felt(
     The attacker says that it moves models, or that it simulates its hand, which it makes another
     every `changing` samples.
     """
-    session = two(small_balloon, 0.01)
-    session.run(3.0)
-    hello = Hello(
-        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6,
-        models=changing is None,
-    )  # fmt: skip
-    number = session.room.join(hello, session.now)[0].user
-    out = (math.cos(BESIDE), math.sin(BESIDE), 0.0)
+    session, number = attacked(small_balloon, models=changing is None)
     for k in range(300):
         distance, force, give, t = ATTACKS[attack](k)
         own_model = None if changing is None else (LIGHTEST, HEAVIEST)[k // changing % 2]
         told = ContactSample(
-            k + 1, session.room.world.tick, t, scale(out, distance), scale(out, force), give=give,
+            k + 1, session.room.world.tick, t, scale(OUT, distance), scale(OUT, force), give=give,
             own_model=own_model,
         )  # fmt: skip
         session.room.sample(number, ContactSample.decode(told.encode()), session.now)
@@ -302,18 +309,11 @@ def test_who_tells_no_force_is_felt_with_a_newton_at_most(
 
     Its model is the heaviest at first, and the lightest later.
     """
-    session = two(small_balloon, 0.01)
-    session.run(3.0)
-    hello = Hello(
-        protocol=PROTOCOL_VERSION, name="bad", max_force=MAX_FORCE, max_stiffness=1e6,
-        models=changing is None,
-    )  # fmt: skip
-    number = session.room.join(hello, session.now)[0].user
-    out = (math.cos(BESIDE), math.sin(BESIDE), 0.0)
+    session, number = attacked(small_balloon, models=changing is None)
     for k in range(240):
         own_model = LIGHTEST if k and (changing == 1000 or k % 2) else HEAVIEST
         told = ContactSample(
-            k + 1, session.room.world.tick, k / 60.0, scale(out, distance), (0.0, 0.0, 0.0),
+            k + 1, session.room.world.tick, k / 60.0, scale(OUT, distance), (0.0, 0.0, 0.0),
             give=10.0, own_model=None if changing is None else own_model,
         )  # fmt: skip
         session.room.sample(number, ContactSample.decode(told.encode()), session.now)
