@@ -262,6 +262,23 @@ def test_the_result_for_programs_says_what_it_promises(good: DemoResult) -> None
     assert DemoResult.model_validate_json(good.model_dump_json()) == good
 
 
+@pytest.mark.parametrize("busy", [False, True])
+def test_a_force_that_swings_while_the_server_says_nothing_is_not_the_law_s(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path, *, busy: bool
+) -> None:
+    t = recordings[0].columns["t"]
+    swing = 0.5 * np.sin(2.0 * np.pi * 3.0 * t)
+    # Every second has a third of a second in which no patch comes.
+    tick = recordings[0].columns["tick"]
+    waits = np.maximum.accumulate(np.where(np.mod(t - t[0], 1.0) < 1 / 3, 0.0, tick))
+    left = recordings[0].columns | {"fx": recordings[0].columns["fx"] + swing}
+    if busy:
+        left |= {"tick": waits}
+    result = judged(small_balloon, [Recording("left", left), *recordings[1:]], tmp_path)
+    assert result.users[0].rest is (None if busy else Rest.UNSTABLE)
+    assert (result.silent > 0) is busy
+
+
 def test_patches_that_come_at_half_the_rate_are_counted_so(
     small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
 ) -> None:

@@ -37,6 +37,7 @@ def result(left: dict[str, Any] | None = None, **right: Any) -> DemoResult:
         friction=0.0,
         lag_ms=0.0,
         presses=2,
+        silent=0,
         enough_s=8.2,
         users=(user("left", **(left or {})), user("right", **right)),
     )
@@ -159,6 +160,12 @@ def test_a_machine_that_cannot_keep_up_is_told_so() -> None:
         "This machine cannot keep up with 2 users: patches came at 30 of 60 Hz."
     )
     assert verdict(result(patch_hz=50.0)).startswith("right felt left press")
+
+
+def test_a_machine_that_was_too_busy_is_told_so() -> None:
+    told = result(rest=None, stable=None).model_copy(update={"silent": 4})
+    assert verdict(told).startswith("This machine is too busy to tell")
+    assert told.shows_it
 
 
 def test_what_switched_a_force_off_is_told() -> None:

@@ -14,6 +14,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_tools.demo.analysis import (
     Recording,
     Timeline,
+    longest_wait,
     measured,
     patch_rate,
     press_windows,
@@ -25,6 +26,9 @@ from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge
 from cohaptic_tools.demo.scene import Scene
 
 MAX_FORCE = 10.0  # N; largest force of a simulated device
+# Longest wait for a patch in an interval that is judged, beside the injected jitter [s]. It is twice
+# the time after which a client calls its server silent (loop/config.py): the machine is too busy.
+LONGEST_WAIT = 0.2
 
 
 class UserResult(BaseModel):
@@ -100,6 +104,9 @@ class DemoResult(BaseModel):
         description="In how long the object answers the others while the first presses."
     )
     presses: int = Field(description="Measured presses, or drags, of the first user.")
+    silent: int = Field(
+        description="Intervals that were not judged, since a user had no patch for too long."
+    )
     enough_s: float = Field(description="Duration in which every force can come to rest [s].")
     users: tuple[UserResult, ...]
 
@@ -144,12 +151,14 @@ def evaluate(
     off = stretches(timeline, pressed=False, expected=expected)
     windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
     compared = compare(scene, body, timeline, pressed, off, windows)
-    rests = judge(timeline.force, [*pressed, *off] if pressed else [], measured, MAX_FORCE)
+    most = LONGEST_WAIT + 2.0 * scene.jitter
+    heard = [s for s in [*pressed, *off] if longest_wait(timeline, s) <= most]
+    rests = judge(timeline.force, heard if pressed else [], measured, MAX_FORCE)
     if scene.duration is not None and scene.duration < scene.enough:
         # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and
         # every force seems to creep. Only two verdicts hold: the force rests, or is at the limit.
-        most = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
-        rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, most, strict=True)]
+        tops = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
+        rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, tops, strict=True)]
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
         _user(
@@ -172,6 +181,7 @@ def evaluate(
         friction=scene.friction,
         lag_ms=1e3 * _lag(timeline, pressed, statuses),
         presses=len(pressed),
+        silent=len(pressed) + len(off) - len(heard),
         # If no whole press fits into that duration, the machine is slow and needs a longer one.
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,

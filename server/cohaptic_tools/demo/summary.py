@@ -103,6 +103,10 @@ def verdict(result: DemoResult) -> str:
             f" {rate:.0f} of {result.simulation_hz:g} Hz.\nTake fewer users or a lower"
             f" --simulation-hz ({how})."
         )
+    if result.silent and any(user.rest is None for user in result.users):
+        return (
+            f"This machine is too busy to tell: a user had no word of the server for long ({how})."
+        )
     if result.presses == 0 or any(user.rest is None for user in result.users):
         action = "drag" if result.friction else "press"
         seen = (
