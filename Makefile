@@ -50,6 +50,10 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml constraints.txt
 	@$(PIP) $(PINNED) -e ".[dev]"
 	@touch $@ $(VENV)/.installed
 
+$(VENV)/.cluster: $(VENV)/.dev
+	@[ "$$(uname)" != Linux ] || $(PIP) $(PINNED) -e ".[cluster]"
+	@touch $@
+
 $(VENV)/.docs: $(VENV)/.made pyproject.toml constraints.txt
 	@$(PIP) $(PINNED) -e ".[docs]"
 	@touch $@ $(VENV)/.installed
@@ -62,7 +66,7 @@ test: fresh-page  ## the proof that it works, some minutes; ARGS="tests/client -
 	@$(BIN)/python -m compiling || [ "$$CI" != true ]
 	@JOBS=$(JOBS) $(BIN)/python tools/suite.py test $(ARGS)
 
-test-all: fresh-page  ## all tests, live ones at the end; has to pass before an issue is closed
+test-all: fresh-page $(VENV)/.cluster  ## all tests, live ones at the end; has to pass before an issue is closed
 	@$(BIN)/python -m compiling || [ "$$CI" != true ]
 	@# Live tests leave half of two cores idle, and pyright takes the time that nobody else wants.
 	@nice -n 19 $(BIN)/pyright >$(VENV)/.pyright 2>&1 & types=$$!; \

@@ -41,20 +41,23 @@ from cohaptic_server.shell.gate import Protection
 from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.touchable import is_file, names
 
-_WITH_CONFIG = ("config", "quiet", "log_format", "lifeline")
+_WITH_CONFIG = ("config", "cluster", "quiet", "log_format", "lifeline")
 # Environment variable that makes `cohaptic serve` with one room ask everybody for a token. If it
 # were ignored here, rooms would be open although their owner believes that they are not.
 _KEYS = "COHAPTIC_KEYS"
 _ENDED_AT_ONCE = 130  # exit status of a command that Ctrl-C has ended
 
 
-def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline: bool) -> None:
+def serve_rooms(
+    context: typer.Context, path: Path, style: LogStyle, cluster: str, *, lifeline: bool
+) -> None:
     """Serve the rooms of a configuration file until the process is interrupted.
 
     Args:
         context: Context of the command, with the options that the user has written.
         path: Path of the configuration file.
         style: Style of the log.
+        cluster: Address of the engine of a cluster, HOST:PORT; empty for a single machine.
         lifeline: Whether the server also ends when standard input closes.
 
     Raises:
@@ -64,6 +67,12 @@ def serve_rooms(context: typer.Context, path: Path, style: LogStyle, *, lifeline
     config = load_config(path)
     _check_objects(path, config)
     _check_access(path, config)
+    if cluster and not config.cluster.witnesses:
+        missing = "cluster.witnesses is missing, the addresses of the machines that grant rooms"
+        raise ConfigError(path, [f'{missing}: witnesses = ["10.0.0.1"], and better three of them'])
+    config = config.model_copy(
+        update={"cluster": config.cluster.model_copy(update={"engine": cluster})}
+    )
     with _state_folder(config.access) as access:
         config = config.model_copy(update={"access": access})
         asyncio.run(_serve(config, style, lifeline=lifeline))
@@ -218,7 +227,7 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
     broken = {name: k.problem for name, k in supervisor.keepers.items() if k.state == "broken"}
     for name, problem in broken.items():
         logging.error("room %s cannot be opened: %s", name, problem)
-    if len(broken) == len(config.rooms):
+    if broken and len(broken) == len(config.rooms):
         listed = "; ".join(f"rooms.{name}: {problem}" for name, problem in broken.items())
         raise CohapticError(f"no room can be opened: {listed}")
     # The first line is for scripts that start a server and wait for its address.

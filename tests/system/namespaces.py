@@ -1,11 +1,13 @@
-"""Two network namespaces with a cable between them: two machines, as far as a network goes."""
+"""Network namespaces with cables between them: several machines, as far as a network goes."""
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Generator
@@ -16,6 +18,7 @@ from tests.give_up import give_up
 from tests.patience import PATIENCE
 
 SERVER, GUEST = "10.203.77.1", "10.203.77.2"  # nobody else's: both are inside
+_LAN = "10.204.77"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,3 +83,97 @@ def _ip(*arguments: str) -> None:
     done = subprocess.run(["ip", *arguments], capture_output=True, text=True, check=False)
     if done.returncode:
         raise PermissionError(f"no network namespace can be made here: {done.stderr.strip()}")
+
+
+@dataclass(frozen=True, slots=True)
+class Machine(Namespace):
+    """One of several machines on a switch, with temporary files of its own.
+
+    Args:
+        port: Of its cable at the switch.
+        folder: Of its temporary files.
+    """
+
+    port: str
+    folder: Path
+
+    def command(self, *command: str) -> list[str]:
+        """A command that runs on it."""
+        inside = f'mount --bind {self.folder} /tmp && exec "$@"'
+        return ["ip", "netns", "exec", self.name, "sh", "-c", inside, "sh", *command]
+
+    def pids(self) -> list[int]:
+        """All its processes."""
+        own, found = Path(f"/run/netns/{self.name}").stat().st_ino, list[int]()
+        for folder in Path("/proc").iterdir():
+            with contextlib.suppress(OSError):
+                if folder.name.isdecimal() and (folder / "ns/net").stat().st_ino == own:
+                    found.append(int(folder.name))
+        return found
+
+    def signal(self, number: signal.Signals) -> None:
+        """To all its processes, as when it loses its power."""
+        for pid in self.pids():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, number)
+
+    def plug(self, state: str) -> None:
+        """Its cable: "up" or "down"; from within the namespace of the switch."""
+        _ip("link", "set", self.port, state)
+
+
+@contextlib.contextmanager
+def machines(count: int, folder: Path) -> Generator[list[Machine]]:
+    """Machines on a switch; meanwhile this thread is there too, and what it starts."""
+    if sys.platform != "linux" or shutil.which("ip") is None:
+        give_up("network namespaces need Linux and iproute2")
+    tag = f"{os.getpid() % 100000}{secrets.token_hex(2)}"
+    switch, made = f"cohaptic-h{tag}", list[str]()
+    there = list[Machine]()
+    try:
+        for name in (switch, *(f"cohaptic-{k}{tag}" for k in range(1, count + 1))):
+            _ip("netns", "add", name)
+            made.append(name)
+        _ip("-n", switch, "link", "add", "switch", "type", "bridge")
+        _ip("-n", switch, "addr", "add", f"{_LAN}.254/24", "dev", "switch")
+        for k, name in enumerate(made[1:], start=1):
+            own = folder / f"machine{k}"
+            own.mkdir()
+            one = Machine(name, f"{_LAN}.{k}", f"port{k}", own)
+            peer = ("peer", "name", "cable", "netns", name)
+            _ip("-n", switch, "link", "add", one.port, "type", "veth", *peer)
+            _ip("-n", switch, "link", "set", one.port, "master", "switch", "up")
+            _ip("-n", name, "addr", "add", f"{one.address}/24", "dev", "cable")
+            _ip("-n", name, "link", "set", "lo", "up")
+            _ip("-n", name, "link", "set", "cable", "up")
+            there.append(one)
+        for device in ("lo", "switch"):
+            _ip("-n", switch, "link", "set", device, "up")
+        with _inside(switch):
+            yield there
+    except PermissionError as error:
+        give_up(str(error))
+    finally:
+        for one in there:
+            one.signal(signal.SIGKILL)
+        for name in made:
+            subprocess.run(["ip", "netns", "del", name], check=False, capture_output=True)
+
+
+@contextlib.contextmanager
+def _inside(name: str) -> Generator[None]:
+    """This thread in a namespace, and what it starts."""
+    libc = ctypes.CDLL(None, use_errno=True)
+
+    def enter(path: str) -> None:
+        with Path(path).open("rb") as file:
+            if libc.setns(file.fileno(), 0):
+                raise PermissionError(os.strerror(ctypes.get_errno()))
+
+    before = os.open("/proc/thread-self/ns/net", os.O_RDONLY)
+    try:
+        enter(f"/run/netns/{name}")
+        yield
+    finally:
+        libc.setns(before, 0)
+        os.close(before)

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from cohaptic_ops.monitoring.json_lines import JsonLines
 from cohaptic_ops.monitoring.metrics import RoomMetrics, ServerHealth
 
-LONGEST = 256 * 1024  # bytes; a room of 64 users takes 20 KB, the health of 200 rooms 40 KB
+LONGEST = 256 * 1024  # bytes; a room of 64 users takes 20 KB, the health of 1,000 rooms 200 KB
 
 
 class _Line(BaseModel):

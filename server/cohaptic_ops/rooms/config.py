@@ -25,7 +25,7 @@ from cohaptic.errors import SettingError
 from cohaptic.room_address import BASES, NAMES, base_path, is_room_name
 from cohaptic.written import at_home, text_of
 from cohaptic_ops.rooms.config_errors import ConfigError, KeyProblem, problems_of
-from cohaptic_ops.rooms.tables import AccessTable, AdminTable, Table
+from cohaptic_ops.rooms.tables import AccessTable, AdminTable, ClusterTable, Table
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.objects.fix_mesh import FixMesh
 from cohaptic_server.objects.object_file import OPTIONS
@@ -41,7 +41,7 @@ _OF_A_SERVICE = re.compile(
 )
 _ADDRESS = re.compile(r"(tcp|udp|sctp)://\S*")
 log = logging.getLogger("cohaptic.server")
-MAX_ROOMS = 200  # each is a process; with more, a machine reaches other limits first
+MAX_ROOMS = 1000  # each open one is a process; the list of all has 200 kB
 
 
 def _check_limits(limits: dict[str, str]) -> dict[str, str]:
@@ -112,6 +112,7 @@ class RoomTable(Table):
         limits: Budgets of the room's connections, in addition to the budgets of the server.
         start: Whether the room starts at once, with the server, or on demand, when somebody comes.
         end_after: Time that a room with start on demand stays open without anybody in it [s].
+        cores: Processors that a node of a cluster keeps free for the room.
     """
 
     body: str = Field(min_length=1)
@@ -133,6 +134,8 @@ class RoomTable(Table):
     # Long enough for a user who closes the page for a short break: names, places and sessions exist
     # only in the process.
     end_after: float = Field(default=600.0, ge=10.0, le=604_800.0)
+    # A balloon with six users takes a fifth of a core (docs/results.md).
+    cores: float = Field(default=0.25, ge=0.01, le=64.0)
 
     @property
     def idle(self) -> float | None:
@@ -157,6 +160,7 @@ class RoomsConfig(BaseSettings):
         limits: Budgets for the connections of all rooms together.
         access: Access control of all rooms.
         admin: Address of the admin port, with metrics and health.
+        cluster: Machines of a cluster, for `--cluster`.
         rooms: Tables of the rooms, by name.
     """
 
@@ -180,6 +184,7 @@ class RoomsConfig(BaseSettings):
     limits: LimitTable = Field(default_factory=dict)
     access: AccessTable = AccessTable()
     admin: AdminTable = AdminTable()
+    cluster: ClusterTable = ClusterTable()
     rooms: dict[Annotated[str, AfterValidator(_named)], RoomTable] = Field(
         min_length=1, max_length=MAX_ROOMS
     )

@@ -15,7 +15,7 @@ import contextlib
 import itertools
 import re
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Protocol
 
 from websockets.asyncio.server import ServerConnection
@@ -37,13 +37,13 @@ from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
 # each time, and the front gives up beyond `HEAD_TIMEOUT`. Incomplete lines come on systems where
 # doors hold no connections, and from clients that send their bytes one by one.
 _AGAIN = 2e-3
-_BUSY = Refusal("the room does not take anybody at present", 2.0)
+BUSY = Refusal("the room does not take anybody at present", 2.0)
 
 
 class Place(Protocol):
     """A receiver of connections: a room, or the server's own `Site`."""
 
-    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+    def take(self, connection: socket.socket, source: str) -> bool:
         """Take over a connection; return whether that worked.
 
         A place that has taken a connection must report the connection's source when the connection
@@ -51,7 +51,6 @@ class Place(Protocol):
 
         Args:
             connection: Socket of the connection.
-            number: Number that identifies the connection.
             source: Network address against whose rate limits the connection counts.
         """
         ...
@@ -70,7 +69,6 @@ class Front:
         self, doors: Sequence[Door], gate: Gate, places: Callable[[str], Sequence[Place]]
     ) -> None:
         self._doors, self._gate, self._places = doors, gate, places
-        self._numbers = itertools.count(1)
         self._loop = asyncio.get_running_loop()
 
     def open(self) -> None:
@@ -83,10 +81,6 @@ class Front:
         for door in self._doors:
             self._loop.remove_reader(door)
             door.close()
-
-    def left(self, source: str) -> None:
-        """Count the end of a connection from a source."""
-        self._gate.sources.leave(source)
 
     def _accept(self, door: Door) -> None:
         with contextlib.suppress(OSError):  # no further connection waits for now
@@ -109,20 +103,19 @@ class Front:
         target = None if seen is None else target_of(seen)
         if seen == b"" or (target is None and pause > HEAD_TIMEOUT):
             connection.close()
-            self.left(source)
+            self._gate.sources.leave(source)
         elif target is None:
             self._loop.call_later(pause, self._look, connection, source, 2.0 * pause)
         else:
             self._place(connection, source, target)
 
     def _place(self, connection: socket.socket, source: str, target: str) -> None:
-        number = next(self._numbers)
         for place in self._places(target):
-            if place.take(connection, number, source):
+            if place.take(connection, source):
                 connection.close()  # our socket only; the room has its own
                 return
-        self.left(source)
-        turn_away(connection, _BUSY, 503)
+        self._gate.sources.leave(source)
+        turn_away(connection, BUSY, 503)
 
 
 MOST = 2048  # bytes of a request's first line; a longer one goes to no room
@@ -164,7 +157,7 @@ class Site:
         self,
         settings: ServerSettings,
         gate: Gate,
-        rooms: Callable[[], Sequence[RoomState]],
+        rooms: Callable[[], Awaitable[Sequence[RoomState]]],
         left: Callable[[str], None],
         *,
         listed: bool = True,
@@ -173,6 +166,7 @@ class Site:
         self._gate, self._rooms, self._left = gate, rooms, left
         self._listed = listed
         self._handed: dict[int, str] = {}
+        self._numbers = itertools.count(1)
         self._door: socket.socket | None = None
         self._listener: Listener | None = None
 
@@ -191,9 +185,10 @@ class Site:
         if self._door is not None:
             self._door.close()
 
-    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+    def take(self, connection: socket.socket, source: str) -> bool:
         """Hand a connection to this site; return whether it was handed over."""
-        if self._door is None or not hand_over(self._door, connection, number):
+        number = next(self._numbers)
+        if self._door is None or not hand_over(self._door, connection, number, source):
             return False
         self._handed[number] = source
         return True
@@ -212,10 +207,10 @@ class Site:
         if refused is not None or "Upgrade" in request.headers:
             return refused
         connection.close_timeout = DOWNLOAD_TIMEOUT
-        rooms, base = self._rooms(), self._base
+        rooms, base = await self._rooms(), self._base
         return response(answer(plain(request), rooms, listed=self._listed, base=base))
 
     async def _handle(self, ws: Wire) -> None:
         target = "" if ws.request is None else ws.request.path
-        code, why = turned_away(target, self._rooms(), listed=self._listed)
+        code, why = turned_away(target, await self._rooms(), listed=self._listed)
         await refuse(ws, code, why)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
-import secrets
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from multiprocessing.process import BaseProcess
 
 from cohaptic.clock import Clock
 from cohaptic_ops.monitoring.metrics import RoomMetrics
-from cohaptic_ops.rooms.directory import Directory, Lease, LeaseError
+from cohaptic_ops.restarts import Restarts
 from cohaptic_ops.rooms.process.channel import Channel, open_channel
 from cohaptic_ops.rooms.process.handing_over import hand_over, handing_pair
 from cohaptic_ops.rooms.process.reports import (
@@ -26,10 +26,10 @@ from cohaptic_ops.rooms.process.reports import (
     Ready,
     Report,
     Stop,
+    Until,
 )
-from cohaptic_ops.rooms.process.room_process import Build, Protect, run_room
+from cohaptic_ops.rooms.process.room_process import FOREVER, Build, Protect, run_room
 from cohaptic_ops.rooms.process.starter import Hold
-from cohaptic_ops.rooms.restarts import Restarts
 from cohaptic_server.logs import PLAIN, LogStyle
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.gate import Protection
@@ -39,10 +39,9 @@ log = logging.getLogger("cohaptic.server")
 # Time after the start of a room during which new connections may wait for it [s]; clients wait that
 # long for an answer.
 _WAIT_FOR_START = 3.0
-_LOOKS = 8  # checks of a lease during its term; the shortest term is 2 s
+_LOOKS = 8  # checks during the longest silence; the shortest is 2 s
 _LONGEST_LOOK = 2.0  # s between checks; an empty room on demand ends at most this much late
-_NO_FILES = 1.0  # s until a process without free file descriptors tries again
-# Time by which a check of a lease may be late [s]. A later check means that this process was held
+# Time by which a check may be late [s]. A later check means that this process was held
 # up, and not the room.
 _HELD_UP = 1.0
 
@@ -52,7 +51,7 @@ class House:
     """Objects and functions that the keepers of all rooms share.
 
     Args:
-        directory: Records which process owns each room.
+        silence: Time without a report after which a room's process is ended [s].
         clock: Clock of the supervisor.
         left: Called with the source of each connection that has ended.
         changed: Called with a keeper whose room has begun, ended or reported.
@@ -62,7 +61,7 @@ class House:
         measured: Called with the name and the metrics of a room; None without an admin port.
     """
 
-    directory: Directory
+    silence: float
     clock: Clock
     left: Callable[[str], None]
     changed: Callable[[Keeper], None]
@@ -103,7 +102,7 @@ class Keeper:
             not be opened, and will be tried again) or stopped.
         problem: Reason why the room is broken; empty if it is not.
         report: Newest report of the room's process; None before the first.
-        lease: Lease of the room's process; None without a process.
+        runs: Whether the room has a process, or is about to have one.
         restarts: Number of ends of the room's processes, from which the back-off follows.
         process: Newest process; None before the first.
         first: Event that is set when the room is open, broken or idle for the first time.
@@ -117,7 +116,7 @@ class Keeper:
         self.settings = settings
         self.state, self.problem = "starting" if idle is None else "idle", ""
         self.report: Report | None = None
-        self.lease: Lease | None = None
+        self.runs = False
         self.restarts = Restarts()
         self.process: BaseProcess | None = None
         self.first = asyncio.Event()
@@ -130,6 +129,8 @@ class Keeper:
         self._ready: float | None = None
         self._heard = 0.0
         self._emptied: float | None = None  # time since which nobody is there [s]
+        self._numbers = itertools.count(1)  # of the connections that are handed over
+        self._until = FOREVER
 
     @property
     def told_state(self) -> str:
@@ -140,21 +141,28 @@ class Keeper:
         starts = self.state == "starting" and self._idle is not None
         return "idle" if starts else self.state
 
-    def take(self, connection: socket.socket, number: int, source: str) -> bool:
+    def take(self, connection: socket.socket, source: str) -> bool:
         """Hand a connection to the room, and start an idle room; return whether this worked."""
-        now = self._house.clock.now()
+        number, now = next(self._numbers), self._house.clock.now()
         self._emptied = None
         if self.state == "broken":
             self._asked.set()  # without effect for a room that is retried anyway
+        if self.state == "idle" and self._entrance is None:
+            with contextlib.suppress(OSError):  # no file descriptors are left
+                self._entrance = _Entrance(*handing_pair())
         waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
         if self._entrance is None or not (waits or self.state in ("idle", "open")):
             return False
-        if not hand_over(self._entrance.ours, connection, number):
+        if not hand_over(self._entrance.ours, connection, number, source):
             return False
         self._entrance.handed[number] = source
         if self.state == "idle":
             self._asked.set()
         return True
+
+    def start(self) -> None:
+        """Start an idle room now."""
+        self._asked.set()
 
     def allow(self, allow: Allow) -> None:
         """Send the room the numbers of users and watchers whom it may seat."""
@@ -166,14 +174,17 @@ class Keeper:
         if self._channel is not None:
             self._channel.tell(ReadAgain())
 
+    def owned(self, until: float) -> None:
+        """Let the room run until a time on the machine's clock, if it is leased [s]."""
+        self._until = until
+        if self._channel is not None:
+            self._channel.tell(Until(at=until))
+
     async def keep(self) -> None:
         """Run the room, one process after another, until `stop` is called."""
         while not self._stopping.is_set():
             if self.state == "idle":
                 self.first.set()
-                if not self._has_entrance():
-                    await self._pause(_NO_FILES)
-                    continue
                 await self._asked.wait()
                 if self._stopping.is_set():
                     break
@@ -214,13 +225,6 @@ class Keeper:
         if self._hold is not None:
             self._hold.kill()
 
-    def _has_entrance(self) -> bool:
-        """Make an entrance if there is none; return False if no file descriptors are left."""
-        if self._entrance is None:
-            with contextlib.suppress(OSError):
-                self._entrance = _Entrance(*handing_pair())
-        return self._entrance is not None
-
     async def _pause(self, seconds: float) -> None:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self._stopping.wait(), seconds)
@@ -235,8 +239,7 @@ class Keeper:
         # A broken room stays broken until it is open again.
         self.state = "broken" if self.problem else "starting"
         self._started = self._heard = house.clock.now()
-        holder = f"{self.name}.{secrets.token_hex(8)}"
-        self.lease = await house.directory.claim(self.name, holder, self._started)
+        self.runs = True
         self._asked.clear()
         try:
             entrance = self._entrance = self._entrance or _Entrance(*handing_pair())
@@ -257,6 +260,7 @@ class Keeper:
                     house.style,
                     house.protect,
                     house.measured is not None,
+                    self._until,
                 ),
                 name=f"room {self.name}",
             )
@@ -281,13 +285,12 @@ class Keeper:
             await self._end(entrance)
 
     async def _watch(self, gone: asyncio.Event) -> None:
-        """Renew the lease until the process has ended, or has not reported for a lease's duration.
+        """Wait until the process has ended, or has been silent for too long.
 
         The method also tells the process to end when the room has been empty for its idle time.
         """
         house = self._house
-        assert self.lease is not None
-        look_every = min(_LONGEST_LOOK, house.directory.duration / _LOOKS)
+        look_every = min(_LONGEST_LOOK, house.silence / _LOOKS)
         while not gone.is_set():
             before = house.clock.now()
             with contextlib.suppress(TimeoutError):
@@ -297,16 +300,9 @@ class Keeper:
                 self._heard = now  # this process was held up, not the room
             elif self._ready is None:
                 self._heard = now  # opening a room may take minutes
-            try:
-                self.lease = await house.directory.renew(self.lease, self._heard)
-            except LeaseError:
-                if self._heard == now:
-                    await house.directory.release(self.lease)
-                    holder = self.lease.holder
-                    self.lease = await house.directory.claim(self.name, holder, now)
-                    continue
-            if now >= self.lease.until:
-                told, silent = self._told("room_silent"), now - self._heard
+            silent = now - self._heard
+            if silent >= house.silence:
+                told = self._told("room_silent")
                 log.warning("room %s says nothing for %.1f s", self.name, silent, extra=told)
                 return
             if self._is_to_rest(now) and self._channel is not None:
@@ -314,7 +310,6 @@ class Keeper:
                          extra=self._told("room_idle"))  # fmt: skip
                 # New connections now wait for the next process; `_end` closes the old entrance.
                 self._entrance, self.state = None, "idle"
-                self._has_entrance()
                 self._channel.tell(Stop())
 
     def _is_to_rest(self, now: float) -> bool:
@@ -332,7 +327,7 @@ class Keeper:
         return now - self._emptied >= self._idle
 
     async def _end(self, entrance: _Entrance | None) -> None:
-        """Kill the process, and close or release its channel, entrance and lease."""
+        """Kill the process, and close its channel and entrance."""
         house, hold = self._house, self._hold
         self._hold = None
         if hold is not None:
@@ -344,9 +339,7 @@ class Keeper:
         if self.state != "idle":
             self.state = "broken" if self.problem else "starting"
         self._shut(entrance)
-        if self.lease is not None:
-            await house.directory.release(self.lease)
-            self.lease = None
+        self.runs = False
         house.changed(self)
 
     def _shut(self, entrance: _Entrance | None) -> None:

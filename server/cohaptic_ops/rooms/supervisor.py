@@ -1,143 +1,37 @@
-"""Runs a server with many rooms: its doors, the processes of the rooms, and the shared seats.
-
-The rooms share a total number of seats, and each room holds some of them: the supervisor has
-assigned these seats to the room. A room may seat as many people as it holds seats, without asking
-the supervisor. The sum of the held seats never exceeds the total, even if messages between the
-processes are lost or late: if a room has to hold fewer seats, it first reports the smaller number,
-and only then another room gets the freed seats.
-"""
+"""Runs a server with many rooms: its doors, the processes of the rooms, and the shared seats."""
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+import socket
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import cohaptic
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import below
+from cohaptic_ops.cluster.engine import Engine
+from cohaptic_ops.cluster.node import Here, Node, at, is_here, own_address
+from cohaptic_ops.cluster.places import Places
 from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
 from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
 from cohaptic_ops.monitoring.metrics import RoomHealth, RoomMetrics, ServerHealth
 from cohaptic_ops.rooms.config import RoomsConfig, is_plain_balloon
-from cohaptic_ops.rooms.directory import LocalDirectory
-from cohaptic_ops.rooms.front import Front, Place, Site
+from cohaptic_ops.rooms.front import BUSY, Front, Place, Site
 from cohaptic_ops.rooms.keeper import House, Keeper
 from cohaptic_ops.rooms.listing import RoomState, room_of
 from cohaptic_ops.rooms.process.handing_over import CAN_HAND_OVER
 from cohaptic_ops.rooms.process.reports import Allow
-from cohaptic_ops.rooms.process.room_process import Build, Protect
+from cohaptic_ops.rooms.process.room_process import MACHINE, Build, Protect
 from cohaptic_ops.rooms.process.starter import keep_starter, room_processes
+from cohaptic_ops.rooms.seats import SeatPool
 from cohaptic_server.logs import PLAIN, LogStyle
 from cohaptic_server.shell.gate import Gate, Protection
 from cohaptic_server.shell.listener import open_doors, url_of
-
-
-@dataclass(frozen=True, slots=True)
-class Seats:
-    """Seats that the supervisor has assigned to one room.
-
-    Args:
-        most: Largest number of seats that the room can use.
-        held: Upper bound of the number of seats that the room holds now.
-        wanted: Number of seats that the newest message allows the room to hold.
-        used: Number of taken seats in the room's newest report.
-        serial: Serial number of the newest message with `wanted` to the room.
-    """
-
-    most: int
-    held: int = 0
-    wanted: int = 0
-    used: int = 0
-    serial: int = 0
-
-
-class SeatPool:
-    """Divides the seats of a server among its rooms.
-
-    Args:
-        total: Number of seats.
-        most: Largest number of seats that each room can use, by name of the room.
-    """
-
-    def __init__(self, total: int, most: Mapping[str, int]) -> None:
-        self.total = total
-        self._rooms = {room: Seats(number) for room, number in most.items()}
-
-    def __getitem__(self, room: str) -> Seats:
-        return self._rooms[room]
-
-    @property
-    def free(self) -> int:
-        """Number of seats that no room holds."""
-        return self.total - sum(seats.held for seats in self._rooms.values())
-
-    def report(self, room: str, held: int, used: int, serial: int) -> None:
-        """Update the known seats of a room from its report.
-
-        Args:
-            room: Name of the room.
-            held: Number of seats that the room holds; the known number is lowered to it, but never
-                raised.
-            used: Number of taken seats.
-            serial: Serial number of the newest message that the room had read. If a newer message
-                is still on its way, the known number of held seats stays.
-        """
-        seats = self._rooms[room]
-        known = min(max(held, 0), seats.held) if serial == seats.serial else seats.held
-        self._rooms[room] = replace(seats, held=known, used=max(0, used))
-
-    def lose(self, room: str) -> None:
-        """Take all seats back from a room whose process has ended."""
-        seats = self._rooms[room]
-        self._rooms[room] = Seats(seats.most, serial=seats.serial)
-
-    def share(self, among: Collection[str]) -> dict[str, int]:
-        """Divide the seats anew; return the new number of seats of each room where it changes.
-
-        People keep the seats that they have. The rooms that can use more seats share the remaining
-        ones equally; if the division leaves a remainder, the rooms with the fewest people get one
-        more, so that no room lacks a seat for its first visitor while another has one to spare.
-
-        Args:
-            among: Names of the rooms that have a process, without which no room can free its seats.
-        """
-        by_people = sorted(self._rooms.items(), key=lambda room: room[1].used)
-        rooms = {name: seats for name, seats in by_people if name in among}
-        spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
-        room_left = {name: s.most - min(s.used, s.most) for name, s in rooms.items()}
-        targets = _fair(room_left, max(0, spare))
-        changed: dict[str, int] = {}
-        for name, seats in rooms.items():
-            target = min(seats.used, seats.most) + targets[name]
-            # A room can only get seats that no other room may still hold.
-            given = min(target, seats.held + self.free)
-            if given != seats.wanted:
-                changed[name] = given
-                self._rooms[name] = replace(
-                    seats, held=max(seats.held, given), wanted=given, serial=seats.serial + 1
-                )
-        return changed
-
-
-def _fair(wants: Mapping[str, int], amount: int) -> dict[str, int]:
-    """Divide `amount` equally, but give no name more than its number in `wants`."""
-    shares = dict.fromkeys(wants, 0)
-    while amount > 0:
-        open_ = [name for name in wants if shares[name] < wants[name]]
-        if not open_:
-            break
-        each = max(1, amount // len(open_))
-        for name in open_:
-            more = min(each, wants[name] - shares[name], amount)
-            shares[name] += more
-            amount -= more
-    return shares
-
+from cohaptic_server.shell.refusal import turn_away
 
 log = logging.getLogger("cohaptic.server")
 
@@ -154,7 +48,8 @@ class Supervisor:
         protect: Makes the access control of a room, in the room's process.
 
     Attributes:
-        keepers: Keepers of the rooms, by name.
+        keepers: Keepers of the rooms that are on this machine, by name.
+        node: This machine in its cluster; None without one.
         users, watchers: Seats of users and of watchers in all rooms together.
         admin: Admin port that gets reports; None without one.
         draining: Whether the server is ending and admits nobody any more.
@@ -179,16 +74,14 @@ class Supervisor:
         if table.port is not None:
             self.admin = AdminPort(AdminAddress(table.port, table.host, config.allow_hosts))
         self.draining = False
-        directory = LocalDirectory(config.lease)
         make = room_processes(_preload(config, [*builds.values(), protect]))
-        house = House(
-            directory, clock, self.gate.sources.leave, self._changed, make, style, protect,
+        self._house = House(
+            config.lease, clock, self.gate.sources.leave, self._changed, make, style, protect,
             None if self.admin is None else self._measured,
         )  # fmt: skip
-        self.keepers = {
-            name: Keeper(config.settings_of(name), builds[name], house, room.idle)
-            for name, room in config.rooms.items()
-        }
+        self._builds = builds
+        self.keepers: dict[str, Keeper] = {}
+        self.node = self._node() if config.cluster.engine else None
         rooms = config.rooms.items()
         self.users = SeatPool(config.max_users, {name: room.max_users for name, room in rooms})
         self.watchers = SeatPool(
@@ -200,12 +93,13 @@ class Supervisor:
         self._site = Site(
             config.front,
             inner,
-            self.states,
+            self._all_states,
             self.gate.sources.leave,
             listed=config.access.keys is None or config.access.open,
         )
         self._front: Front | None = None
-        self._keeping: list[asyncio.Task[None]] = []
+        self._keeping: dict[str, asyncio.Task[None]] = {}
+        self._passing: set[asyncio.Task[None]] = set()
         self._beside: list[asyncio.Task[None]] = []
 
     async def start(self) -> str:
@@ -221,7 +115,11 @@ class Supervisor:
         await self._site.start()
         self._front = Front(doors, self.gate, self._places)
         self._front.open()
-        self._keeping = [asyncio.ensure_future(keeper.keep()) for keeper in self.keepers.values()]
+        if self.node is not None:
+            await self.node.start()
+        else:
+            for room in self.config.rooms:
+                self._host(room)
         self._beside = [
             asyncio.ensure_future(self._keep_sharing()),
             asyncio.ensure_future(keep_starter(self.gate.clock)),
@@ -231,32 +129,38 @@ class Supervisor:
 
     async def run(self) -> None:
         """Wait until all keepers have ended; raise the error of a keeper that has failed."""
-        await asyncio.gather(*self._keeping)
+        if self.node is not None:
+            await asyncio.Event().wait()
+        await asyncio.gather(*self._keeping.values())
 
     def states(self) -> list[RoomState]:
         """Return the state of each room, for the list of rooms."""
-        return [self._state(keeper) for keeper in self.keepers.values()]
+        return [self._state(name) for name in self.config.rooms]
 
     async def drain(self) -> None:
         """Admit nobody any more, tell the rooms to end, and kill rooms that do not end in time."""
         self.draining = True
         self._report()
+        if self.node is not None:
+            await self.node.engine.leave()  # no room is placed here any more
         front, self._front = self._front, None
         if front is not None:
             front.close()
-        for keeper in self.keepers.values():
+        for keeper in list(self.keepers.values()):
             keeper.stop()
-        waiting = [task for task in self._keeping if not task.done()]
+        waiting = [task for task in self._keeping.values() if not task.done()]
         if waiting:
             await asyncio.wait(waiting, timeout=self.config.drain)
-        late = [name for name, keeper in self.keepers.items() if keeper.state != "stopped"]
+        late = [name for name, task in self._keeping.items() if not task.done()]
         if late and waiting:
             log.warning("ended after %g s: %s", self.config.drain, ", ".join(late))
         self.kill()
         if waiting:
             await asyncio.wait(waiting, timeout=self.config.drain)
-        for task in self._beside:
+        for task in (*self._beside, *self._passing):
             task.cancel()
+        if self.node is not None:
+            await self.node.stop()
         if self.admin is not None:
             await self.admin.close()
         self._site.stop()
@@ -272,25 +176,108 @@ class Supervisor:
         for keeper in self.keepers.values():
             keeper.kill()
 
+    def _node(self) -> Node:
+        table, rooms = self.config.cluster, self.config.rooms
+        always = [name for name, room in rooms.items() if room.idle is None]
+        places = Places({name: room.cores for name, room in rooms.items()}, always)
+        here = Here(
+            self._host, self._leave, lambda room, until: self.keepers[room].owned(until),
+            self._enter, lambda connection, room, source: self._take(connection, room, source),
+            self._people,
+        )  # fmt: skip
+        host = table.host or own_address(table.engine)
+        witnesses = [at(one, table.port) for one in table.witnesses]
+        witness = any(is_here(one, host) for one in table.witnesses)
+        leads = is_here(table.engine.rpartition(":")[0].strip("[]"), host)
+        engine = Engine(table.engine, host, MACHINE, leads=leads, watches=witness)
+        return Node(
+            at(host, table.port), tuple(witnesses), witness, table.term, engine, places, here,
+            MACHINE,
+        )  # fmt: skip
+
+    def _host(self, room: str) -> None:
+        """Run a room on this machine, after its process of before has ended."""
+        idle, before = self.config.rooms[room].idle, self._keeping.get(room)
+        keeper = Keeper(self.config.settings_of(room), self._builds[room], self._house, idle)
+        self.keepers[room] = keeper
+        if self.node is not None:
+            keeper.start()  # somebody waits for it, at this node or another
+
+        async def keep() -> None:
+            if before is not None:
+                await before
+            await keeper.keep()
+            if self.node is not None and self.keepers.get(room) is keeper:
+                del self.keepers[room]
+                self.node.release(room)
+
+        self._keeping[room] = asyncio.ensure_future(keep())
+
+    def _leave(self, room: str) -> None:
+        """End a room on this machine now."""
+        self.keepers.pop(room).kill()
+
+    def _enter(self, source: str) -> bool:
+        return self.gate.sources.enter(source, self.gate.clock.now()) is None
+
+    def _take(self, connection: socket.socket, room: str, source: str) -> bool:
+        keeper = self.keepers.get(room)
+        taken = keeper is not None and keeper.take(connection, source)
+        if not taken:
+            self.gate.sources.leave(source)
+        return taken
+
+    def _people(self, room: str) -> tuple[int, int]:
+        report = self.keepers[room].report
+        return (report.users, report.watchers) if report is not None else (0, 0)
+
     def _places(self, target: str) -> Sequence[Place]:
         name = room_of(below(target, self.config.base_path), self._names)
-        return (self._site,) if name is None else (self.keepers[name], self._site)
+        if name is None:
+            return (self._site,)
+        if self.node is not None and not self.node.owns(name):
+            return (_Elsewhere(name, self),)
+        return (self.keepers[name], self._site)
 
-    def _state(self, keeper: Keeper) -> RoomState:
-        table, report = self.config.rooms[keeper.name], keeper.report
-        users = report.users if report is not None else 0
-        state = keeper.state
+    async def _all_states(self) -> Sequence[RoomState]:
+        if self.node is not None:
+            await self.node.listed()
+        return self.states()
+
+    def _state(self, name: str) -> RoomState:
+        table, keeper = self.config.rooms[name], self.keepers.get(name)
+        there = self.node.found.get(name) if self.node is not None else None
+        report = keeper.report if keeper is not None else None
+        people = report or there
+        users = people.users if people is not None else 0
+        state = "open" if there is not None else "idle"
+        if keeper is not None:
+            state = keeper.state
         if state == "open" and report is not None and report.users_serial:
             state = "full" if users >= min(table.max_users, report.held_users) else state
         return RoomState(
-            keeper.name, table.title, state, users, table.max_users,
-            report.watchers if report is not None else 0, table.max_watchers,
+            name, table.title, state, users, table.max_users,
+            people.watchers if people is not None else 0, table.max_watchers,
         )  # fmt: skip
+
+    def pass_on(self, connection: socket.socket, room: str, source: str) -> None:
+        """Bring a connection to the node that owns its room, in a task of its own."""
+        task = asyncio.ensure_future(self._pass_on(connection, room, source))
+        self._passing.add(task)
+        task.add_done_callback(self._passing.discard)
+
+    async def _pass_on(self, connection: socket.socket, room: str, source: str) -> None:
+        assert self.node is not None
+        try:
+            if not await self.node.pass_on(connection, room, source):
+                turn_away(connection, BUSY, 503)
+        finally:
+            self.gate.sources.leave(source)
 
     def _changed(self, keeper: Keeper) -> None:
         """Update the numbers of seats after a room has begun, ended, or reported."""
         name, report = keeper.name, keeper.report
-        if keeper.lease is None:
+        if not keeper.runs:
             self._begun.discard(name)
         if report is not None:
             self.users.report(name, report.held_users, report.users, report.users_serial)
@@ -300,9 +287,12 @@ class Supervisor:
         elif name not in self._begun:
             self.users.lose(name)
             self.watchers.lose(name)
-            if keeper.lease is not None:
+            if keeper.runs:
                 self._begun.add(name)
                 self._share()
+        node, resting = self.node, keeper.state == "idle" and not keeper.runs
+        if node is not None and resting and self.keepers.get(name) is keeper:
+            keeper.stop()
 
     def _measured(self, room: str, metrics: RoomMetrics) -> None:
         if self.admin is not None:
@@ -331,23 +321,40 @@ class Supervisor:
     def _share(self) -> None:
         changed = {*self.users.share(self._begun), *self.watchers.share(self._begun)}
         for name in changed:
-            users, watchers = self.users[name], self.watchers[name]
-            self.keepers[name].allow(
-                Allow(
-                    users=users.wanted,
-                    watchers=watchers.wanted,
-                    users_serial=users.serial,
-                    watchers_serial=watchers.serial,
-                )
+            users, watchers, keeper = self.users[name], self.watchers[name], self.keepers.get(name)
+            allow = Allow(
+                users=users.wanted,
+                watchers=watchers.wanted,
+                users_serial=users.serial,
+                watchers_serial=watchers.serial,
             )
+            if keeper is not None:
+                keeper.allow(allow)
 
     async def _keep_sharing(self) -> None:
         while True:
-            with contextlib.suppress(KeyError):
-                self._share()
+            self._share()
             self.gate.report()
             self._report()
             await asyncio.sleep(_SHARE_EVERY)
+
+
+@dataclass(frozen=True, slots=True)
+class _Elsewhere:
+    """A room that another node owns, or nobody yet.
+
+    Args:
+        room: Name of the room.
+        supervisor: Supervisor of this machine.
+    """
+
+    room: str
+    supervisor: Supervisor
+
+    def take(self, connection: socket.socket, source: str) -> bool:
+        """Bring a connection to the node of the room, in a task of its own."""
+        self.supervisor.pass_on(connection.dup(), self.room, source)
+        return True
 
 
 def _preload(config: RoomsConfig, called: Sequence[Callable[..., object]]) -> list[str]:

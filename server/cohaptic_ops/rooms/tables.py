@@ -51,6 +51,32 @@ class AccessTable(Table):
     trust_proxy: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
 
 
+class ClusterTable(Table):
+    """Configuration of a cluster, for `--cluster`; the same on each of its machines.
+
+    Anybody who can connect to the port can take rooms away: it belongs into a network of the
+    machines alone, as the engine's own ports do.
+
+    Args:
+        witnesses: Addresses or names of the machines that grant rooms; more than half of them have
+            to run.
+        host: Address at which the other machines reach this one; empty for the one from which it
+            reaches the engine.
+        port: TCP port of all nodes.
+        term: Time for which a grant counts [s]: a room of a lost machine starts again after it.
+        engine: Address of the engine, HOST:PORT, from `--cluster`; empty for a single machine.
+    """
+
+    witnesses: tuple[Annotated[str, Field(min_length=1, max_length=70)], ...] = Field(
+        default=(), max_length=9
+    )
+    host: str = ""
+    port: int = Field(default=8764, ge=1, le=65535)
+    # A loaded machine may delay a process for a second or two, and users wait for 5 s at most.
+    term: float = Field(default=2.5, ge=1.0, le=60.0)
+    engine: str = ""
+
+
 class AdminTable(Table):
     """Configuration of the admin port, as for `--admin`.
 

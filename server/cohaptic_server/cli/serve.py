@@ -113,7 +113,15 @@ Config = Annotated[
     Path | None,
     typer.Option(
         help="Serve the rooms of this TOML file, each in a process of its own. Of the other"
-        " options only --quiet and --log-format go with it."
+        " options only --cluster, --quiet and --log-format go with it."
+    ),
+]
+Cluster = Annotated[
+    str,
+    typer.Option(
+        metavar="HOST:PORT",
+        help="With --config: share the rooms with other machines through the engine (Ray) at this"
+        " address, which is one of theirs. Needs the extra cluster.",
     ),
 ]
 Routes = Annotated[
@@ -169,6 +177,7 @@ def serve(
     admin: Admin = None,
     route: Routes = None,
     config: Config = None,
+    cluster: Cluster = "",
     log_format: LogForm = LogFormat.TEXT,
     quiet: Annotated[
         bool, typer.Option("--quiet", help="Log warnings only.", rich_help_panel=_LOG)
@@ -185,8 +194,10 @@ def serve(
     if config is not None:
         from cohaptic_ops.rooms_cli import serve_rooms  # only this command uses both packages
 
-        serve_rooms(context, config, style, lifeline=lifeline)
+        serve_rooms(context, config, style, cluster, lifeline=lifeline)
         return
+    if cluster:
+        raise SettingError("--cluster", cluster, "given with --config FILE, which names the rooms")
     settings = ServerSettings(
         host, port, simulation_hz, body, max_users, allow_fixed_gains, allow_latency, max_watchers,
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),

@@ -226,9 +226,11 @@ class Wire(ServerConnection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Start the time-out of the request; the event loop calls this for a new connection."""
-        self.source = self._gate.source_of_peer(transport.get_extra_info("peername"))
         taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
-        if taken is not None:
+        if taken is None:
+            self.source = self._gate.source_of_peer(transport.get_extra_info("peername"))
+        else:
+            self.source = taken.source
             taken.turns = None  # the TLS handshake is over
         super().connection_made(transport)
         loop = asyncio.get_running_loop()

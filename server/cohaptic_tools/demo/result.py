@@ -26,8 +26,8 @@ from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge
 from cohaptic_tools.demo.scene import Scene
 
 MAX_FORCE = 10.0  # N; largest force of a simulated device
-# Longest wait for a patch in an interval that is judged, beside the injected jitter [s]. It is twice
-# the time after which a client calls its server silent (loop/config.py): the machine is too busy.
+# Longest wait for a patch in an interval that is judged, beside the injected jitter [s]; twice the
+# time after which a client calls its server silent (loop/config.py). The machine is too busy then.
 LONGEST_WAIT = 0.2
 
 

@@ -7,7 +7,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from cohaptic_ops.rooms.supervisor import SeatPool
+from cohaptic_ops.rooms.seats import SeatPool
 from cohaptic_server.room.room import Seating
 from tests.examples_of_laws import examples
 

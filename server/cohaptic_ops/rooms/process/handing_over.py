@@ -1,9 +1,9 @@
 """Hands connections from the process that accepts them to another process that serves them.
 
-A connection travels over a pair of unix sockets (SCM_RIGHTS) with a number. At the other end
-`HandedDoor` accepts the connection like a listening socket; when the connection is closed, its
-number is sent back. A connection that does not fit into the kernel's buffer is not handed over, so
-that no process ever waits.
+A connection travels over a pair of unix sockets (SCM_RIGHTS) with a number and its source. At the
+other end `HandedDoor` accepts the connection like a listening socket; when the connection is
+closed, its number is sent back. A connection that does not fit into the kernel's buffer is not
+handed over, so that no process ever waits.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 from cohaptic_server.shell.gate import Gate, Taken
 from cohaptic_server.shell.refusal import turn_away
 
-_NUMBER = struct.Struct("<Q")
+_WORDS = struct.Struct("<Q64s")  # number and source; the longest source is a network of IPv6
 # Bytes that may wait; a connection counts as about 1 KiB. If more than a hundred connections wait
 # before a room accepts any, the room hangs.
 _WAITING = 64 * 1024
@@ -34,19 +34,20 @@ def handing_pair() -> tuple[socket.socket, socket.socket]:
     return ours, theirs
 
 
-def hand_over(end: socket.socket, connection: socket.socket, number: int) -> bool:
+def hand_over(end: socket.socket, connection: socket.socket, number: int, source: str) -> bool:
     """Hand a connection over; the caller has to close its own socket in any case.
 
     Args:
         end: Sending end of a pair of `handing_pair`.
         connection: Socket of the connection.
         number: Number that is sent back when the connection ends.
+        source: Network address against whose rate limits the connection counts.
 
     Returns:
         Whether the connection was handed over; False if too many wait, or the other end is closed.
     """
     try:
-        socket.send_fds(end, [_NUMBER.pack(number)], [connection.fileno()])
+        socket.send_fds(end, [_WORDS.pack(number, source.encode())], [connection.fileno()])
     except OSError:  # also BlockingIOError, and ETOOMANYREFS: too many files are in flight
         return False
     return True
@@ -98,14 +99,14 @@ class HandedDoor(socket.socket):
         while True:
             if self._taken >= _TAKEN_AT_ONCE:
                 raise BlockingIOError
-            data, files, _, _ = socket.recv_fds(self, _NUMBER.size, 1)
+            data, files, _, _ = socket.recv_fds(self, _WORDS.size, 1)
             if not data:
                 loop.remove_reader(self)  # the other end is closed: no connection comes any more
                 raise BlockingIOError
             if self._taken == 0:
                 loop.call_soon(self._go_on)
             self._taken += 1
-            (number,) = _NUMBER.unpack(data)
+            number, said = _WORDS.unpack(data)
             if not files:  # this process has no more file descriptors
                 self._left(number)
                 continue
@@ -115,7 +116,7 @@ class HandedDoor(socket.socket):
             except OSError:  # gone already
                 connection.close()
                 continue
-            refusal = self._gate.enter(connection, self._gate.source_of_peer(peer))
+            refusal = self._gate.enter(connection, said.rstrip(b"\0").decode())
             if refusal is None:
                 return connection, peer
             turn_away(connection, refusal)
@@ -124,12 +125,12 @@ class HandedDoor(socket.socket):
         """Accept no more connections, and close those that wait."""
         with contextlib.suppress(OSError, struct.error):
             while True:
-                data, files, _, _ = socket.recv_fds(self, _NUMBER.size, 1)
+                data, files, _, _ = socket.recv_fds(self, _WORDS.size, 1)
                 if not data:
                     break
                 for file in files:
                     socket.socket(fileno=file).close()
-                self._left(_NUMBER.unpack(data)[0])
+                self._left(_WORDS.unpack(data)[0])
         super().close()
 
     def _go_on(self) -> None:

@@ -1,7 +1,7 @@
 """Messages between a room's process and its supervisor, as lines of JSON. No I/O.
 
-A message with state (`Report`, `Measured`, `Allow`) replaces the previous message of its kind; the
-other kinds are events.
+A message with state (`Report`, `Measured`, `Allow`, `Until`) replaces the previous message of its
+kind; the other kinds are events.
 """
 
 from __future__ import annotations
@@ -93,6 +93,17 @@ class Allow(_Line):
     watchers_serial: int = Field(ge=0)
 
 
+class Until(_Line):
+    """Message to a room of a cluster: the time until which it may run unless it hears a later one.
+
+    Args:
+        at: Time on the machine's monotonic clock, which all its processes share [s].
+    """
+
+    kind: Literal["until"] = "until"
+    at: float
+
+
 class Stop(_Line):
     """Message to a room: close the clients' connections and end."""
 
@@ -106,7 +117,7 @@ class ReadAgain(_Line):
 
 
 FromRoom = Ready | Failed | Left | Report | Measured
-ToRoom = Allow | Stop | ReadAgain
+ToRoom = Allow | Stop | ReadAgain | Until
 Line = FromRoom | ToRoom
 _KINDS: TypeAdapter[Line] = TypeAdapter(Annotated[Line, Field(discriminator="kind")])
 _LINES = JsonLines(_KINDS)

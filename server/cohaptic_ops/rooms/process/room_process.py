@@ -41,6 +41,7 @@ from cohaptic_ops.rooms.process.reports import (
     Ready,
     Report,
     Stop,
+    Until,
 )
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.reloading import reload_changed
@@ -100,6 +101,8 @@ _NOT_PREPARED = 2  # exit status of a room that could not be opened
 log = logging.getLogger("cohaptic.server")
 
 Build = Callable[[ServerSettings], Body]
+FOREVER = float("inf")
+MACHINE = SystemClock(0.0)  # its time is the same in all processes of the machine
 Protect = Callable[[], Protection]
 
 
@@ -111,6 +114,7 @@ def run_room(
     style: LogStyle,
     protect: Protect = Protection,
     measured: bool = False,
+    until: float = FOREVER,
 ) -> None:
     """Run one room until it has to stop; the main function of its process, never returns.
 
@@ -122,6 +126,7 @@ def run_room(
         style: Style of the log.
         protect: Makes the access control of the room; reads the key files.
         measured: Whether the room sends its metrics to the supervisor.
+        until: Time until which the room may run, on the machine's clock [s]; see `Until`.
     """
     set_up_log(style, settings.room)
     # The supervisor handles both signals: it ends the rooms, or lets them read files again.
@@ -130,10 +135,14 @@ def run_room(
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     # Several threads of one room would wait for the threads of another room.
     with threadpool_limits(limits=1):
-        failed = asyncio.run(_Room(settings, build, door, protect, measured).live(control))
+        failed = asyncio.run(_Room(settings, build, door, protect, measured, until).live(control))
     logging.shutdown()
     # Exit at once: threads left from the start (a solve, a build) would keep the process alive.
     os._exit(_NOT_PREPARED if failed else 0)
+
+
+class _NoLeaseError(CohapticError):
+    """Error: another node may own the room now."""
 
 
 @dataclass
@@ -145,6 +154,7 @@ class _Room:
     door: socket.socket
     protect: Protect = Protection
     measured: bool = False
+    until: float = FOREVER
     clock: SystemClock = field(default_factory=SystemClock)
     server: CohapticServer | None = None
     channel: Channel | None = None
@@ -197,16 +207,32 @@ class _Room:
             sys.setswitchinterval(_SWITCH_INTERVAL)
             prefer_this_process(SERVER_PRIORITY)
             try:
-                await server.run(served.pump)
+                await server.run(self._before_tick(served.pump))
             finally:
                 reporting.cancel()
         finally:
             again.cancel()
             served.stop()
 
+    def _before_tick(self, pump: Callable[[], None]) -> Callable[[], None]:
+        """Return a function that ends a room before the first tick for which it has no lease.
+
+        A paused room that wakes up may have a successor by then, and its users are there.
+        """
+
+        def before() -> None:
+            late = MACHINE.now() - self.until
+            if late > 0.0:
+                raise _NoLeaseError(f"its lease has run out {late:.1f} s ago")
+            pump()
+
+        return before
+
     def _hear(self, line: Line) -> None:
         if isinstance(line, Stop):
             self.stopping.set()
+        elif isinstance(line, Until):
+            self.until = line.at
         elif isinstance(line, ReadAgain):
             self.reading.set()
         elif isinstance(line, Allow):

@@ -19,7 +19,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from cohaptic.clock import Clock
-from cohaptic_ops.rooms.restarts import Restarts
+from cohaptic_ops.restarts import Restarts
 
 log = logging.getLogger("cohaptic.server")
 

@@ -43,12 +43,16 @@ def test_a_connection_comes_out_as_from_a_listening_socket_and_its_number_back(
     async def main() -> None:
         left: list[int] = []
         end, inner = handing_pair()
-        with end, HandedDoor(inner, gate(), left.append) as door:
+        counting = gate()
+        with end, HandedDoor(inner, counting, left.append) as door:
             ours.sendall(b"before it was handed over")
-            assert hand_over(end, theirs, 7)
+            assert hand_over(end, theirs, 7, "198.51.100.7")
             theirs.close()
             connection, peer = door.accept()
             assert peer == ours.getsockname()
+            # It counts against the source that was told, not against the peer.
+            (counted,) = counting.taken.values()
+            assert counted.source == "198.51.100.7"
             with pytest.raises(BlockingIOError):
                 door.accept()
             connection.setblocking(True)
@@ -71,9 +75,9 @@ def test_whom_a_room_has_no_budget_for_is_told_and_counted_out(
         left: list[int] = []
         end, inner = handing_pair()
         with end, HandedDoor(inner, gate("open=1"), left.append) as door:
-            assert hand_over(end, theirs, 1)
+            assert hand_over(end, theirs, 1, "127.0.0.1")
             first, _ = door.accept()
-            assert hand_over(end, theirs, 2)
+            assert hand_over(end, theirs, 2, "127.0.0.1")
             with pytest.raises(BlockingIOError):
                 door.accept()
             assert left == [2]
@@ -94,13 +98,13 @@ def test_a_room_that_takes_nobody_costs_no_wait_and_a_bounded_number_of_files(
         door = HandedDoor(inner, gate(), left.append)
         with end:
             taken = 0
-            while hand_over(end, theirs, taken):
+            while hand_over(end, theirs, taken, "127.0.0.1"):
                 taken += 1
                 assert taken < 1000
             assert taken > 20
             door.close()  # they are counted out with it
             assert left == list(range(taken))
-            assert not hand_over(end, theirs, 0)
+            assert not hand_over(end, theirs, 0, "127.0.0.1")
 
     asyncio.run(main())
 

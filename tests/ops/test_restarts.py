@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_ops.rooms.restarts import FIRST, LASTING, LONGEST, Restarts
+from cohaptic_ops.restarts import FIRST, LASTING, LONGEST, Restarts
 
 
 def test_the_first_end_costs_no_pause_and_each_further_one_twice_as_much() -> None:

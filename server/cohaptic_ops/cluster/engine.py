@@ -1,0 +1,178 @@
+"""Runs the engine's programs on this machine, and keeps what it tells of the rooms' places.
+
+Two programs run beside the server. `machine` makes this machine a part of the engine, and ends with
+the server. `agent` speaks with the engine; only witnesses run it, since one of them decides.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from pydantic import ValidationError
+
+from cohaptic.clock import Clock
+from cohaptic.errors import SettingError
+from cohaptic_ops.cluster import machine
+from cohaptic_ops.cluster.lines import LONGEST, Command, Placed
+from cohaptic_ops.restarts import Restarts
+
+log = logging.getLogger("cohaptic.server")
+
+_AGAIN: Final = 1.0  # s; a program takes a second of a core to start
+_LONGEST: Final = 4.0  # s beside it, after many ends: while no head runs, lost rooms wait
+_FRESH: Final = 3.0  # s for which the engine counts as reached after its last word
+# Ray takes a machine for dead after three checks in half-second steps have failed (by default after
+# 18 s), and a machine waits for a head that is gone (by default 60 s).
+_SETTINGS: Final = {
+    "health_check_initial_delay_ms": 500,
+    "health_check_period_ms": 500,
+    "health_check_timeout_ms": 500,
+    "health_check_failure_threshold": 3,
+    "gcs_rpc_server_reconnect_timeout_s": 600,
+}
+
+
+class Engine:
+    """The engine as this node sees it.
+
+    Args:
+        address: Address of the engine's head, HOST:PORT.
+        host: Address of this machine.
+        clock: Clock of the node.
+        leads: Whether the head runs on this machine.
+        watches: Whether this node asks where rooms are placed.
+
+    Attributes:
+        placed: Machine (IP address) of each room; empty for one without a machine. It stays as it
+            was while the engine cannot be reached.
+
+    Raises:
+        SettingError: The engine is not installed.
+    """
+
+    def __init__(
+        self, address: str, host: str, clock: Clock, *, leads: bool, watches: bool
+    ) -> None:
+        self._address, self._clock = address, clock
+        self._start = start_command(address, host, leads=leads)
+        self._watches = watches
+        self.placed: Mapping[str, str] = {}
+        self._heard = float("-inf")
+        self._agent: asyncio.subprocess.Process | None = None
+        self._machine: asyncio.subprocess.Process | None = None
+        self._leaves = False
+        if not _program().is_file():
+            limit = "used with the extra: pip install 'cohaptic[cluster]'"
+            raise SettingError("--cluster", address, limit)
+
+    @property
+    def reached(self) -> bool:
+        """Whether the engine has been heard lately; without it no room can be placed."""
+        return self._clock.now() - self._heard < _FRESH
+
+    def command(self, command: Command) -> None:
+        """Send a command without waiting; it is lost while the program does not run."""
+        process = self._agent
+        if process is not None and process.stdin is not None and process.returncode is None:
+            process.stdin.write(command.model_dump_json().encode() + b"\n")
+
+    async def keep(self) -> None:
+        """Run both programs, again and again, until cancelled."""
+        programs = [self._keep_machine()]
+        if self._watches:
+            programs.append(self._keep_agent())
+        await asyncio.gather(*programs)
+
+    async def leave(self) -> None:
+        """Take this machine out of the engine, so that it places no rooms here any more."""
+        self._leaves = True
+        process = self._machine
+        if process is not None and process.stdin is not None:
+            process.stdin.close()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(process.wait(), machine.ENDS_WITHIN + 1.0)
+
+    async def _keep_machine(self) -> None:
+        restarts = Restarts()
+        while not self._leaves:
+            begun = self._clock.now()
+            process = self._machine = await _run("machine", *self._start)
+            try:
+                assert process.stdout is not None
+                last = b""
+                async for line in process.stdout:
+                    last = line.strip() or last
+                if not self._leaves:
+                    told = {"event": "engine_ended"}
+                    words = "the engine has ended here, and is started again: %s"
+                    log.warning(words, last.decode(errors="replace")[:300], extra=told)
+            finally:
+                _end(process)
+            restarts = restarts.ended(begun, self._clock.now())
+            await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
+
+    async def _keep_agent(self) -> None:
+        restarts = Restarts()
+        while True:
+            begun = self._clock.now()
+            process = self._agent = await _run("agent", self._address)
+            last = b""
+            try:
+                assert process.stdout is not None
+                async for line in process.stdout:
+                    try:
+                        self.placed = Placed.model_validate_json(line).rooms
+                        self._heard = self._clock.now()
+                    except ValidationError:
+                        last = line.strip() or last
+                told = {"event": "engine_lost"}
+                words = "the engine at %s cannot be reached: %s"
+                log.warning(words, self._address, last.decode(errors="replace")[:300], extra=told)
+            finally:
+                _end(process)
+            restarts = restarts.ended(begun, self._clock.now())
+            await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
+
+
+def start_command(address: str, host: str, *, leads: bool) -> Sequence[str]:
+    """Return the command that makes a machine a part of the engine.
+
+    Args:
+        address: Address of the engine's head, HOST:PORT.
+        host: Address of the machine.
+        leads: Whether it is the machine of the head.
+    """
+    command = [str(_program()), "start", "--block", f"--node-ip-address={host}"]
+    command.append("--disable-usage-stats")
+    if not leads:
+        return [*command, f"--address={address}"]
+    port, settings = address.rpartition(":")[2], json.dumps(_SETTINGS)
+    return [
+        *command, "--head", f"--port={port}", "--include-dashboard=false",
+        f"--system-config={settings}",
+    ]  # fmt: skip
+
+
+def _program() -> Path:
+    return Path(sys.executable).with_name("ray")
+
+
+async def _run(name: str, *arguments: str) -> asyncio.subprocess.Process:
+    return await asyncio.create_subprocess_exec(
+        sys.executable, "-m", f"cohaptic_ops.cluster.{name}", *arguments,
+        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.STDOUT, limit=LONGEST,
+    )  # fmt: skip
+
+
+def _end(process: asyncio.subprocess.Process) -> None:
+    """Let a program end by itself, which it does when its standard input closes."""
+    if process.stdin is not None:
+        process.stdin.close()

@@ -1,0 +1,41 @@
+"""Makes this machine a part of the engine: `python -m cohaptic_ops.cluster.machine COMMAND...`.
+
+The command runs until this program's standard input closes, as it does when the server that has
+started it ends, in whatever way: the engine then has to learn that no room can be placed here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from typing import Final
+
+ENDS_WITHIN: Final = 5.0  # s; the engine tells its head that the machine leaves
+
+
+def main(command: Sequence[str]) -> int:
+    """Run a command until it ends or standard input closes; return its exit status."""
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+
+    def watch() -> None:
+        while os.read(sys.stdin.fileno(), 4096):
+            pass
+        # Ray's daemons hear it too: one that is told to end tells its head so, which otherwise
+        # misses it after seconds.
+        os.killpg(process.pid, signal.SIGTERM)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(ENDS_WITHIN)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+    threading.Thread(target=watch, daemon=True).start()
+    return process.wait()
+
+
+if __name__ == "__main__":
+    os._exit(main(sys.argv[1:]))

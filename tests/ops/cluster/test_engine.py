@@ -1,0 +1,86 @@
+"""What runs of the engine on a machine, and that nothing of it is imported."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cohaptic.clock import SystemClock
+from cohaptic.errors import SettingError
+from cohaptic_ops.cluster import engine
+from cohaptic_ops.cluster.engine import Engine, start_command
+from cohaptic_ops.cluster.node import at, is_here, own_address
+from tests.patience import PATIENCE
+
+HEAD = "10.0.0.1:6379"
+
+
+def test_the_head_is_on_the_machine_of_its_address_alone() -> None:
+    head = start_command(HEAD, "10.0.0.1", leads=True)
+    assert {"--head", "--port=6379", "--node-ip-address=10.0.0.1", "--block"} <= set(head)
+    settings = next(word for word in head if word.startswith("--system-config="))
+    noticed = json.loads(settings.partition("=")[2])
+    # A machine that is lost is noticed within the 5 s that its users may wait.
+    checks = noticed["health_check_failure_threshold"]
+    assert checks * noticed["health_check_period_ms"] < 2500.0
+    other = start_command(HEAD, "10.0.0.2", leads=False)
+    assert "--head" not in other
+    assert f"--address={HEAD}" in other
+
+
+def test_without_the_extra_it_is_said_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "_program", lambda: Path("/nowhere/ray"))
+    with pytest.raises(SettingError, match=r"pip install 'cohaptic\[cluster\]'"):
+        Engine(HEAD, "10.0.0.1", SystemClock(), leads=True, watches=True)
+
+
+def test_rooms_are_served_without_anything_of_the_engine() -> None:
+    assert {"cohaptic_ops.rooms_cli", "ray"} & set(sys.modules) <= {"cohaptic_ops.rooms_cli"}
+
+
+@pytest.mark.parametrize(
+    ("name", "here"),
+    [("10.0.0.2", True), ("10.0.0.3", False), ("no.such.name.invalid", False)],
+)
+def test_a_machine_knows_its_own_address(name: str, *, here: bool) -> None:
+    assert is_here(name, "10.0.0.2") is here
+
+
+def test_an_address_has_brackets_where_it_needs_them() -> None:
+    assert at("10.0.0.2", 8764) == "10.0.0.2:8764"
+    assert at("fd00::2", 8764) == "[fd00::2]:8764"
+
+
+@pytest.mark.live
+def test_a_wrong_address_of_the_engine_is_refused_by_name() -> None:
+    for wrong in ("6379", "10.0.0.1:", "10.0.0.1:port", "no.such.name.invalid:1"):
+        with pytest.raises(SettingError, match="HOST:PORT of the first machine's engine"):
+            own_address(wrong)
+    assert own_address("127.0.0.1:6379") == "127.0.0.1"
+
+
+@pytest.mark.live
+@pytest.mark.skipif(sys.platform == "win32", reason="rooms are handed sockets over")
+def test_what_a_server_started_for_the_engine_ends_when_the_server_is_killed() -> None:
+    script = (
+        "import subprocess, sys, time; subprocess.Popen([sys.executable, '-m',"
+        " 'cohaptic_ops.cluster.machine', sys.executable, '-c',"
+        " 'import os, time; print(os.getpid(), flush=True); time.sleep(600)'],"
+        " stdin=subprocess.PIPE); time.sleep(600)"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as server:
+        assert server.stdout is not None
+        started = int(server.stdout.readline())
+        server.send_signal(signal.SIGKILL)
+        # Its output is open for as long as it lives.
+        assert server.stdout.read() == b""
+    clock = SystemClock()
+    until = clock.now() + PATIENCE
+    while Path(f"/proc/{started}").exists() and clock.now() < until:
+        clock.sleep_until(clock.now() + 0.02)
+    assert not Path(f"/proc/{started}").exists()

@@ -1,0 +1,77 @@
+"""What the engine has to do, in a time that is an argument."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_ops.cluster.lines import Command
+from cohaptic_ops.cluster.places import Places
+
+CORES = {"always": 0.5, "rare": 0.25}
+NODE = {"rare": "10.0.0.2:8764"}
+NOBODY: Mapping[str, str] = {}
+
+
+def places() -> Places:
+    return Places(CORES, ["always"])
+
+
+def test_a_room_that_always_runs_is_placed_and_another_when_somebody_asks() -> None:
+    there = places()
+    assert there.commands({}, NOBODY, 0.0) == [Command(place="always", cores=0.5)]
+    there.want("rare", 3.0)
+    there.want("not in the configuration", 3.0)
+    told = there.commands({"always": "10.0.0.1"}, {"always": "10.0.0.1:8764"}, 3.0)
+    assert told == [Command(place="rare", cores=0.25)]
+
+
+def test_a_command_is_given_time_to_take_effect() -> None:
+    there = places()
+    assert there.commands({}, NOBODY, 0.0)
+    assert there.commands({}, NOBODY, 1.0) == []
+    assert there.commands({}, NOBODY, 2.5)
+
+
+def test_a_room_that_rests_is_removed_from_the_engine_and_one_that_is_owned_stays() -> None:
+    there = places()
+    there.want("rare", 0.0)
+    placed = {"always": "10.0.0.1", "rare": "10.0.0.2"}
+    owned = NODE | {"always": "10.0.0.1:8764"}
+    assert there.commands(placed, owned, 60.0) == []
+    del owned["rare"]
+    assert there.commands(placed, owned, 61.0) == [Command(remove="rare")]
+
+
+def test_a_room_where_no_server_runs_is_placed_anew_and_sooner_where_it_has_no_machine() -> None:
+    for machine, seconds in (("10.0.0.2", 9.0), ("", 2.0)):
+        there = places()
+        placed = {"always": machine}
+        assert there.commands(placed, NOBODY, 10.0) == []
+        assert there.commands(placed, NOBODY, 11.0) == []
+        assert there.commands(placed, NOBODY, 10.0 + seconds) == [Command(remove="always")]
+        assert there.commands({}, NOBODY, 13.0 + seconds) == [Command(place="always", cores=0.5)]
+
+
+def test_an_engine_that_has_lost_its_memory_is_told_where_rooms_are() -> None:
+    told = places().commands({"always": "10.0.0.1"}, NODE | {"always": "10.0.0.1:8764"}, 0.0)
+    assert told == [Command(place="rare", cores=0.25, at="10.0.0.2")]
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 5.0), st.booleans(), st.booleans(), st.booleans())),
+)
+def test_no_room_with_an_owner_is_ever_removed(
+    history: list[tuple[float, bool, bool, bool]],
+) -> None:
+    there, now = places(), 0.0
+    for pause, asked, placed, owned in history:
+        now += pause
+        if asked:
+            there.want("rare", now)
+        told = there.commands(
+            {"rare": "10.0.0.2"} if placed else {}, NODE if owned else NOBODY, now
+        )
+        assert not (owned and any(command.remove == "rare" for command in told))

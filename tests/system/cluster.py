@@ -1,0 +1,231 @@
+"""Three machines that share twelve rooms, with three hands in each, and all that befalls them."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Self
+
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
+
+from cohaptic.clock import SystemClock
+from tests.patience import PATIENCE
+from tests.server.shell.stage import visit
+from tests.system.namespaces import Machine
+
+CLOCK = SystemClock()
+ROOMS = tuple(f"room{k}" for k in range(12))
+HANDS = 3  # in each room
+PORT, ENGINE = 8765, 6399
+_PRESSING = (0.09, 0.0, 0.0)
+_RECENT = 0.5  # s since the last patch of a hand that touches
+_SILENT = 2.0  # s without a patch until a hand comes again
+_JOINS = 6.0  # s
+_RATE = 30.0  # ticks a second: three machines of twelve rooms have to do with the cores of one
+_OPEN = re.compile(r"room (room\d+) is open, process (\d+)")
+
+
+def configuration(machines: Sequence[Machine]) -> str:
+    """Of the rooms, the same on all machines, which are all witnesses."""
+    addresses = ", ".join(f'"{one.address}"' for one in machines)
+    rooms = "".join(
+        f'[rooms.{room}]\nbody = "balloon"\nrate = {_RATE}\nstart = "on demand"\ncores = 0.1\n'
+        for room in ROOMS
+    )
+    return (
+        f'host = "0.0.0.0"\nport = {PORT}\nallow_hosts = [{addresses}]\n'
+        f"[access]\nopen = true\ninsecure = true\n[cluster]\nwitnesses = [{addresses}]\n{rooms}"
+    )
+
+
+@dataclass
+class Hand:
+    """One who presses in a room, and comes again through the next machine if nothing is heard.
+
+    Attributes:
+        patches: Times at which patches came [s].
+        lost: Times at which connections ended [s].
+    """
+
+    room: str
+    name: str
+    through: int
+    urls: Sequence[str]
+    patches: list[float] = field(default_factory=list[float])
+    lost: list[float] = field(default_factory=list[float])
+
+    @property
+    def touches(self) -> bool:
+        return bool(self.patches) and CLOCK.now() - self.patches[-1] < _RECENT
+
+    def silence(self, begin: float, end: float) -> float:
+        """The longest time without a patch [s]."""
+        times = [begin, *(at for at in self.patches if begin < at < end), end]
+        return max(b - a for a, b in pairwise(times))
+
+    async def live(self) -> None:
+        while True:
+            url = f"{self.urls[self.through]}/r/{self.room}"
+            with contextlib.suppress(OSError, InvalidHandshake, TimeoutError, ConnectionClosed):
+                async with visit(url, patience=1e6, open_timeout=2.0, close_timeout=0.1) as client:
+                    await client.join(self.name)
+                    client.probe, client.force = _PRESSING, (2.0, 0.0, 0.0)
+                    try:
+                        while True:
+                            async with asyncio.timeout(_SILENT):
+                                await client.play(1)
+                            self.patches.append(CLOCK.now())
+                    finally:
+                        self.lost.append(CLOCK.now())
+            self.through = (self.through + 1) % len(self.urls)
+            await asyncio.sleep(0.1)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a failure cost.
+
+    Args:
+        silent: Longest silence of each hand in the rooms that it befell [s].
+        others: The same of the other hands [s].
+        lost: Number of connections that the other hands lost.
+    """
+
+    silent: tuple[float, ...]
+    others: tuple[float, ...]
+    lost: int
+
+
+@dataclass
+class Cluster:
+    """The servers of all machines, and the hands."""
+
+    machines: Sequence[Machine]
+    folder: Path
+    servers: dict[int, subprocess.Popen[bytes]] = field(
+        default_factory=dict[int, "subprocess.Popen[bytes]"]
+    )
+    hands: list[Hand] = field(default_factory=list[Hand])
+
+    def __enter__(self) -> Self:
+        for k in range(len(self.machines)):
+            self.start(k)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for server in self.servers.values():
+            server.terminate()
+        for server in self.servers.values():
+            server.wait(PATIENCE)
+
+    def start(self, k: int) -> None:
+        """The server of a machine; the first has the engine's head."""
+        # The machine sees its own folder as /tmp.
+        (self.machines[k].folder / "rooms.toml").write_text(configuration(self.machines))
+        command = self.machines[k].command(
+            sys.executable, "-m", "cohaptic", "serve", "--config", "/tmp/rooms.toml",
+            "--cluster", f"{self.machines[0].address}:{ENGINE}",
+        )  # fmt: skip
+        with self.log(k).open("ab") as log:
+            self.servers[k] = subprocess.Popen(command, stdout=log, stderr=log)
+
+    def log(self, k: int) -> Path:
+        return self.folder / f"server{k}.log"
+
+    def rooms(self, k: int) -> dict[str, int]:
+        """The processes of the rooms on a machine, by room."""
+        living = set(self.machines[k].pids())
+        told = _OPEN.findall(self.log(k).read_text())
+        return {room: int(pid) for room, pid in told if int(pid) in living}
+
+    def place(self) -> dict[str, int]:
+        """The machine of each room; fails where a room has two."""
+        found = dict[str, int]()
+        for k in range(len(self.machines)):
+            for room in self.rooms(k):
+                assert room not in found, f"{room} is on two machines"
+                found[room] = k
+        return found
+
+    def fullest(self, among: Iterable[int]) -> int:
+        """The machine with most rooms."""
+        return max(among, key=lambda k: len(self.rooms(k)))
+
+    async def until(self, condition: Callable[[], bool]) -> None:
+        async with asyncio.timeout(PATIENCE):
+            while not condition():
+                ended = [k for k, server in self.servers.items() if server.poll()]
+                assert not ended, self.log(ended[0]).read_text()[-2000:]
+                await asyncio.sleep(0.05)
+
+    async def until_all_touch(self) -> None:
+        await self.until(lambda: all(hand.touches for hand in self.hands))
+
+    @contextlib.asynccontextmanager
+    async def with_hands(self) -> AsyncGenerator[None]:
+        """All hands, which touch."""
+        urls = [f"ws://{one.address}:{PORT}" for one in self.machines]
+        self.hands = [
+            Hand(room, f"hand{k}-{j}", (k + j) % len(urls), urls)
+            for k, room in enumerate(ROOMS)
+            for j in range(HANDS)
+        ]
+        living = [asyncio.ensure_future(hand.live()) for hand in self.hands]
+        try:
+            await self.until_all_touch()
+            yield
+        finally:
+            for task in living:
+                task.cancel()
+            await asyncio.gather(*living, return_exceptions=True)
+
+    def others(self, rooms: Iterable[str], machine: int = -1) -> list[Hand]:
+        """Hands that are in none of these rooms, and have not come through this machine."""
+        befallen = set(rooms)
+        return [h for h in self.hands if h.room not in befallen and h.through != machine]
+
+    async def cost(self, rooms: Iterable[str], begin: float, others: Sequence[Hand]) -> Cost:
+        """What has befallen these rooms, and other hands, since a time; once all touch again."""
+        await self.until_all_touch()
+        end, befallen = CLOCK.now(), set(rooms)
+        return Cost(
+            tuple(sorted(h.silence(begin, end) for h in self.hands if h.room in befallen)),
+            tuple(sorted(hand.silence(begin, end) for hand in others)),
+            sum(at > begin for hand in others for at in hand.lost),
+        )
+
+    async def until_joined(self, machines: Iterable[int]) -> None:
+        """Until the engine runs on these machines, and can have told its head so."""
+        await self.until(lambda: all(self._named(k, "raylet") for k in machines))
+        await asyncio.sleep(_JOINS)
+
+    def end_head(self) -> None:
+        """Kill the engine on the first machine, and nothing else there."""
+        for pid in [*self._named(0, "gcs_server"), *self._named(0, "raylet")]:
+            with contextlib.suppress(OSError):
+                os.kill(pid, signal.SIGKILL)
+
+    def _named(self, k: int, name: str) -> list[int]:
+        found = list[int]()
+        for pid in self.machines[k].pids():
+            with contextlib.suppress(OSError):
+                if Path(f"/proc/{pid}/comm").read_text().strip() == name:
+                    found.append(pid)
+        return found
+
+
+def lives(pid: int) -> bool:
+    """Whether a process is there, and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
