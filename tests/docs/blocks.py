@@ -32,6 +32,7 @@ NOT_PLAYED = {
     r"(?:\S*/bin/)?pip |python3 -m venv|\. \.venv": "installs: as `make` does it",
     r"(?:sudo|docker|systemctl|install|journalctl|ssh)\b": "of another machine or its owner",
     r'cohaptic touch "https://lab\.example': "of another machine or its owner",
+    r"cohaptic serve .*--cluster": "needs several machines: tests/system/test_cluster.py",
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
     r"python -m (?:pip|build|zipfile|venv)|/tmp/try/": "of a release: .github/workflows/wheels.yml",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",

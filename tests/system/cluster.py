@@ -30,7 +30,7 @@ _PRESSING = (0.09, 0.0, 0.0)
 _RECENT = 0.5  # s since the last patch of a hand that touches
 _SILENT = 2.0  # s without a patch until a hand comes again
 _JOINS = 6.0  # s
-_RATE = 30.0  # ticks a second: three machines of twelve rooms have to do with the cores of one
+RATE = 30.0  # ticks a second: three machines of twelve rooms have to do with the cores of one
 _OPEN = re.compile(r"room (room\d+) is open, process (\d+)")
 
 
@@ -38,7 +38,8 @@ def configuration(machines: Sequence[Machine]) -> str:
     """Of the rooms, the same on all machines, which are all witnesses."""
     addresses = ", ".join(f'"{one.address}"' for one in machines)
     rooms = "".join(
-        f'[rooms.{room}]\nbody = "balloon"\nrate = {_RATE}\nstart = "on demand"\ncores = 0.1\n'
+        f'[rooms.{room}]\nbody = "balloon"\nrate = {RATE}\nstart = "on demand"\ncores = 0.1\n'
+        f'limits = {{beats = "2000:2000"}}\n'  # benchmarks/cluster.py measures by pings
         for room in ROOMS
     )
     return (
@@ -138,6 +139,11 @@ class Cluster:
         with self.log(k).open("ab") as log:
             self.servers[k] = subprocess.Popen(command, stdout=log, stderr=log)
 
+    @property
+    def urls(self) -> list[str]:
+        """Of all machines."""
+        return [f"ws://{one.address}:{PORT}" for one in self.machines]
+
     def log(self, k: int) -> Path:
         return self.folder / f"server{k}.log"
 
@@ -173,7 +179,7 @@ class Cluster:
     @contextlib.asynccontextmanager
     async def with_hands(self) -> AsyncGenerator[None]:
         """All hands, which touch."""
-        urls = [f"ws://{one.address}:{PORT}" for one in self.machines]
+        urls = self.urls
         self.hands = [
             Hand(room, f"hand{k}-{j}", (k + j) % len(urls), urls)
             for k, room in enumerate(ROOMS)

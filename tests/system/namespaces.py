@@ -117,6 +117,24 @@ class Machine(Namespace):
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, number)
 
+    def memory(self) -> float:
+        """Of its processes, with shared pages divided among them [MB]."""
+        total = 0
+        for pid in self.pids():
+            with contextlib.suppress(OSError):
+                lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+                total += sum(int(line.split()[1]) for line in lines if line.startswith("Pss:"))
+        return total / 1e3
+
+    def processor(self) -> float:
+        """Processor time of its processes so far [s]."""
+        ticks = 0
+        for pid in self.pids():
+            with contextlib.suppress(OSError):
+                fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+                ticks += int(fields[11]) + int(fields[12])
+        return ticks / os.sysconf("SC_CLK_TCK")
+
     def plug(self, state: str) -> None:
         """Its cable: "up" or "down"; from within the namespace of the switch."""
         _ip("link", "set", self.port, state)

@@ -11,7 +11,7 @@ import contextlib
 import json
 import logging
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -83,6 +83,12 @@ class Engine:
         if process is not None and process.stdin is not None and process.returncode is None:
             process.stdin.write(command.model_dump_json().encode() + b"\n")
 
+    def beat(self) -> None:
+        """Tell the machine's program that the server goes on; it ends the engine if nobody does."""
+        process = self._machine
+        if process is not None and process.stdin is not None and not process.stdin.is_closing():
+            process.stdin.write(b".")
+
     async def keep(self) -> None:
         """Run both programs, again and again, until cancelled."""
         programs = [self._keep_machine()]
@@ -102,43 +108,55 @@ class Engine:
     async def _keep_machine(self) -> None:
         restarts = Restarts()
         while not self._leaves:
-            begun = self._clock.now()
-            process = self._machine = await _run("machine", *self._start)
-            try:
-                assert process.stdout is not None
-                last = b""
-                async for line in process.stdout:
-                    last = line.strip() or last
-                if not self._leaves:
-                    told = {"event": "engine_ended"}
-                    words = "the engine has ended here, and is started again: %s"
-                    log.warning(words, last.decode(errors="replace")[:300], extra=told)
-            finally:
-                _end(process)
+            begun, last = self._clock.now(), b""
+            with contextlib.suppress(OSError):  # no process can be started now
+                process = self._machine = await _run("machine", *self._start)
+                last = await self._read(process, lambda line: False)
+            if not self._leaves:
+                told = {"event": "engine_ended"}
+                words = "the engine has ended here, and is started again: %s"
+                log.warning(words, last.decode(errors="replace")[:300], extra=told)
             restarts = restarts.ended(begun, self._clock.now())
             await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
 
     async def _keep_agent(self) -> None:
         restarts = Restarts()
         while True:
-            begun = self._clock.now()
-            process = self._agent = await _run("agent", self._address)
-            last = b""
-            try:
-                assert process.stdout is not None
-                async for line in process.stdout:
-                    try:
-                        self.placed = Placed.model_validate_json(line).rooms
-                        self._heard = self._clock.now()
-                    except ValidationError:
-                        last = line.strip() or last
-                told = {"event": "engine_lost"}
-                words = "the engine at %s cannot be reached: %s"
-                log.warning(words, self._address, last.decode(errors="replace")[:300], extra=told)
-            finally:
-                _end(process)
+            begun, last = self._clock.now(), b""
+            with contextlib.suppress(OSError):
+                process = self._agent = await _run("agent", self._address)
+                last = await self._read(process, self._hear)
+            told = {"event": "engine_lost"}
+            words = "the engine at %s cannot be reached: %s"
+            log.warning(words, self._address, last.decode(errors="replace")[:300], extra=told)
             restarts = restarts.ended(begun, self._clock.now())
             await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
+
+    def _hear(self, line: bytes) -> bool:
+        """Take a line of the agent; return whether it is one of its messages."""
+        try:
+            self.placed = Placed.model_validate_json(line).rooms
+        except ValidationError:
+            return False
+        self._heard = self._clock.now()
+        return True
+
+    async def _read(
+        self, process: asyncio.subprocess.Process, hear: Callable[[bytes], bool]
+    ) -> bytes:
+        """Read a program's lines to its end; return the last one that is no message."""
+        last = b""
+        assert process.stdout is not None
+        assert process.stdin is not None
+        try:
+            async for line in process.stdout:
+                if not hear(line):
+                    last = line.strip() or last
+        except ValueError:  # a line without an end
+            process.kill()
+        finally:
+            process.stdin.close()  # either program ends then
+        return last
 
 
 def start_command(address: str, host: str, *, leads: bool) -> Sequence[str]:
@@ -170,9 +188,3 @@ async def _run(name: str, *arguments: str) -> asyncio.subprocess.Process:
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.STDOUT, limit=LONGEST,
     )  # fmt: skip
-
-
-def _end(process: asyncio.subprocess.Process) -> None:
-    """Let a program end by itself, which it does when its standard input closes."""
-    if process.stdin is not None:
-        process.stdin.close()

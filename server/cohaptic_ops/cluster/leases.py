@@ -83,11 +83,16 @@ class Witness:
                 refused[room] = old.epoch if old is not None else 0
         return granted, refused
 
-    def free(self, owner: str, rooms: Collection[str]) -> None:
-        """End grants at the word of their owner, whose rooms have ended."""
-        for room in rooms:
+    def free(self, owner: str, rooms: Mapping[str, int]) -> None:
+        """End grants at the word of their owner, whose rooms have ended.
+
+        Args:
+            owner: Unique name of the owner's process.
+            rooms: Rooms, with their last numbers; a later grant to the same process stays.
+        """
+        for room, epoch in rooms.items():
             old = self._grants.get(room)
-            if old is not None and old.owner == owner:
+            if old is not None and old.owner == owner and old.epoch <= epoch:
                 self._grants[room] = Grant(owner, old.address, old.epoch, NEVER)
 
     def owned(self, now: float) -> dict[str, str]:
@@ -120,14 +125,21 @@ class Claims:
     def __init__(self, witnesses: int, term: float) -> None:
         self._enough, self._term = witnesses // 2 + 1, term
         self._claims: dict[str, _Claim] = {}
+        self._last: dict[str, int] = {}
 
     def want(self, room: str, now: float) -> None:
         """Begin to ask for a room; without effect if the process does so already."""
-        self._claims.setdefault(room, _Claim(1, now))
+        self._claims.setdefault(room, _Claim(self.last(room) + 1, now))
 
     def drop(self, room: str) -> None:
         """Ask for a room no more."""
-        self._claims.pop(room, None)
+        claim = self._claims.pop(room, None)
+        if claim is not None:
+            self._last[room] = claim.epoch
+
+    def last(self, room: str) -> int:
+        """Return the number of the last claim that has ended; 0 before any. None is used twice."""
+        return self._last.get(room, 0)
 
     @property
     def asked(self) -> dict[str, int]:
@@ -155,9 +167,13 @@ class Claims:
                 claim.against.discard(witness)
         for room, newest in refused.items():
             claim = self._claims.get(room)
-            if claim is None or claim.held:
+            if claim is None:
                 continue
-            if newest >= claim.epoch:
+            claim.granted.pop(witness, None)
+            if claim.held:
+                # Another has asked this witness meanwhile, which takes no lower number any more.
+                claim.epoch = max(claim.epoch, newest + 1)
+            elif newest >= claim.epoch:
                 self._claims[room] = _Claim(newest + 1, claim.since)
             else:
                 claim.against.add(witness)
@@ -187,10 +203,10 @@ class Claims:
                 gained.append(room)
             elif claim.held and not owned:
                 lost.append(room)
-                del self._claims[room]
+                self.drop(room)
             elif not owned and now - claim.since > self._term * (
                 _CONTESTED if claim.against else 1.0
             ):
                 failed.append(room)
-                del self._claims[room]
+                self.drop(room)
         return gained, lost, failed

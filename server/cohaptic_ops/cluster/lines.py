@@ -16,7 +16,8 @@ _Rooms = dict[_Name, Annotated[int, Field(ge=0)]]
 
 
 class _Line(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    # Unknown fields are those of a newer version, which may run on other nodes for a while.
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
 
 class There(_Line):
@@ -41,7 +42,7 @@ class Ask(_Line):
         owner: Unique name of the asking process.
         address: Address of its node, HOST:PORT.
         rooms: Number (epoch) under which it owns or wants to own each room.
-        freed: Rooms that it owned, and that have ended.
+        freed: Rooms that it owned or wanted no more, with the last numbers of its claims.
         people: Numbers of users and watchers in rooms that it owns.
         finds: Rooms that somebody wants to go to through this node.
         lists: Whether to list all rooms.
@@ -51,7 +52,7 @@ class Ask(_Line):
     owner: _Name
     address: _Name
     rooms: _Rooms = {}
-    freed: tuple[_Name, ...] = ()
+    freed: _Rooms = {}
     people: dict[_Name, tuple[int, int]] = {}
     finds: tuple[_Name, ...] = ()
     lists: bool = False

@@ -1,13 +1,15 @@
 """Makes this machine a part of the engine: `python -m cohaptic_ops.cluster.machine COMMAND...`.
 
 The command runs until this program's standard input closes, as it does when the server that has
-started it ends, in whatever way: the engine then has to learn that no room can be placed here.
+started it ends, or until nothing comes there for a while, as when the server hangs: the engine then
+has to learn that no room can be placed here.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -15,6 +17,7 @@ import threading
 from collections.abc import Sequence
 from typing import Final
 
+SILENT: Final = 10.0  # s without a byte from the server, which writes one each second
 ENDS_WITHIN: Final = 5.0  # s; the engine tells its head that the machine leaves
 
 
@@ -23,7 +26,8 @@ def main(command: Sequence[str]) -> int:
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
 
     def watch() -> None:
-        while os.read(sys.stdin.fileno(), 4096):
+        source = sys.stdin.fileno()
+        while select.select([source], [], [], SILENT)[0] and os.read(source, 4096):
             pass
         # Ray's daemons hear it too: one that is told to end tells its head so, which otherwise
         # misses it after seconds.

@@ -26,7 +26,7 @@ from cohaptic_ops.cluster.lines import (
     decode,
     encode,
 )
-from cohaptic_ops.cluster.passing import pass_on
+from cohaptic_ops.cluster.passing import notice_end, pass_on
 from cohaptic_ops.cluster.places import PLACING, Places
 from cohaptic_ops.monitoring.json_lines import BadLine
 
@@ -34,50 +34,12 @@ log = logging.getLogger("cohaptic.server")
 
 _ASKS: Final = 6  # questions to a witness in a term
 _LOOK_EVERY: Final = 0.1  # s between two looks at what is owned; a lost room ends as late as this
+_BEAT: Final = 1.0  # s between two words to the machine's program
 _FOUND_WITHIN: Final = 4.0  # s for which somebody waits for a room without an owner
 _KNOWN_FOR: Final = 0.5  # s for which the place of a room is not looked up again
 # Longest time for which a room that another node has, or wants too, is not wanted again [s]; many
 # times as long as a question and its answer.
 _STEP_BACK: Final = 0.3
-
-
-def at(host: str, port: int) -> str:
-    """Return an address as HOST:PORT, with brackets around an IPv6 host."""
-    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
-
-
-def own_address(engine: str) -> str:
-    """Return the IP address from which this machine reaches the engine at HOST:PORT.
-
-    Raises:
-        SettingError: The engine's address is wrong, or there is no way to it.
-    """
-    host, _, port = engine.rpartition(":")
-    try:
-        if not host:
-            raise ValueError("no host")
-        # Nothing is sent: a datagram socket only looks up the way.
-        kind = socket.AF_INET6 if ":" in host else socket.AF_INET
-        with socket.socket(kind, socket.SOCK_DGRAM) as probe:
-            probe.connect((host.strip("[]"), int(port)))
-            return str(probe.getsockname()[0])
-    except (OSError, ValueError) as error:
-        limit = f"HOST:PORT of the first machine's engine, such as 10.0.0.1:6379 ({error})"
-        raise SettingError("--cluster", engine, limit) from error
-
-
-def is_here(name: str, host: str) -> bool:
-    """Whether a name or an address is this machine's.
-
-    Args:
-        name: Name or IP address, as the configuration has it.
-        host: IP address of this machine.
-    """
-    if name in (host, socket.gethostname()) or name.partition(".")[0] == socket.gethostname():
-        return True
-    with contextlib.suppress(OSError):  # a name that nobody knows yet is another machine's
-        return host in {str(found[4][0]) for found in socket.getaddrinfo(name, None)}
-    return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +63,21 @@ class Here:
     enter: Callable[[str], bool]
     take: Callable[[socket.socket, str, str], bool]
     people: Callable[[str], tuple[int, int]]
+
+
+@dataclass
+class _Sought:
+    """A room that somebody wants to go to.
+
+    Attributes:
+        found: Event that is set when it is found.
+        there: Place of the room, once it is found.
+        waiting: Number of people who wait.
+    """
+
+    found: asyncio.Event = field(default_factory=asyncio.Event)
+    there: There | None = None
+    waiting: int = 0
 
 
 @dataclass
@@ -136,11 +113,15 @@ class Node:
         if self.witness:
             self._witness = Witness([*self.places.cores, PLACING], self.term, now)
         self._people: dict[str, tuple[int, int]] = {}  # as owners tell this witness
-        self._freed: dict[str, float] = {}
+        self._freed: dict[str, tuple[int, float]] = {}
+        self._leaves = False
+        self._beat = now
         self._not_before: dict[str, float] = {}
-        self._sought: dict[str, asyncio.Future[There]] = {}
+        self._sought: dict[str, _Sought] = {}
         self._known: dict[str, tuple[There, float]] = {}
         self._lists = False
+        self._heard = [now] * len(self.witnesses)
+        self._silent: set[str] = set()
         self._hurry = [asyncio.Event() for _ in self.witnesses]
         self._server: asyncio.Server | None = None
         self._tasks: list[asyncio.Task[None]] = []
@@ -159,18 +140,32 @@ class Node:
             )
         except OSError as error:
             limit = f"an address of this machine with a free port: {error.strerror}"
-            raise SettingError("cluster.address", self.address, limit) from error
+            raise SettingError("cluster.port", self.address, limit) from error
         work = [self._ask_on(k) for k in range(len(self.witnesses))]
         work += [self._look_on(), self.engine.keep()]
         self._tasks = [asyncio.ensure_future(one) for one in work]
 
+    async def run(self) -> None:
+        """Wait for ever; raise the error of a part of the node that has failed."""
+        await asyncio.gather(*self._tasks)
+
+    def pause(self) -> None:
+        """Ask and look no more, as a process that is stopped; for tests and experiments."""
+        for task in self._tasks:
+            task.cancel()
+
+    async def leave(self) -> None:
+        """Take no more rooms, and let the engine place none here; the rooms go on."""
+        self._leaves = True
+        await self.engine.leave()
+
     async def stop(self) -> None:
         """Give back all rooms, which must have ended, and leave the cluster."""
+        self._leaves = True
         for room in self._claims.asked:
             self.release(room)
         await asyncio.sleep(2.0 * _LOOK_EVERY)  # the witnesses are told
-        for task in self._tasks:
-            task.cancel()
+        self.pause()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         if self._server is not None:
             self._server.close()
@@ -182,7 +177,7 @@ class Node:
     def release(self, room: str) -> None:
         """Give back a room that has ended here."""
         self._claims.drop(room)
-        self._freed[room] = self.clock.now()
+        self._freed[room] = self._claims.last(room), self.clock.now()
         self._speak()
 
     async def listed(self) -> Mapping[str, There]:
@@ -197,14 +192,19 @@ class Node:
         there, at = self._known.get(room, (None, 0.0))
         if there is not None and self.clock.now() - at < _KNOWN_FOR:
             return there
-        sought = self._sought.setdefault(room, asyncio.get_running_loop().create_future())
+        sought = self._sought.setdefault(room, _Sought())
+        sought.waiting += 1
         self._speak()
         try:
             async with asyncio.timeout(_FOUND_WITHIN):
-                return await asyncio.shield(sought)
+                await sought.found.wait()
+            return sought.there
         except TimeoutError:
-            self._sought.pop(room, None)
             return None
+        finally:
+            sought.waiting -= 1
+            if not sought.waiting and self._sought.get(room) is sought:
+                del self._sought[room]
 
     async def pass_on(self, connection: socket.socket, room: str, source: str) -> bool:
         """Bring a connection to the node of its room, until it ends; return False if none is found.
@@ -259,7 +259,9 @@ class Node:
         placed = [
             room
             for room, machine in self.engine.placed.items()
-            if machine == host and witness.owner(room, now) is None
+            if machine == host
+            and witness.owner(room, now) is None
+            and self.places.is_wanted(room, now)
         ]
         return Answer(
             granted=granted, refused=refused, placed=tuple(placed), found=found, listed=ask.lists
@@ -275,7 +277,7 @@ class Node:
             owner=self._name,
             address=self.address,
             rooms=self._claims.asked,
-            freed=tuple(self._freed),
+            freed={room: epoch for room, (epoch, _) in self._freed.items()},
             people={room: self.here.people(room) for room in owned},
             finds=tuple(self._sought),
             lists=self._lists,
@@ -299,6 +301,7 @@ class Node:
                         async with asyncio.timeout(self.term):
                             answer = decode(await reader.readuntil(b"\n"))
                         if isinstance(answer, Answer):
+                            self._heard[k] = self.clock.now()
                             self._hear(self.witnesses[k], sent, answer)
                         # Not `wait_for`, which may lose a cancellation.
                         with contextlib.suppress(TimeoutError):
@@ -320,50 +323,81 @@ class Node:
             if known is None or there.epoch >= known[0].epoch or now - known[1] > self.term:
                 self._known[room] = (there, now)
             if room in self._sought:
-                self._sought.pop(room).set_result(there)
+                sought = self._sought.pop(room)
+                sought.there = there
+                sought.found.set()
         if answer.listed:
             self.found, self._lists = answer.found, False
         self._settle(now)
 
     def _want(self, room: str, now: float) -> None:
-        if room not in self._claims.asked and now >= self._not_before.get(room, now):
-            self._freed.pop(room, None)
+        known = room == PLACING or room in self.places.cores
+        if self._leaves or not known or room in self._claims.asked:
+            return
+        if now >= self._not_before.get(room, now):
             self._claims.want(room, now)
             self._speak()  # somebody waits for the room
 
     def _settle(self, now: float) -> None:
         gained, lost, failed = self._claims.settle(now)
         for room in failed:
-            self._freed[room] = now
+            self._freed[room] = self._claims.last(room), now
         for room in (*lost, *failed):
             self._not_before[room] = now + _STEP_BACK * secrets.randbelow(1000) / 1000.0
         for room in lost:
             if room != PLACING:
                 told = {"event": "room_lost", "room": room}
-                log.warning("room %s belongs to another node now", room, extra=told)
+                words = "room %s ends here: most witnesses grant it to this machine no more"
+                log.warning(words, room, extra=told)
                 self.here.leave(room)
         for room in gained:
             if room != PLACING:
                 self.here.host(room)
                 self.here.owns(room, self._claims.until(room))
 
+    def _tell_witnesses(self, now: float) -> None:
+        """Log which witnesses answer, when that changes."""
+        heard = zip(self.witnesses, self._heard, strict=True)
+        silent = {name for name, at in heard if now - at > self.term}
+        if silent != self._silent:
+            self._silent, count = silent, len(self.witnesses)
+            answer = f"{count - len(silent)} of {count} witnesses answer"
+            if silent:
+                missing = ", ".join(sorted(silent))
+                told = {"event": "witness_lost"}
+                log.warning("%s; silent: %s", answer, missing, extra=told)
+            else:
+                log.info("%s", answer, extra={"event": "witness_back"})
+
+    def look(self) -> None:
+        """Do what time alone makes due: end lost rooms, tell others for how long they may run."""
+        now = self.clock.now()
+        self._tell_witnesses(now)
+        self._settle(now)
+        freed = self._freed.items()
+        self._freed = {room: one for room, one in freed if now - one[1] < self.term}
+        if now - self._beat > _BEAT:
+            self._beat = now
+            self.engine.beat()
+        for room in self._claims.asked:
+            if room != PLACING and self.owns(room):
+                self.here.owns(room, self._claims.until(room))
+        if self._sought:
+            self._speak()
+        witness = self._witness
+        if witness is not None and not self.engine.reached:
+            if PLACING in self._claims.asked:
+                self.release(PLACING)
+        elif witness is not None:
+            self._want(PLACING, now)
+            if self.owns(PLACING):
+                owned = witness.owned(now)
+                for command in self.places.commands(self.engine.placed, owned, now):
+                    self.engine.command(command)
+
     async def _look_on(self) -> None:
         while True:
-            now = self.clock.now()
-            self._settle(now)
-            self._freed = {room: at for room, at in self._freed.items() if now - at < self.term}
-            for room in self._claims.asked:
-                if room != PLACING and self.owns(room):
-                    self.here.owns(room, self._claims.until(room))
-            if self._sought:
-                self._speak()
-            witness = self._witness
-            if witness is not None:
-                self._want(PLACING, now)
-                if self.owns(PLACING) and self.engine.reached:
-                    owned = witness.owned(now)
-                    for command in self.places.commands(self.engine.placed, owned, now):
-                        self.engine.command(command)
+            self.look()
             await asyncio.sleep(_LOOK_EVERY)
 
 
@@ -378,6 +412,7 @@ class _Caller(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Store the transport; the event loop calls this at the beginning."""
         self._transport = cast("asyncio.Transport", transport)
+        notice_end(self._transport.get_extra_info("socket"))
 
     def data_received(self, data: bytes) -> None:
         """Answer the lines of the other node; the event loop calls this."""

@@ -12,6 +12,9 @@ from cohaptic_ops.cluster.lines import ACCEPTED, Pass, encode
 # room leaves out patches for such a peer, so that what waits here must not be much.
 _WAITING = 16 * 1024
 _WITHIN = 1.0  # s for another node to take a connection
+_LAST_BYTES = 5.0  # s for one side to take what the other has written before it ended
+# Time after which a connection to a node that has vanished ends [ms]: as long as its rooms' leases.
+_VANISHED = 2500
 
 
 class _Half(asyncio.Protocol):
@@ -66,28 +69,41 @@ async def pass_on(connection: socket.socket, address: str, words: Pass) -> bool:
     """
     loop = asyncio.get_running_loop()
     host, _, port = address.rpartition(":")
+    near, far = _Half(), _Half()
     try:
         async with asyncio.timeout(_WITHIN):
-            _, far = await loop.create_connection(_Half, host.strip("[]"), int(port))
+            await loop.create_connection(lambda: far, host.strip("[]"), int(port))
             assert far.transport is not None
+            notice_end(far.transport.get_extra_info("socket"))
             far.transport.write(encode(words))
             answer = await far.answered
-    except OSError:  # also TimeoutError
-        return False
-    if answer[:1] != ACCEPTED:
-        far.transport.abort()
-        return False
-    near = _Half()
-    near.other, far.other = far, near
-    await loop.connect_accepted_socket(lambda: near, connection)
-    assert near.transport is not None
-    assert far.transport is not None
-    near.transport.write(answer[1:])
-    far.transport.resume_reading()
-    try:
+        if answer[:1] != ACCEPTED:
+            return False
+        near.other, far.other = far, near
+        await loop.connect_accepted_socket(lambda: near, connection)
+        assert near.transport is not None
+        near.transport.write(answer[1:])
+        far.transport.resume_reading()
         await asyncio.wait({near.ended, far.ended}, return_when=asyncio.FIRST_COMPLETED)
-        await asyncio.wait({near.ended, far.ended})
+        await asyncio.wait({near.ended, far.ended}, timeout=_LAST_BYTES)
+    except OSError:  # also TimeoutError
+        return near.transport is not None
     finally:
-        near.transport.abort()
-        far.transport.abort()
+        for half in (near, far):
+            if half.transport is not None:
+                half.transport.abort()
     return True
+
+
+def notice_end(connection: socket.socket) -> None:
+    """Let the kernel end a connection whose other end is silent, also if nothing is written."""
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    limits = {
+        "TCP_KEEPIDLE": 1,
+        "TCP_KEEPINTVL": 1,
+        "TCP_KEEPCNT": 2,
+        "TCP_USER_TIMEOUT": _VANISHED,
+    }
+    for name, value in limits.items():
+        if hasattr(socket, name):  # not every system has each
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)

@@ -141,6 +141,12 @@ class Keeper:
         starts = self.state == "starting" and self._idle is not None
         return "idle" if starts else self.state
 
+    @property
+    def rests(self) -> bool:
+        """Whether the room has no process and nobody waits for one."""
+        waited = self._entrance is not None and bool(self._entrance.handed)
+        return self.state == "idle" and not self.runs and not waited
+
     def take(self, connection: socket.socket, source: str) -> bool:
         """Hand a connection to the room, and start an idle room; return whether this worked."""
         number, now = next(self._numbers), self._house.clock.now()

@@ -13,8 +13,9 @@ import cohaptic
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import below
+from cohaptic_ops.cluster.addresses import at, is_here, own_address
 from cohaptic_ops.cluster.engine import Engine
-from cohaptic_ops.cluster.node import Here, Node, at, is_here, own_address
+from cohaptic_ops.cluster.node import Here, Node
 from cohaptic_ops.cluster.places import Places
 from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
 from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
@@ -130,7 +131,7 @@ class Supervisor:
     async def run(self) -> None:
         """Wait until all keepers have ended; raise the error of a keeper that has failed."""
         if self.node is not None:
-            await asyncio.Event().wait()
+            await self.node.run()
         await asyncio.gather(*self._keeping.values())
 
     def states(self) -> list[RoomState]:
@@ -142,7 +143,7 @@ class Supervisor:
         self.draining = True
         self._report()
         if self.node is not None:
-            await self.node.engine.leave()  # no room is placed here any more
+            await self.node.leave()
         front, self._front = self._front, None
         if front is not None:
             front.close()
@@ -181,9 +182,7 @@ class Supervisor:
         always = [name for name, room in rooms.items() if room.idle is None]
         places = Places({name: room.cores for name, room in rooms.items()}, always)
         here = Here(
-            self._host, self._leave, lambda room, until: self.keepers[room].owned(until),
-            self._enter, lambda connection, room, source: self._take(connection, room, source),
-            self._people,
+            self._host, self._leave, self._owned, self._enter, self._take, self._people,
         )  # fmt: skip
         host = table.host or own_address(table.engine)
         witnesses = [at(one, table.port) for one in table.witnesses]
@@ -205,30 +204,41 @@ class Supervisor:
 
         async def keep() -> None:
             if before is not None:
-                await before
-            await keeper.keep()
-            if self.node is not None and self.keepers.get(room) is keeper:
-                del self.keepers[room]
-                self.node.release(room)
+                await asyncio.wait({before})
+            try:
+                await keeper.keep()
+            finally:
+                if self.node is not None and self.keepers.get(room) is keeper:
+                    del self.keepers[room]
+                    self.node.release(room)
 
         self._keeping[room] = asyncio.ensure_future(keep())
 
     def _leave(self, room: str) -> None:
         """End a room on this machine now."""
-        self.keepers.pop(room).kill()
+        keeper = self.keepers.pop(room, None)
+        if keeper is not None:
+            keeper.kill()
+
+    def _owned(self, room: str, until: float) -> None:
+        keeper = self.keepers.get(room)
+        if keeper is not None:
+            keeper.owned(until)
 
     def _enter(self, source: str) -> bool:
-        return self.gate.sources.enter(source, self.gate.clock.now()) is None
+        return self.gate.admit(source) is None
 
     def _take(self, connection: socket.socket, room: str, source: str) -> bool:
         keeper = self.keepers.get(room)
         taken = keeper is not None and keeper.take(connection, source)
+        taken = taken or self._site.take(connection, source)  # says why the room takes nobody
         if not taken:
             self.gate.sources.leave(source)
         return taken
 
     def _people(self, room: str) -> tuple[int, int]:
-        report = self.keepers[room].report
+        keeper = self.keepers.get(room)
+        report = keeper.report if keeper is not None else None
         return (report.users, report.watchers) if report is not None else (0, 0)
 
     def _places(self, target: str) -> Sequence[Place]:
@@ -290,8 +300,7 @@ class Supervisor:
             if keeper.runs:
                 self._begun.add(name)
                 self._share()
-        node, resting = self.node, keeper.state == "idle" and not keeper.runs
-        if node is not None and resting and self.keepers.get(name) is keeper:
+        if self.node is not None and keeper.rests and self.keepers.get(name) is keeper:
             keeper.stop()
 
     def _measured(self, room: str, metrics: RoomMetrics) -> None:
@@ -353,7 +362,11 @@ class _Elsewhere:
 
     def take(self, connection: socket.socket, source: str) -> bool:
         """Bring a connection to the node of the room, in a task of its own."""
-        self.supervisor.pass_on(connection.dup(), self.room, source)
+        try:
+            own = connection.dup()
+        except OSError:  # no file descriptors are left
+            return False
+        self.supervisor.pass_on(own, self.room, source)
         return True
 
 

@@ -25,6 +25,10 @@ def _address(said: str) -> str:
         raise ValueError("an address: 127.0.0.1") from None
 
 
+def _address_or_none(said: str) -> str:
+    return _address(said) if said else said
+
+
 class Table(BaseModel):
     """A table of the configuration file; where a text is expected, a number is accepted as well."""
 
@@ -51,6 +55,13 @@ class AccessTable(Table):
     trust_proxy: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
 
 
+def _odd(witnesses: tuple[str, ...]) -> tuple[str, ...]:
+    # With an even number no more of them may be lost than with one less.
+    if witnesses and (len(witnesses) % 2 == 0 or len(set(witnesses)) < len(witnesses)):
+        raise ValueError("an odd number of different machines: one, three or five")
+    return witnesses
+
+
 class ClusterTable(Table):
     """Configuration of a cluster, for `--cluster`; the same on each of its machines.
 
@@ -67,10 +78,10 @@ class ClusterTable(Table):
         engine: Address of the engine, HOST:PORT, from `--cluster`; empty for a single machine.
     """
 
-    witnesses: tuple[Annotated[str, Field(min_length=1, max_length=70)], ...] = Field(
-        default=(), max_length=9
-    )
-    host: str = ""
+    witnesses: Annotated[
+        tuple[Annotated[str, Field(min_length=1, max_length=70)], ...], AfterValidator(_odd)
+    ] = Field(default=(), max_length=9)
+    host: Annotated[str, AfterValidator(_address_or_none)] = ""
     port: int = Field(default=8764, ge=1, le=65535)
     # A loaded machine may delay a process for a second or two, and users wait for 5 s at most.
     term: float = Field(default=2.5, ge=1.0, le=60.0)

@@ -13,8 +13,8 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_ops.cluster import engine
+from cohaptic_ops.cluster.addresses import at, is_here, own_address
 from cohaptic_ops.cluster.engine import Engine, start_command
-from cohaptic_ops.cluster.node import at, is_here, own_address
 from tests.patience import PATIENCE
 
 HEAD = "10.0.0.1:6379"

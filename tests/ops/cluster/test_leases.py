@@ -48,9 +48,9 @@ class _Cluster:
 
     def __post_init__(self) -> None:
         self.nodes = [_Node(f"p{k}", self.rates[k]) for k in range(NODES)]
-        self.witnesses = [self._witness(k) for k in range(WITNESSES)]
+        self.witnesses = [self.new_witness(k) for k in range(WITNESSES)]
 
-    def _witness(self, k: int) -> Witness:
+    def new_witness(self, k: int) -> Witness:
         return Witness([ROOM], TERM, self.now * self.rates[NODES + k])
 
     def clock(self, node: int) -> float:
@@ -87,7 +87,7 @@ class _Cluster:
     def settle(self, node: int) -> Sequence[str]:
         gained, lost, failed = self.nodes[node].claims.settle(self.clock(node))
         for witness in self.witnesses if failed else []:
-            witness.free(self.nodes[node].name, [ROOM])
+            witness.free(self.nodes[node].name, {ROOM: self.nodes[node].claims.last(ROOM)})
         epoch = self.nodes[node].claims.epoch(ROOM, self.clock(node))
         if gained:
             assert epoch is not None
@@ -99,7 +99,7 @@ class _Cluster:
         """End the room, and tell all witnesses so."""
         self.nodes[node].claims.drop(ROOM)
         for witness in self.witnesses:
-            witness.free(self.nodes[node].name, [ROOM])
+            witness.free(self.nodes[node].name, {ROOM: self.nodes[node].claims.last(ROOM)})
 
     def owners(self) -> list[int]:
         clocks = [self.clock(k) for k in range(NODES)]
@@ -144,9 +144,9 @@ def _happen(cluster: _Cluster, event: tuple[str, float] | tuple[str, int, int]) 
             cluster.settle(int(node))
         case ("give_back", node):
             cluster.give_back(int(node))
-        case (_, witness):
-            k = int(witness)
-            cluster.witnesses[k] = cluster._witness(k)
+        case _:
+            k = int(event[1])
+            cluster.witnesses[k] = cluster.new_witness(k)
 
 
 # A witness forgets its promise while the owner still counts on it.
@@ -260,6 +260,42 @@ def test_the_owner_after_a_dead_one_has_a_higher_number_and_comes_within_a_term(
     assert cluster.nodes[0].claims.until(ROOM) == NEVER
 
 
+def test_an_owner_that_is_refused_by_one_witness_keeps_its_room_and_is_granted_it_again() -> None:
+    cluster = _Cluster([1.0] * 6)
+    cluster.now += 3.0
+    cluster.nodes[0].claims.want(ROOM, cluster.clock(0))
+    cluster.exchange(0)
+    cluster.witnesses[0] = cluster.new_witness(0)  # it forgets, and another comes first
+    cluster.now += 0.5
+    cluster.exchange(0)  # the two others renew, while that one is silent
+    cluster.now += 1.7
+    cluster.nodes[1].claims.want(ROOM, cluster.clock(1))
+    cluster.exchange(1)
+    cluster.nodes[1].claims.want(ROOM, cluster.clock(1))
+    cluster.exchange(1)
+    for _ in range(3):
+        cluster.exchange(0)
+    # Without one of the two others it still has a majority.
+    cluster.witnesses[1].free(cluster.nodes[0].name, {ROOM: 99})
+    cluster.witnesses[1] = cluster.new_witness(1)
+    cluster.now += 1.5
+    cluster.exchange(0)
+    assert cluster.owners() == [0]
+
+
+def test_a_late_word_that_a_room_is_free_does_not_free_a_later_grant() -> None:
+    witness = Witness([ROOM], TERM, 0.0)
+    claims = Claims(1, TERM)
+    claims.want(ROOM, 3.0)
+    claims.drop(ROOM)
+    freed = {ROOM: claims.last(ROOM)}
+    claims.want(ROOM, 3.1)
+    granted, _ = witness.grant("p", "a", claims.asked, 3.2)
+    assert granted == claims.asked
+    witness.free("p", freed)
+    assert witness.owner(ROOM, 3.3) is not None
+
+
 def test_a_witness_grants_only_rooms_of_the_configuration() -> None:
     witness = Witness([ROOM], TERM, 0.0)
     granted, refused = witness.grant("p", "a", {"other": 1, ROOM: 1}, 3.0)
@@ -271,10 +307,10 @@ def test_who_has_freed_a_room_leaves_it_to_others_at_once() -> None:
     witness = Witness([ROOM], TERM, 0.0)
     asked: Mapping[str, int] = {ROOM: 1}
     witness.grant("p", "a", asked, 3.0)
-    witness.free("q", [ROOM])  # not its own
+    witness.free("q", {ROOM: 1})  # not its own
     owner = witness.owner(ROOM, 3.1)
     assert owner is not None
     assert owner.owner == "p"
-    witness.free("p", [ROOM])
+    witness.free("p", {ROOM: 1})
     assert witness.owner(ROOM, 3.1) is None
     assert witness.grant("q", "b", {ROOM: 2}, 3.1) == ({ROOM: 2}, {})

@@ -13,9 +13,10 @@ from typing import cast
 import pytest
 
 from cohaptic.clock import SystemClock
+from cohaptic_ops.cluster.addresses import at
 from cohaptic_ops.cluster.engine import Engine
-from cohaptic_ops.cluster.lines import Command, Pass
-from cohaptic_ops.cluster.node import Here, Node, at
+from cohaptic_ops.cluster.lines import Ask, Command, Pass
+from cohaptic_ops.cluster.node import Here, Node
 from cohaptic_ops.cluster.passing import pass_on
 from cohaptic_ops.cluster.places import Places
 from tests.patience import PATIENCE
@@ -51,6 +52,12 @@ class _Placing:
 
     async def keep(self) -> None:
         await asyncio.Event().wait()
+
+    async def leave(self) -> None:
+        pass
+
+    def beat(self) -> None:
+        pass
 
 
 class _Echo(asyncio.Protocol):
@@ -205,13 +212,53 @@ def test_rooms_of_a_node_that_leaves_are_elsewhere_at_once() -> None:
             there.engine.lose(HOSTS[0])
             await there.nodes[HOSTS[0]].stop()
             # Nobody has to wait for the end of its leases.
-            witness, now = there.nodes[HOSTS[1]]._witness, there.nodes[HOSTS[1]].clock.now()
-            assert witness is not None
-            grants = [witness.owner(room, now) for room in ROOMS]
+            told = there.nodes[HOSTS[1]].answer(Ask(owner="test", address="", finds=ROOMS))
             address = there.nodes[HOSTS[0]].address
-            assert all(grant is None or grant.address != address for grant in grants)
+            assert all(place.address != address for place in told.found.values())
             others = there.servers[HOSTS[1]].hosts, there.servers[HOSTS[2]].hosts
             await there.until(lambda: len(others[0]) == len(others[1]) == 3)
+
+    asyncio.run(main())
+
+
+def test_a_room_that_rests_stays_away_until_somebody_comes() -> None:
+    async def main() -> None:
+        async with _cluster(()) as there:
+            with await _visit(there.nodes[HOSTS[2]], ROOMS[3]) as visitor:
+                assert await _echoed(visitor, b"hello") == b"hello"
+            (owner,) = there.owners(ROOMS[3])
+            for node in there.nodes.values():
+                node.places.wanted.clear()  # long ago
+            there.servers[owner].hosts.remove(ROOMS[3])
+            there.nodes[owner].release(ROOMS[3])
+            await there.until(lambda: ROOMS[3] not in there.engine.placed)
+            assert all(server.hosts == [] for server in there.servers.values())
+
+    asyncio.run(main())
+
+
+def test_a_node_that_leaves_takes_no_room_though_the_engine_places_it_there() -> None:
+    async def main() -> None:
+        async with _cluster(()) as there:
+            await there.nodes[HOSTS[0]].leave()
+            there.engine.there[:] = [HOSTS[0]]
+            node = there.nodes[HOSTS[1]]
+            assert await node.find(ROOMS[0]) is None
+            assert there.engine.placed == {ROOMS[0]: HOSTS[0]}
+            assert there.owners(ROOMS[0]) == []
+
+    asyncio.run(main())
+
+
+def test_a_decider_that_does_not_reach_the_engine_lets_another_decide() -> None:
+    async def main() -> None:
+        async with _cluster(()) as there:
+            await there.until(lambda: any(node.owns("*") for node in there.nodes.values()))
+            decider = next(host for host, node in there.nodes.items() if node.owns("*"))
+            there.nodes[decider].engine = cast(Engine, _Placing([], reached=False))
+            await there.until(
+                lambda: any(node.owns("*") for host, node in there.nodes.items() if host != decider)
+            )
 
     asyncio.run(main())
 
@@ -221,15 +268,14 @@ def test_a_node_that_hears_nothing_loses_its_rooms_before_another_has_them() -> 
         async with _cluster() as there:
             await there.until(lambda: all(there.owners(room) for room in ROOMS))
             lost = there.nodes[HOSTS[0]]
-            for task in lost._tasks:
-                task.cancel()  # as if it were paused: it neither asks nor looks
+            lost.pause()
             there.engine.lose(HOSTS[0])
             # `until` looks at each moment that a room has at most one owner.
             others = there.servers[HOSTS[1]].hosts, there.servers[HOSTS[2]].hosts
             await there.until(lambda: len(others[0]) == len(others[1]) == 3)
             assert there.owners(ROOMS[0]) != [HOSTS[0]]
             # When it wakes up, it gives its rooms up.
-            lost._settle(lost.clock.now())
+            lost.look()
             assert there.servers[HOSTS[0]].hosts == []
 
     asyncio.run(main())

@@ -50,9 +50,12 @@ def test_a_room_where_no_server_runs_is_placed_anew_and_sooner_where_it_has_no_m
         there = places()
         placed = {"always": machine}
         assert there.commands(placed, NOBODY, 10.0) == []
-        assert there.commands(placed, NOBODY, 11.0) == []
+        assert there.commands(placed, NOBODY, 10.9) == []
         assert there.commands(placed, NOBODY, 10.0 + seconds) == [Command(remove="always")]
-        assert there.commands({}, NOBODY, 13.0 + seconds) == [Command(place="always", cores=0.5)]
+        assert there.commands(placed, NOBODY, 10.1 + seconds) == []
+        # As soon as that has taken effect.
+        told = there.commands({}, NOBODY, 10.2 + seconds)
+        assert told == [Command(place="always", cores=0.5)]
 
 
 def test_an_engine_that_has_lost_its_memory_is_told_where_rooms_are() -> None:
