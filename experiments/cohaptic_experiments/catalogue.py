@@ -25,6 +25,7 @@ _MODULES = {
     "slide": "sliding.slide_figure",
     "hands": "campaign.hands",
     "dyad": "dyad.comparison",
+    "scale": "scale.many_rooms",
 }
 EXPERIMENTS = tuple(_MODULES)
 _EXTRA = ("matplotlib", "numba")

@@ -172,3 +172,30 @@ def test_systemd_finds_nothing_wrong(tmp_path: Path) -> None:
             [ANALYZE, "verify", str(unit)], capture_output=True, text=True, check=False
         )
         assert (done.returncode == 0 and "Unknown" not in done.stderr) is expected, done.stderr
+
+
+def test_the_manifest_for_kubernetes_names_its_own_pods_and_its_rooms_are_a_configuration(
+    tmp_path: Path,
+) -> None:
+    found = {
+        (one["kind"], one["metadata"]["name"]): one
+        for one in yaml.safe_load_all((DEPLOY / "kubernetes.yaml").read_text())
+    }
+    pods = found["StatefulSet", "cohaptic"]["spec"]
+    written = tmp_path / "rooms.toml"
+    written.write_text(found["ConfigMap", "cohaptic-rooms"]["data"]["rooms.toml"])
+    config = load_config(written)
+    service = pods["serviceName"]
+    names = [f"cohaptic-{k}.{service}" for k in range(pods["replicas"])]
+    assert list(config.cluster.witnesses) == names
+    assert found["Service", service]["spec"]["clusterIP"] == "None"
+    (container,) = pods["template"]["spec"]["containers"]
+    words = container["args"]
+    understood(words)
+    assert words[words.index("--cluster") + 1].partition(":")[0] == names[0]
+    ports = {port["name"]: port["containerPort"] for port in container["ports"]}
+    assert ports == {"rooms": config.port, "admin": config.admin.port}
+    assert found["Service", "cohaptic-front"]["spec"]["ports"][0]["port"] == config.port
+    # A secret is mounted where the keys are looked for.
+    mounted = [mount["mountPath"] for mount in container["volumeMounts"]]
+    assert str(config.access.keys).rpartition("/")[0] in mounted

@@ -29,13 +29,13 @@ _AGAIN: Final = 1.0  # s; a program takes a second of a core to start
 _LONGEST: Final = 4.0  # s beside it, after many ends: while no head runs, lost rooms wait
 _FRESH: Final = 3.0  # s for which the engine counts as reached after its last word
 # Ray takes a machine for dead after three checks in half-second steps have failed (by default after
-# 18 s), and a machine waits for a head that is gone (by default 60 s).
+# 18 s). A machine whose head is gone for 60 s is started again, and then finds a head that has
+# another address under the same name.
 _SETTINGS: Final = {
     "health_check_initial_delay_ms": 500,
     "health_check_period_ms": 500,
     "health_check_timeout_ms": 500,
     "health_check_failure_threshold": 3,
-    "gcs_rpc_server_reconnect_timeout_s": 600,
 }
 
 

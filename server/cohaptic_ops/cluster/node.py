@@ -29,6 +29,7 @@ from cohaptic_ops.cluster.lines import (
 from cohaptic_ops.cluster.passing import notice_end, pass_on
 from cohaptic_ops.cluster.places import PLACING, Places
 from cohaptic_ops.monitoring.json_lines import BadLine
+from cohaptic_ops.monitoring.metrics import ClusterHealth
 
 log = logging.getLogger("cohaptic.server")
 
@@ -144,6 +145,23 @@ class Node:
         work = [self._ask_on(k) for k in range(len(self.witnesses))]
         work += [self._look_on(), self.engine.keep()]
         self._tasks = [asyncio.ensure_future(one) for one in work]
+
+    def health(self, passed: int) -> ClusterHealth:
+        """Return the state of this machine in the cluster.
+
+        Args:
+            passed: Number of connections that are passed on.
+        """
+        now = self.clock.now()
+        return ClusterHealth(
+            machine=self.address,
+            witnesses=len(self.witnesses),
+            answering=sum(now - at <= self.term for at in self._heard),
+            owned=sum(self.owns(room) for room in self._claims.asked if room != PLACING),
+            passed=passed,
+            engine=self.engine.reached if self.witness else None,
+            decides=self.owns(PLACING),
+        )
 
     async def run(self) -> None:
         """Wait for ever; raise the error of a part of the node that has failed."""

@@ -159,6 +159,7 @@ def status(known: Known, now: float) -> dict[str, Any]:
         "reasons": known.why_not_ready(now),
         "connections": 0 if health is None else health.connections,
         "refused": 0 if health is None else health.refused,
+        "cluster": health.cluster.model_dump() if health and health.cluster else None,
         "rooms": rooms,
     }
 

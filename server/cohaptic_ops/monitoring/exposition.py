@@ -20,7 +20,7 @@ from prometheus_client.registry import Collector
 
 from cohaptic.status.quantiles import TIME_EDGES
 from cohaptic_ops.monitoring.known import Known
-from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
+from cohaptic_ops.monitoring.metrics import ClusterHealth, RoomMetrics, TimeCounts, UserMetrics
 
 # Metrics of a room: name, help, and the function that reads the value.
 _ROOM_GAUGES: tuple[tuple[str, str, Callable[[RoomMetrics], float]], ...] = (
@@ -94,6 +94,24 @@ _USER_GAUGES: tuple[tuple[str, str, Callable[[UserMetrics], float | None]], ...]
 )
 
 
+_CLUSTER_GAUGES: tuple[tuple[str, str, Callable[[ClusterHealth], float]], ...] = (
+    ("witnesses", "Witnesses, more than half of which have to answer", lambda c: c.witnesses),
+    ("witnesses_answering", "Witnesses that have answered lately", lambda c: c.answering),
+    ("rooms_owned", "Rooms that this machine owns", lambda c: c.owned),
+    ("connections_passed", "Connections passed on to other machines", lambda c: c.passed),
+    (
+        "engine_reached",
+        "Whether the engine was heard lately; no number where this machine does not ask it",
+        lambda c: math.nan if c.engine is None else c.engine,
+    ),
+    (
+        "decides",
+        "Whether this machine tells the engine which rooms are wanted",
+        lambda c: c.decides,
+    ),
+)
+
+
 class _Server(Collector):
     """Collector for the Prometheus library: yields the metrics that are known at one time.
 
@@ -152,6 +170,9 @@ class _Server(Collector):
         )
         refused.add_metric([], health.refused)
         yield refused
+        if health.cluster is not None:
+            for name, text, value in _CLUSTER_GAUGES:
+                yield _plain(f"cluster_{name}", text, value(health.cluster))
         idle = known.why_not_ticking(now)
         ticking = GaugeMetricFamily(
             "cohaptic_room_ticking", "Whether a room ticks", labels=["room"]

@@ -104,6 +104,9 @@ class Known:
         assert self.health is not None
         if self.health.draining:
             return ["the server is draining"]
+        cluster = self.health.cluster
+        if cluster is not None and not cluster.holds:
+            return [f"{cluster.answering} of {cluster.witnesses} witnesses answer"]
         waits = {one.name for one in self.health.rooms if one.state == "idle"}
         # An idle room counts as ready, since it starts when somebody comes.
         silent = {n: why for n, why in self.why_not_ticking(now).items() if n not in waits}

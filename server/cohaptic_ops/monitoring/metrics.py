@@ -139,6 +139,33 @@ class RoomHealth(_Frozen):
     restarts: int = 0
 
 
+class ClusterHealth(_Frozen):
+    """State of a machine in its cluster.
+
+    Args:
+        machine: Address of the machine, HOST:PORT.
+        witnesses, answering: Number of witnesses, and of those that have answered lately.
+        owned: Number of rooms that the machine owns.
+        passed: Number of connections that it passes on to rooms of other machines.
+        engine: Whether it has lately heard where the engine places rooms; None where it does not
+            ask, since it is no witness.
+        decides: Whether it is the witness that tells the engine which rooms are wanted.
+    """
+
+    machine: str
+    witnesses: int
+    answering: int
+    owned: int
+    passed: int
+    engine: bool | None
+    decides: bool
+
+    @property
+    def holds(self) -> bool:
+        """Whether enough witnesses answer for the machine to own rooms."""
+        return 2 * self.answering > self.witnesses
+
+
 class ServerHealth(_Frozen):
     """State of a server: reported once a second for a single room, four times a second for many.
 
@@ -148,6 +175,7 @@ class ServerHealth(_Frozen):
         rooms: State of each room.
         connections: Number of open connections of the whole server.
         refused: Number of connections that were refused so far.
+        cluster: State of the machine in its cluster; None without one.
     """
 
     version: str
@@ -155,3 +183,4 @@ class ServerHealth(_Frozen):
     rooms: tuple[RoomHealth, ...]
     connections: int = 0
     refused: int = 0
+    cluster: ClusterHealth | None = None

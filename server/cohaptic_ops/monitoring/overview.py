@@ -13,7 +13,7 @@ from rich.text import Text
 from cohaptic.errors import one_line
 from cohaptic.status.quantiles import TIME_EDGES
 from cohaptic.status.table import LEAST_LAG
-from cohaptic_ops.monitoring.metrics import RoomMetrics, TimeCounts, UserMetrics
+from cohaptic_ops.monitoring.metrics import ClusterHealth, RoomMetrics, TimeCounts, UserMetrics
 
 _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the rest
 _WIDE = 100  # columns from which on there is space for less important values
@@ -51,6 +51,7 @@ class Status(BaseModel):
     reasons: tuple[str, ...]
     connections: int
     refused: int
+    cluster: ClusterHealth | None = None
     rooms: tuple[RoomStatus, ...]
 
 
@@ -64,7 +65,11 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
     """
     earlier = {} if before is None else {room.name: room.metrics for room in before.rooms}
     since = {room.name: since_then(room.metrics, earlier.get(room.name)) for room in status.rooms}
-    parts: list[RenderableType] = [_headline(status), _rooms(status.rooms, since, width)]
+    parts: list[RenderableType] = [_headline(status)]
+    if status.cluster is not None:
+        style = "" if status.cluster.answering == status.cluster.witnesses else _ODD
+        parts.append(Text(cluster_words(status.cluster), style if status.cluster.holds else _BAD))
+    parts += [_rooms(status.rooms, since, width)]
     parts += [
         Text(f"{room.name}: {one_line(room.problem, 200)}", _BAD)
         for room in status.rooms
@@ -76,6 +81,20 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
     for room in status.rooms:
         parts += [Text(words, _ODD) for words in (lag_words(room), models_words(room)) if words]
     return Group(*parts)
+
+
+def cluster_words(cluster: ClusterHealth) -> str:
+    """Return a sentence on a machine in its cluster."""
+    words = [
+        f"{cluster.answering} of {cluster.witnesses} witnesses answer",
+        f"{cluster.owned} rooms here",
+        f"{cluster.passed} connections passed on",
+    ]
+    if cluster.decides:
+        words.append("decides where rooms are wanted")
+    elif cluster.engine is False:
+        words.append("the engine is not reached")
+    return f"{cluster.machine}: {', '.join(words)}"
 
 
 def lag_words(room: RoomStatus) -> str:

@@ -324,6 +324,7 @@ class Supervisor:
             rooms=rooms,
             connections=sources.open,
             refused=sources.refused,
+            cluster=self.node.health(len(self._passing)) if self.node is not None else None,
         )
         self.admin.tell(ServerLine(health=health))
 

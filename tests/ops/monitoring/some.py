@@ -6,6 +6,7 @@ from cohaptic.status.quantiles import Histogram
 from cohaptic_ops.monitoring.known import Known
 from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
 from cohaptic_ops.monitoring.metrics import (
+    ClusterHealth,
     RoomHealth,
     RoomMetrics,
     ServerHealth,
@@ -26,9 +27,21 @@ def user(seat: int = 1, name: str = "ada", **more: float | str | None) -> UserMe
     return UserMetrics.model_validate({"seat": seat, "name": name} | told)
 
 
-def health(*rooms: RoomHealth, draining: bool = False) -> ServerLine:
+def cluster(answering: int = 3, *, decides: bool = True) -> ClusterHealth:
+    """A machine in a cluster with three witnesses."""
+    return ClusterHealth(
+        machine="10.0.0.2:8764", witnesses=3, answering=answering, owned=4, passed=12, engine=True,
+        decides=decides,
+    )  # fmt: skip
+
+
+def health(
+    *rooms: RoomHealth, draining: bool = False, cluster: ClusterHealth | None = None
+) -> ServerLine:
     found = rooms or (RoomHealth(name="main", state="open"),)
-    return ServerLine(health=ServerHealth(version="1", draining=draining, rooms=found))
+    return ServerLine(
+        health=ServerHealth(version="1", draining=draining, rooms=found, cluster=cluster)
+    )
 
 
 def room(name: str = "main", ticks: int = 60, **more: object) -> RoomLine:

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from cohaptic_ops.monitoring.known import STALE, Known
+from cohaptic_ops.monitoring.lines import ServerLine
 from cohaptic_ops.monitoring.metrics import RoomHealth
-from tests.ops.monitoring.some import health, room, ticking
+from tests.ops.monitoring.some import cluster, health, room, ticking
 
 OPEN = RoomHealth(name="main", state="open")
 OTHER = RoomHealth(name="other", state="open")
@@ -130,3 +131,13 @@ class ServersLaws(RuleBasedStateMachine):
 
 
 TestServers = ServersLaws.TestCase
+
+
+def test_a_machine_that_most_witnesses_do_not_answer_is_not_ready_and_one_without_rooms_is() -> (
+    None
+):
+    known = Known()
+    for answering, why in ((3, []), (2, []), (1, ["1 of 3 witnesses answer"])):
+        told = health(cluster=cluster(answering)).health.model_copy(update={"rooms": ()})
+        known.take(ServerLine(health=told), 1.0)
+        assert known.why_not_ready(1.0) == why

@@ -14,7 +14,7 @@ from cohaptic_ops.monitoring.admin_process import status
 from cohaptic_ops.monitoring.known import Known
 from cohaptic_ops.monitoring.metrics import RoomHealth, TimeCounts
 from cohaptic_ops.monitoring.overview import Status, overview, quantile, since_then
-from tests.ops.monitoring.some import health, room, ticking, times, user
+from tests.ops.monitoring.some import cluster, health, room, ticking, times, user
 
 
 def of(known: Known, now: float = 1.0) -> Status:
@@ -134,3 +134,13 @@ def test_a_quantile_lies_in_the_bucket_of_its_value() -> None:
 
 def test_why_a_server_is_not_ready_is_told() -> None:
     assert "has not said anything" in drawn(of(Known()), 80)[0]
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_a_machine_of_a_cluster_says_who_answers_and_what_it_has(width: int) -> None:
+    known = ticking(BUSY)
+    known.take(health(RoomHealth(name="main", state="open"), cluster=cluster()), 1.0)
+    told = " ".join(line.strip() for line in drawn(of(known), width))
+    assert "10.0.0.2:8764: 3 of 3 witnesses answer, 4 rooms here" in told
+    assert "decides where rooms are wanted" in told
+    assert max(map(len, drawn(of(known), width))) <= width

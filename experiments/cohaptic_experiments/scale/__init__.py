@@ -1,0 +1,1 @@
+"""Ten thousand rooms on four hundred machines: what people notice, from measured costs."""
