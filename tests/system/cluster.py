@@ -123,8 +123,8 @@ class Cluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for server in self.servers.values():
-            server.terminate()
+        for k in self.servers:
+            self.terminate(k)
         for server in self.servers.values():
             server.wait(PATIENCE)
 
@@ -144,14 +144,22 @@ class Cluster:
         """Of all machines."""
         return [f"ws://{one.address}:{PORT}" for one in self.machines]
 
+    def terminate(self, k: int) -> None:
+        """Tell the server of a machine to end; `servers[k]` waits for it."""
+        for pid in self._with_word(k, b"serve"):
+            if Path(f"/proc/{pid}/comm").read_text().strip() not in ("sh", "unshare"):
+                os.kill(pid, signal.SIGTERM)
+
     def log(self, k: int) -> Path:
         return self.folder / f"server{k}.log"
 
     def rooms(self, k: int) -> dict[str, int]:
         """The processes of the rooms on a machine, by room."""
-        living = set(self.machines[k].pids())
-        told = _OPEN.findall(self.log(k).read_text())
-        return {room: int(pid) for room, pid in told if int(pid) in living}
+        living = self.machines[k].numbered()
+        # A number may be of a later process there, after the machine was lost.
+        told = self.log(k).read_text().rpartition("listening ")[2]
+        found = {room: living.get(int(pid), 0) for room, pid in _OPEN.findall(told)}
+        return {room: pid for room, pid in found.items() if pid and lives(pid)}
 
     def place(self) -> dict[str, int]:
         """The machine of each room; fails where a room has two."""
@@ -214,11 +222,26 @@ class Cluster:
         await self.until(lambda: all(self._named(k, "raylet") for k in machines))
         await asyncio.sleep(_JOINS)
 
+    def start_head(self) -> None:
+        """Let the server of the first machine start the engine again."""
+        for pid in self._with_word(0, b"cohaptic_ops.cluster.machine"):
+            os.kill(pid, signal.SIGCONT)
+
     def end_head(self) -> None:
-        """Kill the engine on the first machine, and nothing else there."""
+        """Kill the engine on the first machine, and keep the server there from noticing it."""
+        for pid in self._with_word(0, b"cohaptic_ops.cluster.machine"):
+            os.kill(pid, signal.SIGSTOP)
         for pid in [*self._named(0, "gcs_server"), *self._named(0, "raylet")]:
             with contextlib.suppress(OSError):
                 os.kill(pid, signal.SIGKILL)
+
+    def _with_word(self, k: int, word: bytes) -> list[int]:
+        found = list[int]()
+        for pid in self.machines[k].pids():
+            with contextlib.suppress(OSError):
+                if word in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
+                    found.append(pid)
+        return found
 
     def _named(self, k: int, name: str) -> list[int]:
         found = list[int]()

@@ -87,7 +87,7 @@ def _ip(*arguments: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Machine(Namespace):
-    """One of several machines on a switch, with temporary files of its own.
+    """One of several machines on a switch, with temporary files and processes of its own.
 
     Args:
         port: Of its cable at the switch.
@@ -99,8 +99,21 @@ class Machine(Namespace):
 
     def command(self, *command: str) -> list[str]:
         """A command that runs on it."""
-        inside = f'mount --bind {self.folder} /tmp && exec "$@"'
-        return ["ip", "netns", "exec", self.name, "sh", "-c", inside, "sh", *command]
+        # The shell is the first process there, and waits for orphans.
+        inside = f'mount --bind {self.folder} /tmp && "$@"; exit $?'
+        own = ("unshare", "--pid", "--fork", "--mount-proc")
+        return ["ip", "netns", "exec", self.name, *own, "sh", "-c", inside, "sh", *command]
+
+    def numbered(self) -> dict[int, int]:
+        """All its processes by their numbers there, with their numbers here."""
+        found = dict[int, int]()
+        for pid in self.pids():
+            with contextlib.suppress(OSError):
+                lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+                numbers = next(line.split()[1:] for line in lines if line.startswith("NSpid:"))
+                if len(numbers) > 1:
+                    found[int(numbers[-1])] = pid
+        return found
 
     def pids(self) -> list[int]:
         """All its processes."""

@@ -37,7 +37,7 @@ def run(options: Options, progress: Progress) -> Outcome:
     waits = np.array(record.waits)
     lost = float(np.nansum(failure) + np.nansum(update))
     most = samples[samples[:, 3].argmax()]
-    load = witness_load(record)
+    load = witness_load(record, costs)
     per_core = float((samples[:, 1] / np.maximum(samples[:, 3], 1e-9))[samples[:, 1] > 0].mean())
     # The head is gone for a minute, in which no room can be placed.
     gone = plan.head_gone[1] + costs.noticed[1] + costs.asked + 2.0 * costs.opening
@@ -77,12 +77,14 @@ def run(options: Options, progress: Progress) -> Outcome:
     )  # fmt: skip
 
 
-def witness_load(record: Record) -> float:
-    """Processors that a witness takes when most rooms are open."""
+def witness_load(record: Record, costs: Costs) -> float:
+    """Processors that a witness takes when most rooms are open, to answer and to look at places."""
     samples = np.array(record.samples)
     machines, rooms = samples[:, 4].max(), samples[:, 2].max()
     look_ups = 2.0 * record.asked / DAY  # in the afternoon
-    return float(ASKS * (machines * QUESTION + rooms * EACH) + look_ups * QUESTION)
+    answers = ASKS * (machines * QUESTION + rooms * EACH) + look_ups * QUESTION
+    look = costs.look * rooms
+    return float(answers + look / max(costs.looks, 3.0 * look))
 
 
 def bytes_read(samples: Floats) -> float:

@@ -33,6 +33,8 @@ class Costs:
         told: Shortest and longest time without touch when a machine is told to end, but for the
             start of the room [s].
         asked: Time until a node hears that it has a room, and owns it [s].
+        look: Time in which a witness sees where one room is placed [s]; it looks at all of them
+            one after another, every `looks` seconds or three times as slowly as it can.
         opening: Processor time to open a room [s]; a machine opens as many at once as it has cores.
         room: Processors that an open room takes.
         person: Processors that each person in it takes.
@@ -43,6 +45,8 @@ class Costs:
     felt: tuple[float, float] = (0.1, 2.5)
     told: tuple[float, float] = (0.3, 0.9)
     asked: float = 0.45
+    look: float = 36e-6
+    looks: float = 0.25
     opening: float = 0.3
     room: float = 0.03
     person: float = 0.03
@@ -271,7 +275,9 @@ class World:
         for room in rooms:
             self._end(room)
         machine.there = False
-        noticed = self.now + max(costs.term, self._between(costs.noticed)) + costs.asked
+        look = costs.look * float((self.owner >= 0).sum())
+        seen = look + self._between((0.0, max(costs.looks, 3.0 * look)))
+        noticed = self.now + max(costs.term, self._between(costs.noticed) + seen) + costs.asked
         for room in rooms:
             count = int(self.people[room])
             if not count:

@@ -15,17 +15,20 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from pydantic import ValidationError
 
-from cohaptic.clock import SystemClock
+from cohaptic.clock import Clock, SystemClock
 from cohaptic_ops.cluster.lines import Command, Placed
 
 _NAMESPACE: Final = "cohaptic"
 _EVERY = 0.25  # s between two looks; a tenth of a lease
+# A look takes 36 us for each room, and the next one comes after this many times as long at least.
+_PAUSE: Final = 2.0
 _TOLD_EVERY = 1.0  # s between two lines without news
+_PLACED_WITHIN: Final = 0.5  # s in which Ray usually finds a machine for a room
 # Of the one unit that each machine has of the resource with its name, for a room that is there.
 _A_LITTLE: Final = 1e-4
 
@@ -43,41 +46,52 @@ class _Rooms:
 
     def placed(self) -> dict[str, str]:
         """Return the machine of each room; empty for one that has none now."""
+        table: Mapping[str, Any] = self._groups.placement_group_table()
+        return self._told(list(table.values()))
+
+    def place(self, command: Command, clock: Clock) -> dict[str, str]:
+        """Let Ray choose a machine for a room, and return it if it does so soon."""
+        wants = {"CPU": command.cores}
+        if command.at:
+            wants[f"node:{command.at}"] = _A_LITTLE
+        group = self._groups.placement_group(
+            [wants], strategy="SPREAD", name=command.place, lifetime="detached"
+        )
+        until = clock.now() + _PLACED_WITHIN
+        while clock.now() < until:
+            told = self._told([self._groups.placement_group_table(group)])
+            if told.get(command.place):
+                return told
+            clock.sleep_until(clock.now() + 0.01)
+        return {}
+
+    def remove(self, room: str) -> None:
+        """Place a room nowhere any more."""
+        self._groups.remove_placement_group(self._groups.get_placement_group(room))
+
+    def _told(self, table: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         machines = {
             node["NodeID"]: str(node["NodeManagerAddress"])
             for node in self._ray.nodes()
             if node["Alive"]
         }
-        table: Mapping[str, Any] = self._groups.placement_group_table()
         found = dict[str, str]()
-        for group in table.values():
+        for group in table:
             if group["state"] != "REMOVED":
                 there = group["bundles_to_node_id"].get(0, "")
                 ready = group["state"] == "CREATED"
                 found[group["name"]] = machines.get(there, "") if ready else ""
         return found
 
-    def carry_out(self, command: Command) -> None:
-        """Place a room on a machine, or remove it."""
-        if command.place:
-            wants = {"CPU": command.cores}
-            if command.at:
-                wants[f"node:{command.at}"] = _A_LITTLE
-            self._groups.placement_group(
-                [wants],
-                strategy="SPREAD",
-                name=command.place,
-                lifetime="detached",
-            )
-        if command.remove:
-            group = self._groups.get_placement_group(command.remove)
-            self._groups.remove_placement_group(group)
 
-
-def _listen(rooms: _Rooms) -> None:
+def _listen(rooms: _Rooms, clock: Clock, tell: Callable[[Placed], None]) -> None:
     for line in sys.stdin:
         try:
-            rooms.carry_out(Command.model_validate_json(line))
+            command = Command.model_validate_json(line)
+            if command.place:
+                tell(Placed(rooms=rooms.place(command, clock), more=True))
+            if command.remove:
+                rooms.remove(command.remove)
         except ValidationError:
             logging.exception("a command is wrong")
         except Exception as error:
@@ -92,16 +106,22 @@ def main(address: str) -> None:
         address=address, namespace=_NAMESPACE, log_to_driver=False, logging_level="ERROR",
         configure_logging=False,
     )  # fmt: skip
-    rooms = _Rooms(ray)
-    threading.Thread(target=_listen, args=(rooms,), daemon=True).start()
-    clock = SystemClock()
-    told, when = "", clock.now()
+    rooms, clock, lock = _Rooms(ray), SystemClock(), threading.Lock()
+
+    def tell(line: Placed) -> None:
+        with lock:
+            print(line.model_dump_json(), flush=True)
+
+    threading.Thread(target=_listen, args=(rooms, clock, tell), daemon=True).start()
+    told, when = Placed(more=True), clock.now()
     while True:
-        line = Placed(rooms=rooms.placed()).model_dump_json()
-        if line != told or clock.now() - when >= _TOLD_EVERY:
-            told, when = line, clock.now()
-            print(line, flush=True)
-        clock.sleep_until(clock.now() + _EVERY)
+        begin = clock.now()
+        line = Placed(rooms=rooms.placed())
+        if line != told or begin - when >= _TOLD_EVERY:
+            told, when = line, begin
+            tell(line)
+        took = clock.now() - begin
+        clock.sleep_until(begin + max(_EVERY, (1.0 + _PAUSE) * took))
 
 
 if __name__ == "__main__":

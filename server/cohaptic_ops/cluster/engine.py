@@ -10,6 +10,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -99,11 +100,12 @@ class Engine:
     async def leave(self) -> None:
         """Take this machine out of the engine, so that it places no rooms here any more."""
         self._leaves = True
-        process = self._machine
-        if process is not None and process.stdin is not None:
-            process.stdin.close()
-            with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(process.wait(), machine.ENDS_WITHIN + 1.0)
+        await _end(self._machine, machine.ENDS_WITHIN + 1.0)
+
+    async def stop(self) -> None:
+        """End both programs; `keep` must have been cancelled."""
+        await self.leave()
+        await _end(self._agent, 1.0)
 
     async def _keep_machine(self) -> None:
         restarts = Restarts()
@@ -125,19 +127,20 @@ class Engine:
             begun, last = self._clock.now(), b""
             with contextlib.suppress(OSError):
                 process = self._agent = await _run("agent", self._address)
-                last = await self._read(process, self._hear)
+                last = await self._read(process, self.hear)
             told = {"event": "engine_lost"}
             words = "the engine at %s cannot be reached: %s"
             log.warning(words, self._address, last.decode(errors="replace")[:300], extra=told)
             restarts = restarts.ended(begun, self._clock.now())
             await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
 
-    def _hear(self, line: bytes) -> bool:
+    def hear(self, line: bytes) -> bool:
         """Take a line of the agent; return whether it is one of its messages."""
         try:
-            self.placed = Placed.model_validate_json(line).rooms
+            placed = Placed.model_validate_json(line)
         except ValidationError:
             return False
+        self.placed = {**self.placed, **placed.rooms} if placed.more else placed.rooms
         self._heard = self._clock.now()
         return True
 
@@ -182,9 +185,37 @@ def _program() -> Path:
     return Path(sys.executable).with_name("ray")
 
 
+def environment(own: Mapping[str, str]) -> dict[str, str]:
+    """Return the environment of the engine's programs: with a token where this machine has one.
+
+    Left to itself, Ray asks for a token at its head if there is one, and sends none elsewhere.
+
+    Args:
+        own: Environment of this process.
+    """
+    named = own.get("RAY_AUTH_TOKEN") or own.get("RAY_AUTH_TOKEN_PATH")
+    has_token = bool(named) or Path.home().joinpath(".ray", "auth_token").is_file()
+    return {"RAY_AUTH_MODE": "token" if has_token else "disabled", **own}
+
+
 async def _run(name: str, *arguments: str) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
         sys.executable, "-m", f"cohaptic_ops.cluster.{name}", *arguments,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.STDOUT, limit=LONGEST,
+        stderr=asyncio.subprocess.STDOUT, limit=LONGEST, env=environment(os.environ),
     )  # fmt: skip
+
+
+async def _end(process: asyncio.subprocess.Process | None, within: float) -> None:
+    """Let a program end, which it does when its standard input closes; kill it after a time [s]."""
+    if process is None:
+        return
+    if process.stdin is not None:
+        process.stdin.close()
+    try:
+        async with asyncio.timeout(within):
+            await process.wait()
+    except TimeoutError:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()

@@ -120,6 +120,8 @@ class Placed(_Line):
 
     Args:
         rooms: Machine (IP address) of each room; empty while it has none.
+        more: Whether these are some rooms only, which have just got a machine.
     """
 
     rooms: dict[_Name, _Name] = {}
+    more: bool = False

@@ -38,7 +38,12 @@ def main(command: Sequence[str]) -> int:
             os.killpg(process.pid, signal.SIGKILL)
 
     threading.Thread(target=watch, daemon=True).start()
-    return process.wait()
+    status = process.wait()
+    with contextlib.suppress(
+        ProcessLookupError
+    ):  # what it has left would be in the way of the next
+        os.killpg(process.pid, signal.SIGKILL)
+    return status
 
 
 if __name__ == "__main__":

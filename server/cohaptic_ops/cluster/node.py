@@ -185,6 +185,7 @@ class Node:
         await asyncio.sleep(2.0 * _LOOK_EVERY)  # the witnesses are told
         self.pause()
         await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self.engine.stop()
         if self._server is not None:
             self._server.close()
 

@@ -82,8 +82,8 @@ class SeatPool:
         Args:
             among: Names of the rooms that have a process, without which no room can free its seats.
         """
-        by_people = sorted(self._rooms.items(), key=lambda room: room[1].used)
-        rooms = {name: seats for name, seats in by_people if name in among}
+        open_rooms = ((name, self._rooms[name]) for name in among)
+        rooms = dict(sorted(open_rooms, key=lambda room: room[1].used))
         spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
         room_left = {name: s.most - min(s.used, s.most) for name, s in rooms.items()}
         targets = _fair(room_left, max(0, spare))

@@ -14,7 +14,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_ops.cluster import engine
 from cohaptic_ops.cluster.addresses import at, is_here, own_address
-from cohaptic_ops.cluster.engine import Engine, start_command
+from cohaptic_ops.cluster.engine import Engine, environment, start_command
+from cohaptic_ops.cluster.lines import Placed
 from tests.patience import PATIENCE
 
 HEAD = "10.0.0.1:6379"
@@ -37,6 +38,36 @@ def test_without_the_extra_it_is_said_how_to_install_it(monkeypatch: pytest.Monk
     monkeypatch.setattr(engine, "_program", lambda: Path("/nowhere/ray"))
     with pytest.raises(SettingError, match=r"pip install 'cohaptic\[cluster\]'"):
         Engine(HEAD, "10.0.0.1", SystemClock(), leads=True, watches=True)
+
+
+def test_news_of_one_room_are_added_and_a_whole_list_replaces_what_was_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(engine, "_program", lambda: Path(sys.executable))
+    there = Engine(HEAD, "10.0.0.1", SystemClock(), leads=True, watches=True)
+    assert not there.reached
+    assert not there.hear(b"RuntimeError: the head is gone\n")
+    assert not there.reached
+    for line, known in (
+        (Placed(rooms={"a": "10.0.0.1"}), {"a": "10.0.0.1"}),
+        (Placed(rooms={"b": "10.0.0.2"}, more=True), {"a": "10.0.0.1", "b": "10.0.0.2"}),
+        (Placed(rooms={"b": ""}), {"b": ""}),
+    ):
+        assert there.hear(line.model_dump_json().encode())
+        assert there.placed == known
+    assert there.reached
+
+
+def test_all_machines_use_rays_token_where_there_is_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    assert environment({"A": "b"}) == {"A": "b", "RAY_AUTH_MODE": "disabled"}
+    assert environment({"RAY_AUTH_TOKEN": "x"})["RAY_AUTH_MODE"] == "token"
+    (tmp_path / ".ray").mkdir()
+    (tmp_path / ".ray/auth_token").write_text("x")
+    assert environment({})["RAY_AUTH_MODE"] == "token"
+    assert environment({"RAY_AUTH_MODE": "disabled"})["RAY_AUTH_MODE"] == "disabled"
 
 
 def test_rooms_are_served_without_anything_of_the_engine() -> None:

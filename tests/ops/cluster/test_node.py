@@ -56,6 +56,9 @@ class _Placing:
     async def leave(self) -> None:
         pass
 
+    async def stop(self) -> None:
+        pass
+
     def beat(self) -> None:
         pass
 
