@@ -19,7 +19,7 @@ from cohaptic.cli.app import build_app
 from cohaptic_ops.monitoring.exposition import exposition
 from cohaptic_ops.rooms.config import load_config
 from cohaptic_server.cli.access_options import AccessOptions
-from tests.ops.monitoring.some import room, ticking, user
+from tests.ops.monitoring.some import cluster, health, room, ticking, user
 
 pytestmark = pytest.mark.live
 
@@ -29,9 +29,11 @@ yaml: Any = pytest.importorskip("yaml")
 
 
 def metrics() -> set[str]:
-    """Names of all families that a server with a user tells, as queries name them."""
+    """Names of all families that a server in a cluster tells, as queries name them."""
     line = room(users=(user(),), margin=2.0, limited={"depth": 1}, refused={"x": 1}, spent={"x": 1})
-    text = exposition(ticking(line), 1.0).decode()
+    known = ticking(line)
+    known.take(health(cluster=cluster()), 1.0)
+    text = exposition(known, 1.0).decode()
     return {
         f"{family.name}_total" if family.type == "counter" else family.name
         for family in text_string_to_metric_families(text)
