@@ -161,7 +161,7 @@ def main() -> None:
         command = [sys.executable, "-m", "cohaptic", "serve", "--config", str(config), "--quiet"]
         plain = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         try:
-            with Cluster(there, Path(name)) as cluster:
+            with Cluster(there, Path(name), in_each=3) as cluster:
                 found = asyncio.run(measure(cluster, a.seconds, failing=a.failures))
         finally:
             plain.terminate()

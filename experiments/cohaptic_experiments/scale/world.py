@@ -2,8 +2,9 @@
 
 People come at random and choose a room, often one of a few that many choose. A room starts where
 most processors are free, and ends when it has been empty for a while. Machines fail, come back, and
-are updated one group after another; the engine's head is gone for a while. Recorded is how long
-people are without touch, and why.
+are updated one group after another; the engine's head is gone for a while, and remembers all. The
+witnesses and the machine of the head are others, which do not fail. Recorded is how long people are
+without touch, and why.
 """
 
 from __future__ import annotations
@@ -61,6 +62,7 @@ class Plan:
         seats: Number of people who may be in one; whoever finds it full chooses another.
         machines: Number of machines; further ones join.
         cores: Processors of each.
+        reserved: Processors that the engine reserves for a room (`rooms.NAME.cores`).
         people: Number of people at once, on average over the day.
         stay: Mean time that a person stays [s].
         idle: Time after which an empty room ends [s].
@@ -78,6 +80,7 @@ class Plan:
     seats: int = 16
     machines: int = 400
     cores: int = 4
+    reserved: float = 0.2
     people: float = 8_000.0
     stay: float = 1_200.0
     idle: float = 600.0
@@ -253,8 +256,9 @@ class World:
         """Let the machine with most free processors open a room; return when it is open [s]."""
         needs = self.costs.room + self.costs.person * float(self.people[room])
         there = [k for k, one in enumerate(self.machines) if one.there]
-        best = min(there, key=lambda k: self.machines[k].used, default=-1)
-        if best < 0 or self.machines[best].used + needs > self.plan.cores:
+        best = min(there, key=lambda k: len(self.machines[k].rooms), default=-1)
+        most = int(self.plan.cores / self.plan.reserved + 1e-9)
+        if best < 0 or len(self.machines[best].rooms) >= most:
             return None
         begin, gone = self.plan.head_gone
         if begin <= at < begin + gone:

@@ -15,7 +15,7 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from pydantic import ValidationError
@@ -28,7 +28,8 @@ _EVERY = 0.25  # s between two looks; a tenth of a lease
 # A look takes 36 us for each room, and the next one comes after this many times as long at least.
 _PAUSE: Final = 2.0
 _TOLD_EVERY = 1.0  # s between two lines without news
-_PLACED_WITHIN: Final = 0.5  # s in which Ray usually finds a machine for a room
+_PLACED_WITHIN: Final = 1.0  # s in which Ray usually finds a machine for a room
+_SOON: Final = 0.05  # s between two looks at such a room
 # Of the one unit that each machine has of the resource with its name, for a room that is there.
 _A_LITTLE: Final = 1e-4
 
@@ -43,27 +44,32 @@ class _Rooms:
     def __init__(self, ray: Any) -> None:
         self._ray = ray
         self._groups: Any = importlib.import_module("ray.util.placement_group")
+        self._new: dict[str, tuple[Any, float]] = {}
 
     def placed(self) -> dict[str, str]:
         """Return the machine of each room; empty for one that has none now."""
         table: Mapping[str, Any] = self._groups.placement_group_table()
         return self._told(list(table.values()))
 
-    def place(self, command: Command, clock: Clock) -> dict[str, str]:
-        """Let Ray choose a machine for a room, and return it if it does so soon."""
+    def place(self, command: Command, now: float) -> None:
+        """Let Ray choose a machine for a room; `news` tells which, if that takes little time."""
         wants = {"CPU": command.cores}
         if command.at:
             wants[f"node:{command.at}"] = _A_LITTLE
         group = self._groups.placement_group(
             [wants], strategy="SPREAD", name=command.place, lifetime="detached"
         )
-        until = clock.now() + _PLACED_WITHIN
-        while clock.now() < until:
+        self._new[command.place] = group, now + _PLACED_WITHIN
+
+    def news(self, now: float) -> dict[str, str]:
+        """Return the machines of new rooms that have got one since the last call."""
+        found = dict[str, str]()
+        for room, (group, until) in list(self._new.items()):
             told = self._told([self._groups.placement_group_table(group)])
-            if told.get(command.place):
-                return told
-            clock.sleep_until(clock.now() + 0.01)
-        return {}
+            if told.get(room) or now > until:
+                del self._new[room]
+                found |= told if told.get(room) else {}
+        return found
 
     def remove(self, room: str) -> None:
         """Place a room nowhere any more."""
@@ -84,12 +90,12 @@ class _Rooms:
         return found
 
 
-def _listen(rooms: _Rooms, clock: Clock, tell: Callable[[Placed], None]) -> None:
+def _listen(rooms: _Rooms, clock: Clock) -> None:
     for line in sys.stdin:
         try:
             command = Command.model_validate_json(line)
             if command.place:
-                tell(Placed(rooms=rooms.place(command, clock), more=True))
+                rooms.place(command, clock.now())
             if command.remove:
                 rooms.remove(command.remove)
         except ValidationError:
@@ -106,22 +112,21 @@ def main(address: str) -> None:
         address=address, namespace=_NAMESPACE, log_to_driver=False, logging_level="ERROR",
         configure_logging=False,
     )  # fmt: skip
-    rooms, clock, lock = _Rooms(ray), SystemClock(), threading.Lock()
-
-    def tell(line: Placed) -> None:
-        with lock:
-            print(line.model_dump_json(), flush=True)
-
-    threading.Thread(target=_listen, args=(rooms, clock, tell), daemon=True).start()
+    rooms, clock = _Rooms(ray), SystemClock()
+    threading.Thread(target=_listen, args=(rooms, clock), daemon=True).start()
     told, when = Placed(more=True), clock.now()
     while True:
         begin = clock.now()
         line = Placed(rooms=rooms.placed())
         if line != told or begin - when >= _TOLD_EVERY:
             told, when = line, begin
-            tell(line)
-        took = clock.now() - begin
-        clock.sleep_until(begin + max(_EVERY, (1.0 + _PAUSE) * took))
+            print(line.model_dump_json(), flush=True)
+        again = begin + max(_EVERY, (1.0 + _PAUSE) * (clock.now() - begin))
+        while clock.now() < again:
+            clock.sleep_until(min(again, clock.now() + _SOON))
+            news = rooms.news(clock.now())
+            if news:
+                print(Placed(rooms=news, more=True).model_dump_json(), flush=True)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ log = logging.getLogger("cohaptic.server")
 
 _AGAIN: Final = 1.0  # s; a program takes a second of a core to start
 _LONGEST: Final = 4.0  # s beside it, after many ends: while no head runs, lost rooms wait
+_KILLED_WITHIN: Final = 1.0  # s
 _FRESH: Final = 3.0  # s for which the engine counts as reached after its last word
 # Ray takes a machine for dead after three checks in half-second steps have failed (by default after
 # 18 s). A machine whose head is gone for 60 s is started again, and then finds a head that has
@@ -65,6 +66,7 @@ class Engine:
         self._start = start_command(address, host, leads=leads)
         self._watches = watches
         self.placed: Mapping[str, str] = {}
+        self._on: dict[str, list[str]] = {}
         self._heard = float("-inf")
         self._agent: asyncio.subprocess.Process | None = None
         self._machine: asyncio.subprocess.Process | None = None
@@ -77,6 +79,10 @@ class Engine:
     def reached(self) -> bool:
         """Whether the engine has been heard lately; without it no room can be placed."""
         return self._clock.now() - self._heard < _FRESH
+
+    def on(self, host: str) -> Sequence[str]:
+        """Return the rooms that the engine has placed on a machine."""
+        return self._on.get(host, ())
 
     def command(self, command: Command) -> None:
         """Send a command without waiting; it is lost while the program does not run."""
@@ -141,6 +147,9 @@ class Engine:
         except ValidationError:
             return False
         self.placed = {**self.placed, **placed.rooms} if placed.more else placed.rooms
+        self._on = {}
+        for room, host in self.placed.items():
+            self._on.setdefault(host, []).append(room)
         self._heard = self._clock.now()
         return True
 
@@ -218,4 +227,6 @@ async def _end(process: asyncio.subprocess.Process | None, within: float) -> Non
     except TimeoutError:
         with contextlib.suppress(ProcessLookupError):
             process.kill()
-        await process.wait()
+        with contextlib.suppress(TimeoutError):  # what it has started may hold its output open
+            async with asyncio.timeout(_KILLED_WITHIN):
+                await process.wait()

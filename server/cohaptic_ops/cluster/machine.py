@@ -8,6 +8,7 @@ has to learn that no room can be placed here.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import select
 import signal
@@ -18,12 +19,15 @@ from collections.abc import Sequence
 from typing import Final
 
 SILENT: Final = 10.0  # s without a byte from the server, which writes one each second
+_PDEATHSIG: Final = 1  # PR_SET_PDEATHSIG of Linux
 ENDS_WITHIN: Final = 5.0  # s; the engine tells its head that the machine leaves
 
 
 def main(command: Sequence[str]) -> int:
     """Run a command until it ends or standard input closes; return its exit status."""
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=_end_with_this
+    )
 
     def watch() -> None:
         source = sys.stdin.fileno()
@@ -44,6 +48,12 @@ def main(command: Sequence[str]) -> int:
     ):  # what it has left would be in the way of the next
         os.killpg(process.pid, signal.SIGKILL)
     return status
+
+
+def _end_with_this() -> None:
+    """Let the kernel tell a child to end when this program is killed (Linux)."""
+    with contextlib.suppress(AttributeError, OSError):
+        ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGTERM)
 
 
 if __name__ == "__main__":

@@ -277,10 +277,8 @@ class Node:
         host = ask.address.rpartition(":")[0].strip("[]")
         placed = [
             room
-            for room, machine in self.engine.placed.items()
-            if machine == host
-            and witness.owner(room, now) is None
-            and self.places.is_wanted(room, now)
+            for room in self.engine.on(host)
+            if witness.owner(room, now) is None and self.places.is_wanted(room, now)
         ]
         return Answer(
             granted=granted, refused=refused, placed=tuple(placed), found=found, listed=ask.lists
@@ -370,7 +368,9 @@ class Node:
                 log.warning(words, room, extra=told)
                 self.here.leave(room)
         for room in gained:
-            if room != PLACING:
+            if self._leaves:
+                self.release(room)
+            elif room != PLACING:
                 self.here.host(room)
                 self.here.owns(room, self._claims.until(room))
 

@@ -13,8 +13,9 @@ from cohaptic_ops.cluster.lines import ACCEPTED, Pass, encode
 _WAITING = 16 * 1024
 _WITHIN = 1.0  # s for another node to take a connection
 _LAST_BYTES = 5.0  # s for one side to take what the other has written before it ended
-# Time after which a connection to a node that has vanished ends [ms]: as long as its rooms' leases.
-_VANISHED = 2500
+# Time after which a connection to a node that has vanished ends [ms]. The kernel counts the time of
+# a visitor who does not read, too; people notice the loss before, and come again by themselves.
+_VANISHED = 20_000
 
 
 class _Half(asyncio.Protocol):

@@ -62,7 +62,7 @@ class Places:
         sought = [room for room in self.wanted if self.is_wanted(room, now)]
         commands = list[Command]()
         for room in {*self.always, *sought, *placed, *(owned.keys() & self.cores.keys())}:
-            if room in owned:
+            if room in owned or room not in placed:
                 self._empty_since.pop(room, None)
             if room not in placed:
                 at = owned.get(room, "").rpartition(":")[0].strip("[]")

@@ -39,6 +39,9 @@ class _Placing:
     placed: dict[str, str] = field(default_factory=dict[str, str])
     reached: bool = True
 
+    def on(self, host: str) -> list[str]:
+        return [room for room, machine in self.placed.items() if machine == host]
+
     def command(self, command: Command) -> None:
         if command.place:
             self.placed[command.place] = min(self.there, key=list(self.placed.values()).count)
