@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import urllib.request
 from collections.abc import AsyncGenerator, Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -24,11 +26,10 @@ from tests.system.namespaces import Machine
 
 CLOCK = SystemClock()
 ROOMS = tuple(f"room{k}" for k in range(12))
-PORT, ENGINE = 8765, 6399
+PORT, ENGINE, _ADMIN = 8765, 6399, 9100
 _PRESSING = (0.09, 0.0, 0.0)
 _RECENT = 0.5  # s since the last patch of a hand that touches
 _SILENT = 2.0  # s without a patch until a hand comes again
-_JOINS = 6.0  # s
 RATE = 30.0  # ticks a second: three machines of twelve rooms have to do with the cores of one
 _OPEN = re.compile(r"room (room\d+) is open, process (\d+)")
 
@@ -43,6 +44,7 @@ def configuration(machines: Sequence[Machine]) -> str:
     )
     return (
         f'host = "0.0.0.0"\nport = {PORT}\nallow_hosts = [{addresses}]\n'
+        f'[admin]\nport = {_ADMIN}\nhost = "0.0.0.0"\n'
         f"[access]\nopen = true\ninsecure = true\n[cluster]\nwitnesses = [{addresses}]\n{rooms}"
     )
 
@@ -220,8 +222,18 @@ class Cluster:
 
     async def until_joined(self, machines: Iterable[int]) -> None:
         """Until the engine runs on these machines, and can have told its head so."""
-        await self.until(lambda: all(self._named(k, "raylet") for k in machines))
-        await asyncio.sleep(_JOINS)
+        for k in machines:
+            async with asyncio.timeout(PATIENCE):
+                while not await asyncio.to_thread(self._is_joined, k):
+                    await asyncio.sleep(0.2)
+
+    def _is_joined(self, k: int) -> bool:
+        """Whether a server has spoken with the engine, as it does through that of its machine."""
+        url = f"http://{self.machines[k].address}:{_ADMIN}/status"
+        with contextlib.suppress(OSError), urllib.request.urlopen(url, timeout=2.0) as told:
+            cluster = json.load(told)["cluster"]  # null before its first report
+            return cluster is not None and cluster["engine"] is True
+        return False
 
     def start_head(self) -> None:
         """Let the server of the first machine start the engine again."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
+from collections.abc import Callable
 
 from tests.system.cluster import CLOCK, ROOMS, Cluster, Cost, lives
 
@@ -34,23 +35,19 @@ async def lose_head(cluster: Cluster) -> Cost:
 
 async def kill_machine(cluster: Cluster, machine: int) -> Cost:
     """Its rooms are on others, and it comes back empty."""
-    rooms, begin = cluster.rooms(machine), CLOCK.now()
-    others = cluster.others(rooms, machine)
-    cluster.machines[machine].signal(signal.SIGKILL)
-    cluster.servers.pop(machine).wait()
-    await cluster.until(lambda: rooms.keys() <= cluster.place().keys())
-    cost = await cluster.cost(rooms, begin, others)
-    cluster.start(machine)
-    await cluster.until_joined([machine])
-    return cost
+    return await _end(cluster, machine, lambda: cluster.machines[machine].signal(signal.SIGKILL))
 
 
 async def drain(cluster: Cluster, machine: int) -> Cost:
     """Its rooms are elsewhere when it has ended."""
-    rooms, begin = cluster.rooms(machine), CLOCK.now()
-    others = cluster.others(rooms, machine)
-    cluster.terminate(machine)
-    await cluster.until(lambda: cluster.servers[machine].poll() is not None)
+    return await _end(cluster, machine, lambda: cluster.terminate(machine))
+
+
+async def _end(cluster: Cluster, machine: int, end: Callable[[], None]) -> Cost:
+    rooms, begin = _rooms(cluster, machine), CLOCK.now()
+    others, server = cluster.others(rooms, machine), cluster.servers.pop(machine)
+    end()
+    await cluster.until(lambda: server.poll() is not None)
     await cluster.until(lambda: rooms.keys() <= cluster.place().keys())
     cost = await cluster.cost(rooms, begin, others)
     cluster.start(machine)
@@ -58,9 +55,16 @@ async def drain(cluster: Cluster, machine: int) -> Cost:
     return cost
 
 
+def _rooms(cluster: Cluster, machine: int) -> dict[str, int]:
+    """Those of a machine; what befalls none would show nothing."""
+    rooms = cluster.rooms(machine)
+    assert rooms, f"no room is on machine {machine}"
+    return rooms
+
+
 async def pause(cluster: Cluster, machine: int) -> Cost:
     """It finds itself replaced when it wakes up, and its rooms end."""
-    rooms, begin = cluster.rooms(machine), CLOCK.now()
+    rooms, begin = _rooms(cluster, machine), CLOCK.now()
     others = cluster.others(rooms, machine)
     cluster.machines[machine].signal(signal.SIGSTOP)
     awake = [k for k in range(3) if k != machine]
@@ -75,7 +79,7 @@ async def pause(cluster: Cluster, machine: int) -> Cost:
 
 async def cut_off(cluster: Cluster, machine: int) -> Cost:
     """Its rooms end by themselves, before others have them."""
-    rooms, begin = cluster.rooms(machine), CLOCK.now()
+    rooms, begin = _rooms(cluster, machine), CLOCK.now()
     others = cluster.others(rooms, machine)
     cluster.machines[machine].plug("down")
     await cluster.until(lambda: not any(lives(pid) for pid in rooms.values()))

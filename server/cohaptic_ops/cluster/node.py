@@ -5,15 +5,15 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
 import secrets
 import socket
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Final, cast
+from typing import Final
 
 from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
+from cohaptic_ops.cluster.callers import Caller
 from cohaptic_ops.cluster.engine import Engine
 from cohaptic_ops.cluster.leases import Claims, Witness
 from cohaptic_ops.cluster.lines import (
@@ -26,7 +26,7 @@ from cohaptic_ops.cluster.lines import (
     decode,
     encode,
 )
-from cohaptic_ops.cluster.passing import notice_end, pass_on
+from cohaptic_ops.cluster.passing import pass_on
 from cohaptic_ops.cluster.places import PLACING, Places
 from cohaptic_ops.monitoring.json_lines import BadLine
 from cohaptic_ops.monitoring.metrics import ClusterHealth
@@ -137,7 +137,7 @@ class Node:
         host, _, port = self.address.rpartition(":")
         try:
             self._server = await loop.create_server(
-                lambda: _Caller(self), host.strip("[]"), int(port)
+                lambda: Caller(self.answer, self.take), host.strip("[]"), int(port)
             )
         except OSError as error:
             limit = f"an address of this machine with a free port: {error.strerror}"
@@ -418,48 +418,3 @@ class Node:
         while True:
             self.look()
             await asyncio.sleep(_LOOK_EVERY)
-
-
-class _Caller(asyncio.Protocol):
-    """A connection of another node: questions, or one connection that it passes on."""
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._rest = b""
-        self._transport: asyncio.Transport | None = None
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Store the transport; the event loop calls this at the beginning."""
-        self._transport = cast("asyncio.Transport", transport)
-        notice_end(self._transport.get_extra_info("socket"))
-
-    def data_received(self, data: bytes) -> None:
-        """Answer the lines of the other node; the event loop calls this."""
-        assert self._transport is not None
-        *lines, self._rest = (self._rest + data).split(b"\n")
-        try:
-            if len(self._rest) > LONGEST:
-                raise BadLine("a line without an end")
-            for line in lines:
-                match decode(line):
-                    case Ask() as ask:
-                        self._transport.write(encode(self._node.answer(ask)))
-                    case Pass() as words:
-                        self._take(words)
-                        return
-                    case _:
-                        raise BadLine("an answer without a question")
-        except BadLine as error:
-            log.warning("another node sent a wrong line: %s", error, extra={"event": "bad_node"})
-            self._transport.abort()
-
-    def _take(self, words: Pass) -> None:
-        """Hand the socket to a room; nothing of the visitor was sent before it is accepted."""
-        assert self._transport is not None
-        handle: socket.socket = self._transport.get_extra_info("socket")
-        self._transport.pause_reading()
-        connection = socket.socket(fileno=os.dup(handle.fileno()))
-        with connection:
-            self._transport.abort()  # closes its own descriptor only
-            connection.setblocking(False)
-            self._node.take(connection, words)
