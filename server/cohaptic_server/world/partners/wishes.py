@@ -132,7 +132,8 @@ def next_wishes(
         felt[np.diag_indices(len(C))] = np.maximum(C.diagonal(), 1.0 / stiffest)
         touching = pressing & modelled
         hands, learned_at = _learned(hands, tracked, felt, touching, time.now, learned_at)
-    forces = {touch.user: norm(touch.force) for touch in touches}
+    # A hand that comes back after a silence begins with no force, and so does its model.
+    forces = {touch.user: norm(touch.force) if touch.fresh else 0.0 for touch in touches}
     hands = {user: glide(hand, forces[user], time.period) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
     past = (*wishes.past[-math.ceil(TOO_LONG / time.period) :], (time.number, models))

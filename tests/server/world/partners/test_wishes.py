@@ -335,6 +335,17 @@ def test_a_model_presses_no_harder_than_its_hand_has_told() -> None:
         assert room.partners()[1].partners[0].most == 1.0
 
 
+def test_a_hand_that_was_silent_comes_back_with_a_model_as_weak_as_its_force() -> None:
+    room = Room(TWO)
+    room.run(1.0)
+    assert room.partners()[1].partners[0].most == 5.0
+    room.set([hand(1), hand(2, fresh=False)])  # its force fades, though it has told 2 N last
+    room.run(5.0)
+    room.set([hand(1), hand(2, 0.1)])
+    room.tick()
+    assert room.partners()[1].partners[0].most < 1.25
+
+
 @pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
 def test_a_simulated_hand_with_another_law_forbids_models(changes: dict[str, Any]) -> None:
     room = Room([*TWO, simulated(3, **changes)])
