@@ -51,7 +51,7 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml constraints.txt
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.cluster: $(VENV)/.dev
-	@[ "$$(uname)" != Linux ] || $(PIP) $(PINNED) -e ".[cluster]"
+	@[ "$$(uname)" != Linux ] || $(PIP) $(PINNED) -e ".[cluster,cluster-tests]"
 	@touch $@
 
 $(VENV)/.docs: $(VENV)/.made pyproject.toml constraints.txt

@@ -96,10 +96,13 @@ async def befall(cluster: Cluster) -> dict[str, object]:
         "machine paused": await failures.pause(cluster, cluster.fullest((1, 2))),
         "machine cut off": await failures.cut_off(cluster, cluster.fullest((1, 2))),
         "head for a minute": await failures.lose_head(cluster),
+        "machine of the head killed": await failures.kill_machine(cluster, 0),
     }
     return {
         f"{what}: longest silence of its hands, of the others [s]; connections that these lost": (
-            round(max(cost.silent, default=0.0), 2), round(max(cost.others), 2), cost.lost,
+            round(max(cost.silent, default=0.0), 2),
+            round(max(cost.others, default=0.0), 2),
+            cost.lost,
         )
         for what, cost in costs.items()
     }  # fmt: skip

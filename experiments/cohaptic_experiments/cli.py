@@ -27,6 +27,9 @@ def experiment(
     trial: Annotated[
         int | None, typer.Option(min=0, help="Of `hands`: draw this trial only.")
     ] = None,
+    cluster: Annotated[
+        str, typer.Option(metavar="HOST:PORT", help="Of `hands`: run on a cluster's machines.")
+    ] = "",
 ) -> None:
     """Make a figure of the theory, and check it.
 
@@ -39,7 +42,7 @@ def experiment(
     except OSError as error:
         problem = f"{out} ({error.strerror or error})"
         raise SettingError("--out", problem, "a folder that can be written") from error
-    options = Options(seed, quick, trials, trial)
+    options = Options(seed, quick, trials, trial, cluster)
     console = Console()
     failed: list[str] = []
     for each in names:

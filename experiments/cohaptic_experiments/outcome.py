@@ -31,12 +31,14 @@ class Options:
         quick: Shorter and coarser, for tests.
         trials: Trials of a campaign (`hands`).
         trial: Only this one of it.
+        cluster: Address of a cluster's engine, on whose machines a campaign runs; may be empty.
     """
 
     seed: int = 0
     quick: bool = False
     trials: int = 2000
     trial: int | None = None
+    cluster: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from typing import IO, Any
 
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.scheduling import stand_back
+from cohaptic_server.objects.store import shared
 from cohaptic_uploads.confine import TOO_MUCH_MEMORY
 from cohaptic_uploads.kept_files import MARK, give_up
 from cohaptic_uploads.limits import UploadLimits
@@ -27,6 +28,12 @@ _SIGXCPU, _SIGXFSZ, _SIGABRT, _SIGSEGV, _SIGKILL = 24, 25, 6, 11, 9  # as Linux 
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
+
+
+def _own_environment() -> dict[str, str]:
+    """Return the environment of a process that reads a stranger's file: it knows no storage."""
+    others = ("AWS_", "FSSPEC_", shared.VARIABLE)
+    return {name: word for name, word in os.environ.items() if not name.startswith(others)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +82,7 @@ class WorkerProcess:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env=os.environ | _ONE_THREAD,
+                env=_own_environment() | _ONE_THREAD,
             )
         except OSError:
             self._folder.close()

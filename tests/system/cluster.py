@@ -133,10 +133,10 @@ class Cluster:
 
     def start(self, k: int) -> None:
         """The server of a machine; the first has the engine's head."""
-        # The machine sees its own folder as /tmp.
-        (self.machines[k].folder / "rooms.toml").write_text(configuration(self.machines))
+        config = self.machines[k].folder / "rooms.toml"
+        config.write_text(configuration(self.machines))
         command = self.machines[k].command(
-            sys.executable, "-m", "cohaptic", "serve", "--config", "/tmp/rooms.toml",
+            sys.executable, "-m", "cohaptic", "serve", "--config", str(config),
             "--cluster", f"{self.machines[0].address}:{ENGINE}",
         )  # fmt: skip
         with self.log(k).open("ab") as log:
@@ -180,9 +180,12 @@ class Cluster:
     async def until(self, condition: Callable[[], bool]) -> None:
         async with asyncio.timeout(PATIENCE):
             while not condition():
-                ended = [k for k, server in self.servers.items() if server.poll()]
-                assert not ended, self.log(ended[0]).read_text()[-2000:]
+                self._none_has_failed()
                 await asyncio.sleep(0.05)
+
+    def _none_has_failed(self) -> None:
+        failed = [k for k, server in self.servers.items() if server.poll()]
+        assert not failed, self.log(failed[0]).read_text()[-2000:]
 
     async def until_all_touch(self) -> None:
         await self.until(lambda: all(hand.touches for hand in self.hands))
@@ -225,6 +228,7 @@ class Cluster:
         for k in machines:
             async with asyncio.timeout(PATIENCE):
                 while not await asyncio.to_thread(self._is_joined, k):
+                    self._none_has_failed()
                     await asyncio.sleep(0.2)
 
     def _is_joined(self, k: int) -> bool:

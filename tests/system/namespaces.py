@@ -19,6 +19,8 @@ from tests.patience import PATIENCE
 
 SERVER, GUEST = "10.203.77.1", "10.203.77.2"  # nobody else's: both are inside
 _LAN = "10.204.77"
+# Ray keeps its sockets here, whose paths may not be longer. Two Rays may not have it in common.
+_OF_RAY = Path("/tmp/ray")
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +102,7 @@ class Machine(Namespace):
     def command(self, *command: str) -> list[str]:
         """A command that runs on it."""
         # The shell is the first process there, and waits for orphans.
-        inside = f'mount --bind {self.folder} /tmp && "$@"; exit $?'
+        inside = f'mount --bind {self.folder} {_OF_RAY} && "$@"; exit $?'
         own = ("unshare", "--pid", "--fork", "--mount-proc")
         return ["ip", "netns", "exec", self.name, *own, "sh", "-c", inside, "sh", *command]
 
@@ -161,6 +163,7 @@ def machines(count: int, folder: Path) -> Generator[list[Machine]]:
     tag = f"{os.getpid() % 100000}{secrets.token_hex(2)}"
     switch, made = f"cohaptic-h{tag}", list[str]()
     there = list[Machine]()
+    _OF_RAY.mkdir(exist_ok=True)
     try:
         for name in (switch, *(f"cohaptic-{k}{tag}" for k in range(1, count + 1))):
             _ip("netns", "add", name)

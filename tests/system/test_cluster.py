@@ -55,6 +55,7 @@ async def _befall(cluster: Cluster, touching: list[Process], folder: Path) -> No
             await failures.pause(cluster, cluster.fullest((1, 2))),
             await failures.cut_off(cluster, cluster.fullest((1, 2))),
             await failures.lose_head(cluster),
+            await failures.kill_machine(cluster, 0),  # with the head
         ]
         # No other hand has lost its connection.
         assert [cost.lost for cost in costs] == [0] * len(costs)

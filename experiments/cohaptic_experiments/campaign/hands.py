@@ -22,6 +22,7 @@ from cohaptic_experiments.campaign.simulation import play, trace
 from cohaptic_experiments.campaign.trials import MAX_USERS, Trial, draw, without_coupling
 from cohaptic_experiments.campaign.variants import Variant
 from cohaptic_experiments.campaign.verdicts import Verdicts
+from cohaptic_experiments.machines import Over, machines
 from cohaptic_experiments.outcome import (
     Check,
     Number,
@@ -55,6 +56,11 @@ def run(options: Options, progress: Progress) -> Outcome:
     """The campaign, or one of its trials."""
     if options.trial is not None:
         return _one(options.seed, options.trial)
+    with machines(options.cluster) as over:
+        return _all(options, progress, over)
+
+
+def _all(options: Options, progress: Progress, over: Over) -> Outcome:
     count = QUICK if options.quick else options.trials
     trials = [draw(options.seed, i) for i in range(count)]
     rows = (*ROWS, WEAK_OFF)
@@ -72,13 +78,14 @@ def run(options: Options, progress: Progress) -> Outcome:
     judged: dict[Variant, Verdicts] = {}
     for rule in RULES:
         for variant in (rule.without_passivity, rule):
-            judged[variant] = play(trials, variant, seconds=SECONDS, progress=advance)
+            judged[variant] = play(trials, variant, seconds=SECONDS, progress=advance, over=over)
     alone = [without_coupling(trial) for trial in trials]
-    uncoupled = play(alone, OURS, seconds=SECONDS, progress=advance)
+    uncoupled = play(alone, OURS, seconds=SECONDS, progress=advance, over=over)
     played: dict[Row, Verdicts] = {}
     for row in rows:
         some = [row.draw(options.seed, i) for i in range(row.times * count)]
-        played[row] = play(some, row.variant, seconds=row.seconds, progress=_longer(advance, row))
+        longer = _longer(advance, row)
+        played[row] = play(some, row.variant, seconds=row.seconds, progress=longer, over=over)
     return Outcome(
         _figure(judged),
         _table(options.seed, trials, judged),

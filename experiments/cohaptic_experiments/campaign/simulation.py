@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from cohaptic_experiments.campaign.kernel import (
 from cohaptic_experiments.campaign.trials import MAX_USERS, Trial
 from cohaptic_experiments.campaign.variants import Variant, gains_of, lag_of
 from cohaptic_experiments.campaign.verdicts import Verdicts, judge
+from cohaptic_experiments.machines import Over, here
 from cohaptic_server.numeric import Floats
 
 CODES = {Law.PROPORTIONAL: PROPORTIONAL, Law.PI: PI, Law.PREDICTIVE: PREDICTIVE}
@@ -32,6 +34,7 @@ def play(
     seconds: float,
     progress: Callable[[int], None] = lambda _done: None,
     chunk: int = 100,
+    over: Over = here,
 ) -> Verdicts:
     """Run and judge every trial under one variant.
 
@@ -41,11 +44,14 @@ def play(
         seconds: Length of haptics per trial.
         progress: Called with the number of trials done, after each chunk.
         chunk: Trials that run side by side between two calls of `progress`.
+        over: Machines on which chunks run.
     """
+    chunks = [trials[start : start + chunk] for start in range(0, len(trials), chunk)]
+    run = partial(_run, variant=variant, seconds=seconds, tail=TAIL)
     parts: list[tuple[Floats, Floats, Floats]] = []
-    for start in range(0, len(trials), chunk):
-        parts.append(_run(trials[start : start + chunk], variant, seconds, TAIL))
-        progress(len(trials[start : start + chunk]))
+    for some, part in zip(chunks, over(run, chunks), strict=True):
+        parts.append(part)
+        progress(len(some))
     tails, figures, lags = (np.concatenate(part) for part in zip(*parts, strict=True))
     return judge(trials, tails, figures, lags)
 

@@ -33,6 +33,7 @@ class Costs:
             is there by then.
         told: Shortest and longest time without touch when a machine is told to end, but for the
             start of the room [s].
+        alone: Time until the witnesses place rooms by themselves once the head is lost [s].
         asked: Time until a node hears that it has a room, and owns it [s].
         look: Time in which a witness sees where one room is placed [s]; it looks at all of them
             one after another, every `looks` seconds or three times as slowly as it can.
@@ -45,6 +46,7 @@ class Costs:
     noticed: tuple[float, float] = (2.0, 3.0)
     felt: tuple[float, float] = (0.1, 2.5)
     told: tuple[float, float] = (0.3, 0.9)
+    alone: float = 3.1
     asked: float = 0.45
     look: float = 36e-6
     looks: float = 0.25
@@ -261,8 +263,8 @@ class World:
         if best < 0 or len(self.machines[best].rooms) >= most:
             return None
         begin, gone = self.plan.head_gone
-        if begin <= at < begin + gone:
-            at = begin + gone + self._between(self.costs.noticed)  # nobody places it until then
+        if begin <= at < begin + min(gone, self.costs.alone):
+            at = begin + self.costs.alone  # nobody places it until then
         machine = self.machines[best]
         machine.rooms.add(room)
         machine.used += needs

@@ -13,6 +13,11 @@ def at(host: str, port: int) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
+def host_of(address: str) -> str:
+    """Return the host of HOST:PORT, without brackets."""
+    return address.rpartition(":")[0].strip("[]")
+
+
 def own_address(engine: str) -> str:
     """Return the IP address from which this machine reaches the engine at HOST:PORT.
 

@@ -23,6 +23,7 @@ from cohaptic.errors import SettingError
 from cohaptic_ops.cluster import machine
 from cohaptic_ops.cluster.lines import LONGEST, Command, Placed
 from cohaptic_ops.restarts import Restarts
+from cohaptic_server.side_by_side import cores
 
 log = logging.getLogger("cohaptic.server")
 
@@ -30,6 +31,7 @@ _AGAIN: Final = 1.0  # s; a program takes a second of a core to start
 _LONGEST: Final = 4.0  # s beside it, after many ends: while no head runs, lost rooms wait
 _KILLED_WITHIN: Final = 1.0  # s
 _FRESH: Final = 3.0  # s for which the engine counts as reached after its last word
+_STARTS: Final = 20.0  # s that it has for its start; about 6 s on a machine at rest
 # Ray takes a machine for dead after three checks in half-second steps have failed (by default after
 # 18 s). A machine whose head is gone for 60 s is started again, and then finds a head that has
 # another address under the same name.
@@ -67,7 +69,7 @@ class Engine:
         self._watches = watches
         self.placed: Mapping[str, str] = {}
         self._on: dict[str, list[str]] = {}
-        self._heard = float("-inf")
+        self._begun, self._heard = clock.now(), float("-inf")
         self._agent: asyncio.subprocess.Process | None = None
         self._machine: asyncio.subprocess.Process | None = None
         self._leaves = False
@@ -77,8 +79,13 @@ class Engine:
 
     @property
     def reached(self) -> bool:
-        """Whether the engine has been heard lately; without it no room can be placed."""
+        """Whether the engine has been heard lately."""
         return self._clock.now() - self._heard < _FRESH
+
+    @property
+    def away(self) -> bool:
+        """Whether it has not, and had the time to start: rooms have to be placed without it."""
+        return self._clock.now() - max(self._heard, self._begun + _STARTS) >= _FRESH
 
     def on(self, host: str) -> Sequence[str]:
         """Return the rooms that the engine has placed on a machine."""
@@ -188,6 +195,18 @@ def start_command(address: str, host: str, *, leads: bool) -> Sequence[str]:
         *command, "--head", f"--port={port}", "--include-dashboard=false",
         f"--system-config={settings}",
     ]  # fmt: skip
+
+
+def processors(limit: Path = Path("/sys/fs/cgroup/cpu.max")) -> float:
+    """Return the number of processors of this machine, or of this container, as Ray counts them.
+
+    Args:
+        limit: File with the container's quota and period, or "max" without a quota.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        quota, period = map(int, limit.read_text().split())
+        return min(float(cores()), quota / period)
+    return float(cores())
 
 
 def _program() -> Path:

@@ -70,7 +70,7 @@ class Witness:
             Granted rooms with their numbers, and refused rooms with the newest number of an owner.
         """
         granted, refused = dict[str, int](), dict[str, int]()
-        if now < self._silent_until:
+        if self.silent(now):
             return granted, refused
         for room, epoch in asked.items():
             old = self._grants.get(room)
@@ -94,6 +94,10 @@ class Witness:
             old = self._grants.get(room)
             if old is not None and old.owner == owner and old.epoch <= epoch:
                 self._grants[room] = Grant(owner, old.address, old.epoch, NEVER)
+
+    def silent(self, now: float) -> bool:
+        """Whether it may have forgotten grants that still hold, so that it grants nothing."""
+        return now < self._silent_until
 
     def owned(self, now: float) -> dict[str, str]:
         """Return the address of the owner's node of each room that has an owner."""

@@ -46,6 +46,7 @@ class Ask(_Line):
         people: Numbers of users and watchers in rooms that it owns.
         finds: Rooms that somebody wants to go to through this node.
         lists: Whether to list all rooms.
+        processors: Number of processors of its node; 0 if it takes no more rooms.
     """
 
     kind: Literal["ask"] = "ask"
@@ -56,6 +57,7 @@ class Ask(_Line):
     people: dict[_Name, tuple[int, int]] = {}
     finds: tuple[_Name, ...] = ()
     lists: bool = False
+    processors: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
 
 
 class Answer(_Line):
@@ -64,7 +66,7 @@ class Answer(_Line):
     Args:
         granted: Rooms that are granted, with their numbers.
         refused: Rooms that are not, with the newest number of an owner.
-        placed: Rooms without an owner that the engine has placed on the asking node.
+        placed: Rooms without an owner whose place is the asking node.
         found: Places of the rooms that the process has asked for, or of all; without those that
             nobody owns.
         listed: Whether `found` has all rooms.

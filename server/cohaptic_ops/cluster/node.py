@@ -7,12 +7,13 @@ import contextlib
 import logging
 import secrets
 import socket
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
 from cohaptic.clock import Clock
 from cohaptic.errors import SettingError
+from cohaptic_ops.cluster.addresses import host_of
 from cohaptic_ops.cluster.callers import Caller
 from cohaptic_ops.cluster.engine import Engine
 from cohaptic_ops.cluster.leases import Claims, Witness
@@ -27,7 +28,7 @@ from cohaptic_ops.cluster.lines import (
     encode,
 )
 from cohaptic_ops.cluster.passing import pass_on
-from cohaptic_ops.cluster.places import PLACING, Places
+from cohaptic_ops.cluster.places import PLACING, Places, share_out
 from cohaptic_ops.monitoring.json_lines import BadLine
 from cohaptic_ops.monitoring.metrics import ClusterHealth
 
@@ -94,6 +95,7 @@ class Node:
         places: Places of the rooms, as this node wants them if it decides.
         here: What the node wants of its server.
         clock: The machine's clock, which the rooms' processes read too.
+        processors: Number of processors of this machine.
     """
 
     address: str
@@ -104,6 +106,7 @@ class Node:
     places: Places
     here: Here
     clock: Clock
+    processors: float
     found: Mapping[str, There] = field(default_factory=dict[str, There])
 
     def __post_init__(self) -> None:
@@ -114,6 +117,7 @@ class Node:
         if self.witness:
             self._witness = Witness([*self.places.cores, PLACING], self.term, now)
         self._people: dict[str, tuple[int, int]] = {}  # as owners tell this witness
+        self._nodes: dict[str, tuple[float, float]] = {}  # their processors, and when they said so
         self._freed: dict[str, tuple[int, float]] = {}
         self._leaves = False
         self._beat = now
@@ -156,12 +160,16 @@ class Node:
         return ClusterHealth(
             machine=self.address,
             witnesses=len(self.witnesses),
-            answering=sum(now - at <= self.term for at in self._heard),
+            answering=self._answering(now),
             owned=sum(self.owns(room) for room in self._claims.asked if room != PLACING),
             passed=passed,
             engine=self.engine.reached if self.witness else None,
             decides=self.owns(PLACING),
         )
+
+    def _answering(self, now: float) -> int:
+        """Return the number of witnesses that have answered lately."""
+        return sum(now - at <= self.term for at in self._heard)
 
     async def run(self) -> None:
         """Wait for ever; raise the error of a part of the node that has failed."""
@@ -274,15 +282,27 @@ class Node:
                 )
         for room in ask.finds:
             self.places.want(room, now)
-        host = ask.address.rpartition(":")[0].strip("[]")
+        self._nodes[ask.address] = ask.processors, now
         placed = [
             room
-            for room in self.engine.on(host)
+            for room in self._placed(witness, ask.address, now)
             if witness.owner(room, now) is None and self.places.is_wanted(room, now)
         ]
         return Answer(
             granted=granted, refused=refused, placed=tuple(placed), found=found, listed=ask.lists
         )
+
+    def _placed(self, witness: Witness, address: str, now: float) -> Collection[str]:
+        """Return the rooms whose place is a node; without the engine, witnesses choose it."""
+        if not self.engine.away or witness.owner(PLACING, now) is not None:
+            return self.engine.on(host_of(address))
+        if witness.silent(now):
+            return ()
+        owned, nodes = witness.owned(now), self._nodes.items()
+        vacant = self.places.sought(now) - owned.keys()
+        here = {node: count for node, (count, at) in nodes if now - at < self.term / 2.0}
+        shares = share_out(vacant, here, owned, self.places.cores)
+        return [room for room, chosen in shares.items() if chosen == address]
 
     def _speak(self) -> None:
         for event in self._hurry:
@@ -290,6 +310,7 @@ class Node:
 
     def _ask(self) -> Ask:
         owned = [room for room in self._claims.asked if room != PLACING and self.owns(room)]
+        takes_rooms = not self._leaves and 2 * self._answering(self.clock.now()) > len(self._heard)
         return Ask(
             owner=self._name,
             address=self.address,
@@ -298,6 +319,7 @@ class Node:
             people={room: self.here.people(room) for room in owned},
             finds=tuple(self._sought),
             lists=self._lists,
+            processors=self.processors if takes_rooms else 0.0,
         )
 
     async def _ask_on(self, k: int) -> None:
@@ -395,6 +417,8 @@ class Node:
         self._settle(now)
         freed = self._freed.items()
         self._freed = {room: one for room, one in freed if now - one[1] < self.term}
+        nodes = self._nodes.items()
+        self._nodes = {node: told for node, told in nodes if now - told[1] < self.term}
         if now - self._beat > _BEAT:
             self._beat = now
             self.engine.beat()

@@ -14,8 +14,8 @@ import cohaptic
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import below
-from cohaptic_ops.cluster.addresses import at, is_here, own_address
-from cohaptic_ops.cluster.engine import Engine
+from cohaptic_ops.cluster.addresses import at, host_of, is_here, own_address
+from cohaptic_ops.cluster.engine import Engine, processors
 from cohaptic_ops.cluster.node import Here, Node
 from cohaptic_ops.cluster.places import Places
 from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
@@ -191,11 +191,11 @@ class Supervisor:
         host = table.host or own_address(table.engine)
         witnesses = [at(one, table.port) for one in table.witnesses]
         witness = any(is_here(one, host) for one in table.witnesses)
-        leads = is_here(table.engine.rpartition(":")[0].strip("[]"), host)
+        leads = is_here(host_of(table.engine), host)
         engine = Engine(table.engine, host, MACHINE, leads=leads, watches=witness)
         return Node(
             at(host, table.port), tuple(witnesses), witness, table.term, engine, places, here,
-            MACHINE,
+            MACHINE, processors(),
         )  # fmt: skip
 
     def _host(self, room: str) -> None:

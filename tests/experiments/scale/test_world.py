@@ -43,13 +43,14 @@ def test_nobody_comes_back_before_others_may_have_the_room(lived: World) -> None
     assert min(silent["update"]) >= costs.told[0] + costs.opening
 
 
-def test_who_comes_while_the_head_is_gone_waits_for_it() -> None:
-    begin, gone = 12.0 * 3600.0, 1800.0
-    plan = Plan(rooms=60, machines=6, people=50.0, head_gone=(begin, gone), joins=0, seed=3)
-    world = World(plan, Costs())
-    record = world.run(lambda _: None)
-    assert max(record.waits) > 0.8 * gone
-    assert np.median(record.waits) < 2.0
+def test_who_comes_just_after_the_head_is_gone_waits_for_the_witnesses() -> None:
+    begin, alone = 12.0 * 3600.0, 600.0  # they take 3 s, in which hardly anybody comes
+    for gone in (0.0, 1800.0):
+        plan = Plan(rooms=60, machines=6, people=50.0, head_gone=(begin, gone), joins=0, seed=3)
+        waits = World(plan, Costs(alone=alone)).run(lambda _: None).waits
+        assert (max(waits) > 0.5 * alone) == (gone > 0.0)
+        assert max(waits) < alone + 5.0
+        assert np.median(waits) < 2.0
 
 
 def test_a_cluster_without_processors_turns_people_away() -> None:

@@ -12,10 +12,12 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
+from cohaptic.testing.manual_clock import ManualClock
 from cohaptic_ops.cluster import engine
 from cohaptic_ops.cluster.addresses import at, is_here, own_address
-from cohaptic_ops.cluster.engine import Engine, environment, start_command
+from cohaptic_ops.cluster.engine import Engine, environment, processors, start_command
 from cohaptic_ops.cluster.lines import Placed
+from cohaptic_server.side_by_side import cores
 from tests.patience import PATIENCE
 
 HEAD = "10.0.0.1:6379"
@@ -56,6 +58,33 @@ def test_news_of_one_room_are_added_and_a_whole_list_replaces_what_was_known(
         assert there.hear(line.model_dump_json().encode())
         assert there.placed == known
     assert there.reached
+
+
+def test_it_is_away_only_after_the_time_that_it_has_to_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(engine, "_program", lambda: Path(sys.executable))
+    clock = ManualClock(100.0)
+    there = Engine(HEAD, "10.0.0.1", clock, leads=True, watches=True)
+    clock.sleep_until(122.0)
+    assert not there.reached
+    assert not there.away
+    clock.sleep_until(123.5)
+    assert there.away
+    there.hear(Placed().model_dump_json().encode())
+    assert there.reached
+    assert not there.away
+    clock.sleep_until(127.0)
+    assert not there.reached
+    assert there.away
+
+
+def test_processors_are_those_of_the_container(tmp_path: Path) -> None:
+    limit = tmp_path / "cpu.max"
+    assert processors(limit) == cores()
+    for text, count in (("max 100000", cores()), ("50000 100000", 0.5), ("rubbish", cores())):
+        limit.write_text(text)
+        assert processors(limit) == count
 
 
 def test_all_machines_use_rays_token_where_there_is_one(

@@ -39,12 +39,17 @@ class _Placing:
     placed: dict[str, str] = field(default_factory=dict[str, str])
     reached: bool = True
 
+    @property
+    def away(self) -> bool:
+        return not self.reached
+
     def on(self, host: str) -> list[str]:
         return [room for room, machine in self.placed.items() if machine == host]
 
     def command(self, command: Command) -> None:
         if command.place:
-            self.placed[command.place] = min(self.there, key=list(self.placed.values()).count)
+            fewest = min(self.there, key=list(self.placed.values()).count)
+            self.placed[command.place] = command.at or fewest
         self.placed.pop(command.remove, None)
 
     def lose(self, host: str) -> None:
@@ -129,7 +134,7 @@ async def _cluster(always: tuple[str, ...] = ROOMS) -> AsyncGenerator[_Cluster]:
         host: Node(
             at(host, port), tuple(at(one, port) for one in HOSTS), True, TERM,
             cast(Engine, engine),
-            Places(dict.fromkeys(ROOMS, 0.1), always), servers[host].here(), clock,
+            Places(dict.fromkeys(ROOMS, 0.1), always), servers[host].here(), clock, 1.0,
         )
         for host in HOSTS
     }  # fmt: skip
@@ -265,6 +270,23 @@ def test_a_decider_that_does_not_reach_the_engine_lets_another_decide() -> None:
             await there.until(
                 lambda: any(node.owns("*") for host, node in there.nodes.items() if host != decider)
             )
+
+    asyncio.run(main())
+
+
+def test_witnesses_place_rooms_while_the_engine_is_away_and_tell_it_when_it_is_back() -> None:
+    async def main() -> None:
+        async with _cluster() as there:
+            await there.until(lambda: all(there.owners(room) for room in ROOMS))
+            there.engine.reached = False
+            await there.until(lambda: not any(node.owns("*") for node in there.nodes.values()))
+            there.nodes[HOSTS[0]].pause()
+            left = there.servers[HOSTS[1]].hosts, there.servers[HOSTS[2]].hosts
+            await there.until(lambda: {*left[0], *left[1]} == set(ROOMS))
+            there.engine.placed.clear()
+            there.engine.reached = True
+            await there.until(lambda: set(there.engine.placed) == set(ROOMS))
+            assert all(room in there.servers[at].hosts for room, at in there.engine.placed.items())
 
     asyncio.run(main())
 

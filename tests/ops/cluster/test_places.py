@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_ops.cluster.lines import Command
-from cohaptic_ops.cluster.places import Places
+from cohaptic_ops.cluster.places import Places, share_out
 
 CORES = {"always": 0.5, "rare": 0.25}
 NODE = {"rare": "10.0.0.2:8764"}
@@ -66,7 +66,7 @@ def test_an_engine_that_has_lost_its_memory_is_told_where_rooms_are() -> None:
 @given(
     st.lists(st.tuples(st.floats(0.0, 5.0), st.booleans(), st.booleans(), st.booleans())),
 )
-def test_no_room_with_an_owner_is_ever_removed(
+def test_no_room_is_removed_whose_owner_is_where_it_was_placed(
     history: list[tuple[float, bool, bool, bool]],
 ) -> None:
     there, now = places(), 0.0
@@ -78,3 +78,54 @@ def test_no_room_with_an_owner_is_ever_removed(
             {"rare": "10.0.0.2"} if placed else {}, NODE if owned else NOBODY, now
         )
         assert not (owned and any(command.remove == "rare" for command in told))
+
+
+@given(
+    processors=st.dictionaries(st.sampled_from("abcde"), st.integers(0, 40), max_size=5),
+    needed=st.lists(st.integers(1, 8), max_size=30),
+    owners=st.lists(st.sampled_from("abcdef"), max_size=8),
+)
+def test_rooms_are_shared_out_as_evenly_as_they_fit(
+    processors: dict[str, int], needed: list[int], owners: list[str]
+) -> None:
+    # In tenths, whose sums are not exact.
+    cores = {f"room{k}": need / 10.0 for k, need in enumerate(needed)}
+    machines = {machine: count / 10.0 for machine, count in processors.items()}
+    owned = dict(zip(cores, owners, strict=False))
+    vacant = cores.keys() - owned.keys()
+    shares = share_out(vacant, machines, owned, cores)
+    again = dict(reversed(machines.items()))
+    assert shares == share_out(sorted(vacant, reverse=True), again, owned, cores)
+    assert shares.keys() <= vacant
+    there = owned | shares
+    left = {
+        machine: count - sum(round(10 * cores[room]) for room in there if there[room] == machine)
+        for machine, count in processors.items()
+    }
+    last = {machine: room for room, machine in sorted(shares.items())}
+    for machine, room in last.items():
+        assert left[machine] >= 0
+        # Each room went where most was left: the last one on a machine shows it.
+        assert left[machine] + round(10 * cores[room]) >= max(left.values())
+    # Where a room has got no machine, none has enough left.
+    for room in vacant - shares.keys():
+        assert all(count < round(10 * cores[room]) for count in left.values())
+
+
+def test_rooms_of_one_size_differ_by_one_at_most() -> None:
+    rooms = dict.fromkeys((f"room{k}" for k in range(7)), 0.25)
+    shares = list(share_out(rooms, dict.fromkeys("abc", 2.0), NOBODY, rooms).values())
+    assert sorted(shares.count(machine) for machine in "abc") == [2, 2, 3]
+
+
+def test_the_engine_is_set_right_about_a_room_that_another_machine_owns_for_long() -> None:
+    there = places()
+    # The other one waits for a machine, and is where it is.
+    placed = {"rare": "10.0.0.9", "always": ""}
+    owned = NODE | {"always": "10.0.0.1:8764"}
+    assert there.commands(placed, owned, 0.0) == []
+    assert there.commands(placed, owned, 5.0) == []  # it may be on its way
+    assert there.commands(placed, owned, 8.5) == [Command(remove="rare")]
+    del placed["rare"]
+    told = there.commands(placed, owned, 9.0)
+    assert told == [Command(place="rare", cores=0.25, at="10.0.0.2")]

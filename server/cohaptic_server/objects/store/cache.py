@@ -12,7 +12,7 @@ files by measurement (docs/design/objects.md).
 
 If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
 computed again, with a warning. If the folder cannot be written, the next start computes the file
-again; this is an error only after a call of `insist`.
+again; this is an error only after a call of `insist`. Machines may share entries (`shared`).
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ from platformdirs import user_cache_path
 from cohaptic.clock import SystemClock
 from cohaptic.errors import BodyError, CohapticError, SettingError
 from cohaptic.written import at_home
+from cohaptic_server.objects.store import shared
 
 Array = npt.NDArray[Any]
 
@@ -78,8 +79,7 @@ def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
         flattened.append(flat)
         end = _aligned(end + flat.nbytes)
     header = json.dumps({"arrays": index, "bytes": end}).encode()
-    if end + _DISK_RESERVE > shutil.disk_usage(path.parent).free:
-        raise OSError(errno.ENOSPC, f"no room for {end / 1e9:.3g} GB on the disk", str(path.parent))
+    _check_disk(path.parent, end)
     file = tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False)
     try:
         with file:
@@ -88,6 +88,11 @@ def save_arrays(path: Path, arrays: Mapping[str, Array]) -> None:
     except BaseException:
         Path(file.name).unlink(missing_ok=True)
         raise
+
+
+def _check_disk(folder: Path, needed: int) -> None:
+    if needed + _DISK_RESERVE > shutil.disk_usage(folder).free:
+        raise OSError(errno.ENOSPC, f"no room for {needed / 1e9:.3g} GB on the disk", str(folder))
 
 
 def load_arrays(path: Path, *, mapped: bool = True, under: str = "") -> dict[str, Array]:
@@ -221,8 +226,18 @@ def entry_path(*content: bytes) -> Path:
     return cache_folder() / f"{digest.hexdigest()[:32]}{SUFFIX}"
 
 
+def has_entry(path: Path, label: str) -> bool:
+    """Whether an entry is stored here, or on the storage that machines share; then it is fetched.
+
+    Args:
+        path: Path from `entry_path`.
+        label: Name of the content in the log.
+    """
+    return os.path.isfile(path) or shared.fetch(path, label, _make_room, load_arrays)
+
+
 def load_entry(
-    path: Path, label: str, *, mapped: bool = True, under: str = ""
+    path: Path, label: str, *, mapped: bool = True, under: str = "", for_all: bool = True
 ) -> dict[str, npt.NDArray[Any]] | None:
     """Load the arrays of an entry; None if there is no intact entry.
 
@@ -231,11 +246,15 @@ def load_entry(
         label: Name of the content in a warning.
         mapped: As in `load_arrays`.
         under: As in `load_arrays`.
+        for_all: Whether machines share it.
     """
     try:
-        arrays = load_arrays(path, mapped=mapped, under=under)
-    except FileNotFoundError:
-        return None
+        try:
+            arrays = load_arrays(path, mapped=mapped, under=under)
+        except FileNotFoundError:
+            if not for_all or not has_entry(path, label):
+                return None
+            arrays = load_arrays(path, mapped=mapped, under=under)
     except (OSError, BodyError, ValueError, KeyError, TypeError) as error:
         warn_unusable(label, error)
         return None
@@ -253,7 +272,9 @@ def warn_unusable(label: str, error: Exception) -> None:
     _LOG.warning("the stored %s cannot be used and is made anew (%s)", label, error)
 
 
-def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+def save_entry(
+    path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]], *, for_all: bool = True
+) -> None:
     """Store arrays, and first delete least recently used entries if the limit requires it.
 
     An entry that cannot be written is left out with a warning.
@@ -262,6 +283,7 @@ def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -
         path: Path from `entry_path`.
         label: Name of the content in a warning.
         arrays: As in `save_arrays`.
+        for_all: Whether machines share it.
 
     Raises:
         UnkeptError: The entry cannot be written, and this process has called `insist`.
@@ -275,6 +297,9 @@ def save_entry(path: Path, label: str, arrays: Mapping[str, npt.NDArray[Any]]) -
             why = error.strerror or "no more of it fits"
             raise UnkeptError(f"this server cannot keep what was prepared: {why}") from error
         _LOG.warning("the %s was not stored, the next start takes as long (%s)", label, error)
+        return
+    if for_all:
+        shared.send(path, label)
 
 
 def cache_limit() -> float:
@@ -307,10 +332,18 @@ def make_room(folder: Path, needed: int) -> None:
     if needed > limit:
         raise OSError(f"{needed / 1e9:.3g} GB; COHAPTIC_CACHE_GB allows {limit / 1e9:g}")
     suffixes = (SUFFIX, ".part", ".npz")  # .part: half written; .npz: of earlier versions
-    files = [(path.stat(), path) for suffix in suffixes for path in folder.glob(f"*{suffix}")]
+    files = list[tuple[os.stat_result, Path]]()
+    for path in (path for suffix in suffixes for path in folder.glob(f"*{suffix}")):
+        with contextlib.suppress(FileNotFoundError):  # another process has just renamed it
+            files.append((path.stat(), path))
     total = sum(stat.st_size for stat, _ in files)
     for stat, path in sorted(files, key=lambda entry: entry[0].st_atime):
         if total + needed <= limit:
             break
         path.unlink(missing_ok=True)
         total -= stat.st_size
+
+
+def _make_room(folder: Path, needed: int) -> None:
+    make_room(folder, needed)
+    _check_disk(folder, needed)

@@ -43,6 +43,7 @@ from cohaptic_server.objects.prepare import Prepared, prepare
 from cohaptic_server.objects.store.cache import (
     SUFFIX,
     entry_path,
+    has_entry,
     load_entry,
     read_arrays,
     save_entry,
@@ -119,7 +120,7 @@ class Checkpoint:
 
     def load(self) -> Factor | None:
         """Load the factor of an interrupted preparation; None if no intact one is stored."""
-        arrays = load_entry(self._path, _LABEL)
+        arrays = load_entry(self._path, _LABEL, for_all=False)
         if arrays is None:
             return None
         try:
@@ -131,7 +132,7 @@ class Checkpoint:
 
     def save(self, factor: Factor) -> None:
         """Store a factor until `remove` is called."""
-        save_entry(self._path, _LABEL, factor_file.to_arrays(factor, np.float64))
+        save_entry(self._path, _LABEL, factor_file.to_arrays(factor, np.float64), for_all=False)
 
     def remove(self) -> None:
         """Delete the factor, since its object has been stored."""
@@ -155,7 +156,7 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 def is_prepared(source: ObjectFile) -> bool:
     """Whether the file exists and its tetrahedra are in the store."""
-    return source.path.is_file() and tets_path(source).is_file()
+    return source.path.is_file() and has_entry(tets_path(source), f"mesh of {source.path.name}")
 
 
 def load_or_prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Prepared:
