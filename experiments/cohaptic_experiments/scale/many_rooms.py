@@ -65,7 +65,7 @@ def run(options: Options, progress: Progress) -> Outcome:
             at_most("99 % of the waits for a room that had ended, s", _high(waits, 99.0), 2.0),
             at_most("99 % of the silences by a failure, s", _high(failure, 99.0), 5.0),
             at_most("99 % of the silences by the update, s", _high(update, 99.0), 2.5),
-            at_most("any wait or silence, s", float(np.nanmax([*failure, *update, *waits])), 15.0),
+            at_most("any wait or silence, s", float(np.nanmax([*failure, *update, *waits])), 8.0),
             at_most("touch that is lost, seconds an hour of touch", 3600.0 * lost / record.touched,
                     2.0),
             at_most("people without a room, share", record.refused / record.joined, 1e-3),
