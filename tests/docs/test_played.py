@@ -13,6 +13,8 @@ from tests.docs.player import Player
 BLOCKS = list(blocks())
 # Pages that prepare solids for minutes.
 LONG = {"docs/how-to/parts-and-scans.md", "docs/tutorial/your-own-object.md"}
+# It measures for a minute, and beside other live tests for ten.
+MEASURES = {"docs/how-to/measure-latency.md"}
 
 
 def is_played(block: Block) -> bool:
@@ -41,11 +43,16 @@ def test_most_blocks_are_played() -> None:
     assert sum(map(len, PLAYED.values())) > 20
 
 
-@pytest.mark.live
+def _tier(page: str) -> pytest.MarkDecorator:
+    if page in LONG:
+        return pytest.mark.night
+    return pytest.mark.alone if page in MEASURES else pytest.mark.live
+
+
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=[pytest.mark.night] if page in LONG else [])
+        pytest.param(page, marks=_tier(page))
         for page, found in PLAYED.items()
         if found
     ],
