@@ -216,3 +216,18 @@ def test_where_solids_are_nonlinear_the_mesh_is_one_that_the_tick_affords() -> N
     assert again == source
     assert set(phases) == {"tetrahedra"}
     assert tick_seconds(len(solid.shape.nodes)) <= rubber.period
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="environments of processes are Linux's")
+def test_a_worker_knows_no_storage_of_other_machines(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COHAPTIC_SHARED_CACHE", "s3://objects")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "secret")
+    worker = WorkerProcess(LIMITS, "cube.stl")
+    try:
+        environ = Path(f"/proc/{worker.pid}/environ").read_bytes()
+        assert b"PATH=" in environ
+        assert b"COHAPTIC_SHARED_CACHE" not in environ
+        assert b"secret" not in environ
+    finally:
+        worker.kill()
+        worker.close()

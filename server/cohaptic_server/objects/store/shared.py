@@ -49,7 +49,6 @@ def fetch(
     Raises:
         SettingError: COHAPTIC_SHARED_CACHE is of a kind that is not known here.
     """
-
     storage = _Storage.chosen("fetched from")
     if storage is None:
         return False
