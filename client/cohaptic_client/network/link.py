@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import ssl
 from collections.abc import Callable
+from typing import Final
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import connect
@@ -27,6 +28,10 @@ from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
 MAX_INBOUND_BYTES = MAX_BYTES  # the largest message is a rest mesh, then a full room's welcome
+
+# s without an answer until the next address of a name is tried beside the first (RFC 8305): one of
+# the machines that share a name may have vanished.
+_NEXT_ADDRESS: Final = 0.25
 
 
 class Delayed:
@@ -103,6 +108,7 @@ class Link:
                 proxy=None,
                 max_size=MAX_INBOUND_BYTES,
                 ssl=trusted,
+                happy_eyeballs_delay=_NEXT_ADDRESS,
                 **WEBSOCKET_OPTIONS,
             )
         except InvalidHandshake as error:

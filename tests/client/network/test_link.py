@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
 from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager
@@ -203,6 +204,32 @@ def test_all_is_said_and_heard_in_order_to_the_last_word_then_why_it_ended(
             assert await link.receive(heard.append) == "the server stops"
             assert heard == MESSAGES
             assert CLOCK.now() - start >= up.delay + down.delay - ROUNDING
+
+    play(work())
+
+
+def test_a_name_with_several_addresses_is_reached_though_the_first_does_not_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As that of several machines, of which one has vanished."""
+
+    async def work() -> None:
+        with contextlib.ExitStack() as stack:
+            deaf = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
+            for _ in range(2):  # nobody takes these; the kernel does not answer a third
+                one = stack.enter_context(socket.socket())
+                one.setblocking(False)
+                one.connect_ex(deaf.getsockname())
+            async with serve(
+                echo_then_close, "127.0.0.1", 0, subprotocols=[Subprotocol(SUBPROTOCOL)]
+            ) as server:
+                port = next(iter(server.sockets)).getsockname()[1]
+                kind = (socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP, "")
+                found = [(*kind, deaf.getsockname()), (*kind, ("127.0.0.1", port))]
+                monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+                link = Link("ws://cohaptic.invalid:8765", CLOCK, NOW, NOW)
+                await link.open()
+                await link.close()
 
     play(work())
 
