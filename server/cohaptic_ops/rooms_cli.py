@@ -36,6 +36,7 @@ from cohaptic_server.cli.told_pages import tell_pages
 from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
 from cohaptic_server.logs import LogStyle
 from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.objects.store import shared
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.gate import Protection
 from cohaptic_server.shell.own_addresses import machine_addresses
@@ -66,6 +67,7 @@ def serve_rooms(
     _refuse_other_options(context)
     config = load_config(path)
     _check_objects(path, config)
+    shared.check()
     _check_access(path, config)
     if cluster and not config.cluster.witnesses:
         missing = "cluster.witnesses is missing, the addresses of the machines that grant rooms"

@@ -51,11 +51,7 @@ def _tier(page: str) -> pytest.MarkDecorator:
 
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, marks=_tier(page))
-        for page, found in PLAYED.items()
-        if found
-    ],
+    [pytest.param(page, marks=_tier(page)) for page, found in PLAYED.items() if found],
 )
 def test_a_page_can_be_played_as_it_stands(page: str, tmp_path: Path) -> None:
     with Player(tmp_path) as player:

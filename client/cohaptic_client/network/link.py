@@ -13,11 +13,11 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
-from cohaptic.errors import AnotherObject, CloseCode, ServerLost, ServerUnreachable
+from cohaptic.errors import AnotherObject, CloseCode, ServerLost, ServerUnreachable, one_line
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
@@ -29,6 +29,7 @@ from cohaptic_client.network.wire import Wire
 Data = str | bytes
 MAX_INBOUND_BYTES = MAX_BYTES  # the largest message is a rest mesh, then a full room's welcome
 
+_TELLS_WHY: Final = (429, 503)  # too many, or no room at present: a sentence of the server's own
 # s without an answer until the next address of a name is tried beside the first (RFC 8305): one of
 # the machines that share a name may have vanished.
 _NEXT_ADDRESS: Final = 0.25
@@ -111,6 +112,11 @@ class Link:
                 happy_eyeballs_delay=_NEXT_ADDRESS,
                 **WEBSOCKET_OPTIONS,
             )
+        except InvalidStatus as error:
+            why = one_line((error.response.body or b"").decode(errors="replace").strip(), 200)
+            if error.response.status_code not in _TELLS_WHY or not why:
+                raise ServerLost(self.url, f"not a cohaptic server ({error})") from error
+            raise ServerLost(self.url, f"the server says: {why}") from error
         except InvalidHandshake as error:
             secure = "" if self.url.startswith("wss:") else "; try wss:// if it speaks TLS"
             raise ServerLost(self.url, f"not a cohaptic server ({error}){secure}") from error

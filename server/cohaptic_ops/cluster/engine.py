@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import json
 import logging
 import os
+import re
+import socket
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -30,6 +33,8 @@ log = logging.getLogger("cohaptic.server")
 _AGAIN: Final = 1.0  # s; a program takes a second of a core to start
 _LONGEST: Final = 4.0  # s beside it, after many ends: while no head runs, lost rooms wait
 _KILLED_WITHIN: Final = 1.0  # s
+# Lines of the programs that say why they end; others are parts of traces, and hints.
+_REASON: Final = re.compile(rb"Error\b|already running|refused", re.IGNORECASE)
 _FRESH: Final = 3.0  # s for which the engine counts as reached after its last word
 _STARTS: Final = 20.0  # s that it has for its start; about 6 s on a machine at rest
 # Ray takes a machine for dead after three checks in half-second steps have failed (by default after
@@ -65,8 +70,9 @@ class Engine:
         self, address: str, host: str, clock: Clock, *, leads: bool, watches: bool
     ) -> None:
         self._address, self._clock = address, clock
-        self._start = start_command(address, host, leads=leads)
+        self._start, self._leads = start_command(address, host, leads=leads), leads
         self._watches = watches
+        self._told = ""
         self.placed: Mapping[str, str] = {}
         self._on: dict[str, list[str]] = {}
         self._begun, self._heard = clock.now(), float("-inf")
@@ -86,6 +92,18 @@ class Engine:
     def away(self) -> bool:
         """Whether it has not, and had the time to start: rooms have to be placed without it."""
         return self._clock.now() - max(self._heard, self._begun + _STARTS) >= _FRESH
+
+    def tell(self) -> None:
+        """Log whether the engine answers, when that changes; only who watches it knows."""
+        state = "answers" if self.reached else "away" if self.away else self._told
+        if not self._watches or state == self._told:
+            return
+        self._told, told = state, {"event": f"engine_{state}"}
+        if state == "answers":
+            log.info("the engine at %s answers", self._address, extra=told)
+        else:
+            words = "the engine at %s does not answer; is that the first machine, and does it run?"
+            log.warning(words + " Witnesses place rooms meanwhile", self._address, extra=told)
 
     def on(self, host: str) -> Sequence[str]:
         """Return the rooms that the engine has placed on a machine."""
@@ -124,9 +142,13 @@ class Engine:
         restarts = Restarts()
         while not self._leaves:
             begun, last = self._clock.now(), b""
-            with contextlib.suppress(OSError):  # no process can be started now
-                process = self._machine = await _run("machine", *self._start)
-                last = await self._read(process, lambda line: False)
+            port = self._address.rpartition(":")[2]
+            if self._leads and _is_taken(int(port)):
+                last = f"its port {port} is taken by another program".encode()
+            else:
+                with contextlib.suppress(OSError):  # no process can be started now
+                    process = self._machine = await _run("machine", *self._start)
+                    last = await self._read(process, lambda line: False)
             if not self._leaves:
                 told = {"event": "engine_ended"}
                 words = "the engine has ended here, and is started again: %s"
@@ -163,14 +185,14 @@ class Engine:
     async def _read(
         self, process: asyncio.subprocess.Process, hear: Callable[[bytes], bool]
     ) -> bytes:
-        """Read a program's lines to its end; return the last one that is no message."""
-        last = b""
+        """Read a program's lines to its end; return the last one that names an error."""
+        last = b"it gave no reason"
         assert process.stdout is not None
         assert process.stdin is not None
         try:
             async for line in process.stdout:
-                if not hear(line):
-                    last = line.strip() or last
+                if not hear(line) and _REASON.search(line):
+                    last = line.strip()
         except ValueError:  # a line without an end
             process.kill()
         finally:
@@ -207,6 +229,15 @@ def processors(limit: Path = Path("/sys/fs/cgroup/cpu.max")) -> float:
         quota, period = map(int, limit.read_text().split())
         return min(float(cores()), quota / period)
     return float(cores())
+
+
+def _is_taken(port: int) -> bool:
+    """Whether a program listens at a port already; Ray would wait for a minute, and not say so."""
+    try:
+        socket.create_server(("", port)).close()
+    except OSError as error:
+        return error.errno == errno.EADDRINUSE
+    return False
 
 
 def _program() -> Path:

@@ -16,7 +16,7 @@ from cohaptic.errors import SettingError
 from cohaptic_ops.cluster.addresses import host_of
 from cohaptic_ops.cluster.callers import Caller
 from cohaptic_ops.cluster.engine import Engine
-from cohaptic_ops.cluster.leases import Claims, Witness
+from cohaptic_ops.cluster.leases import NEVER, Claims, Witness
 from cohaptic_ops.cluster.lines import (
     ACCEPTED,
     LONGEST,
@@ -125,8 +125,8 @@ class Node:
         self._sought: dict[str, _Sought] = {}
         self._known: dict[str, tuple[There, float]] = {}
         self._lists = False
-        self._heard = [now] * len(self.witnesses)
-        self._silent: set[str] = set()
+        self._begun, self._heard = now, [NEVER] * len(self.witnesses)
+        self._silent: set[str] | None = None
         self._hurry = [asyncio.Event() for _ in self.witnesses]
         self._server: asyncio.Server | None = None
         self._tasks: list[asyncio.Task[None]] = []
@@ -171,6 +171,9 @@ class Node:
         """Return the number of witnesses that have answered lately."""
         return sum(now - at <= self.term for at in self._heard)
 
+    def _most_answer(self) -> bool:
+        return 2 * self._answering(self.clock.now()) > len(self.witnesses)
+
     async def run(self) -> None:
         """Wait for ever; raise the error of a part of the node that has failed."""
         await asyncio.gather(*self._tasks)
@@ -212,7 +215,7 @@ class Node:
         self._lists = True
         self._speak()
         await asyncio.sleep(2.0 * _LOOK_EVERY)
-        return self.found
+        return self.found if self._most_answer() else {}
 
     async def find(self, room: str) -> There | None:
         """Return the place of a room, which gets one if nobody owns it; None after some seconds."""
@@ -310,7 +313,7 @@ class Node:
 
     def _ask(self) -> Ask:
         owned = [room for room in self._claims.asked if room != PLACING and self.owns(room)]
-        takes_rooms = not self._leaves and 2 * self._answering(self.clock.now()) > len(self._heard)
+        takes_rooms = not self._leaves and self._most_answer()
         return Ask(
             owner=self._name,
             address=self.address,
@@ -400,7 +403,8 @@ class Node:
         """Log which witnesses answer, when that changes."""
         heard = zip(self.witnesses, self._heard, strict=True)
         silent = {name for name, at in heard if now - at > self.term}
-        if silent != self._silent:
+        starts = self._silent is None and now - self._begun < self.term
+        if silent != self._silent and not (starts and silent):
             self._silent, count = silent, len(self.witnesses)
             answer = f"{count - len(silent)} of {count} witnesses answer"
             if silent:
@@ -414,6 +418,7 @@ class Node:
         """Do what time alone makes due: end lost rooms, tell others for how long they may run."""
         now = self.clock.now()
         self._tell_witnesses(now)
+        self.engine.tell()
         self._settle(now)
         freed = self._freed.items()
         self._freed = {room: one for room, one in freed if now - one[1] < self.term}

@@ -9,6 +9,7 @@ import socket
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from ipaddress import ip_address
 
 import cohaptic
 from cohaptic.clock import SystemClock
@@ -189,6 +190,9 @@ class Supervisor:
             self._host, self._leave, self._owned, self._enter, self._take, self._people,
         )  # fmt: skip
         host = table.host or own_address(table.engine)
+        if ip_address(host).is_loopback and not all(is_here(one, host) for one in table.witnesses):
+            limit = "an address at which the other machines reach the first one, not a loopback one"
+            raise SettingError("--cluster", table.engine, limit)
         witnesses = [at(one, table.port) for one in table.witnesses]
         witness = any(is_here(one, host) for one in table.witnesses)
         leads = is_here(host_of(table.engine), host)

@@ -131,6 +131,10 @@ async def say_not_found(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -
     writer.write(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n")
 
 
+async def say_full(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    writer.write(b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 9\r\n\r\nno\x07 room\n")
+
+
 async def say_something_else(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
     writer.write(b"220 mail.invalid ESMTP\r\n")
 
@@ -141,9 +145,27 @@ async def hang_up(_: asyncio.StreamReader, __: asyncio.StreamWriter) -> None:
 
 @pytest.mark.parametrize(
     ("answer", "words"),
-    [(say_not_found, "HTTP 404"), (say_something_else, "HTTP"), (hang_up, "HTTP")],
+    [
+        (say_not_found, "HTTP 404"),
+        (say_something_else, "HTTP"),
+        (hang_up, "HTTP"),
+    ],
 )
 def test_a_server_of_another_kind_is_called_that(answer: Answer, words: str) -> None:
+    told = answered_by(answer)
+    assert told.startswith("not a cohaptic server (")
+    assert words in told
+    assert "\n" not in told
+
+
+def test_a_server_that_takes_nobody_now_says_why() -> None:
+    assert answered_by(say_full) == "the server says: no? room"
+
+
+def answered_by(answer: Answer) -> str:
+    """Message when a server answers a link so, without the URL."""
+    told = list[str]()
+
     async def work() -> None:
         async def handle(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
             await reader.readuntil(b"\r\n\r\n")
@@ -155,11 +177,10 @@ def test_a_server_of_another_kind_is_called_that(answer: Answer, words: str) -> 
             url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
             with pytest.raises(ServerLost) as caught:
                 await Link(url, CLOCK, NOW, NOW).open()
-            assert str(caught.value).startswith(f"{url}: not a cohaptic server (")
-            assert words in str(caught.value)
-            assert "\n" not in str(caught.value)
+            told.append(str(caught.value).removeprefix(f"{url}: "))
 
     play(work())
+    return told[0]
 
 
 # Talking

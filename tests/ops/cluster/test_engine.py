@@ -79,6 +79,26 @@ def test_it_is_away_only_after_the_time_that_it_has_to_start(
     assert there.away
 
 
+def test_it_is_told_once_whether_it_answers(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(engine, "_program", lambda: Path(sys.executable))
+    caplog.set_level("INFO", "cohaptic.server")
+    clock = ManualClock()
+    there = Engine(HEAD, "10.0.0.1", clock, leads=True, watches=True)
+    for now, heard in ((1.0, False), (2.0, True), (3.0, True), (6.5, False), (7.0, True)):
+        clock.sleep_until(now)
+        if heard:
+            there.hear(Placed().model_dump_json().encode())
+        there.tell()
+    clock.sleep_until(26.0)
+    there.tell()
+    there.tell()
+    told = [record.message.partition(";")[0] for record in caplog.records]
+    answers, silent = (f"the engine at {HEAD} {word}" for word in ("answers", "does not answer"))
+    assert told == [answers, silent]
+
+
 def test_processors_are_those_of_the_container(tmp_path: Path) -> None:
     limit = tmp_path / "cpu.max"
     assert processors(limit) == cores()

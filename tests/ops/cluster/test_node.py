@@ -70,6 +70,9 @@ class _Placing:
     def beat(self) -> None:
         pass
 
+    def tell(self) -> None:
+        pass
+
 
 class _Echo(asyncio.Protocol):
     """The end of a connection in a room: it says what it hears."""

@@ -34,6 +34,15 @@ _refused: set[str] = set()  # "fetched from", "sent to": kinds of requests that 
 T = TypeVar("T")
 
 
+def check() -> None:
+    """Refuse a setting that no machine can use.
+
+    Raises:
+        SettingError: COHAPTIC_SHARED_CACHE is of a kind that is not known here.
+    """
+    _Storage.chosen("checked")
+
+
 def fetch(
     path: Path, label: str, make_room: Callable[[Path, int], None], check: Callable[[Path], object]
 ) -> bool:
