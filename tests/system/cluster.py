@@ -207,6 +207,7 @@ class Cluster:
             for task in living:
                 task.cancel()
             await asyncio.gather(*living, return_exceptions=True)
+            await asyncio.sleep(0.1)  # a connection that was cut in its handshake ends a turn later
 
     def others(self, rooms: Iterable[str], machine: int = -1) -> list[Hand]:
         """Hands that are in none of these rooms, and have not come through this machine."""

@@ -247,7 +247,11 @@ def test_a_name_with_several_addresses_is_reached_though_the_first_does_not_answ
                 port = next(iter(server.sockets)).getsockname()[1]
                 kind = (socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP, "")
                 found = [(*kind, deaf.getsockname()), (*kind, ("127.0.0.1", port))]
-                monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+
+                def resolve(*_: object, **__: object) -> list[tuple[object, ...]]:
+                    return list[tuple[object, ...]](found)
+
+                monkeypatch.setattr(socket, "getaddrinfo", resolve)
                 link = Link("ws://cohaptic.invalid:8765", CLOCK, NOW, NOW)
                 await link.open()
                 await link.close()
