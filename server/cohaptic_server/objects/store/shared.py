@@ -114,11 +114,10 @@ class _Storage:
     Args:
         url: URL of the folder.
         use: The kind of requests, in words.
-        there: Class of fsspec for the storage.
     """
 
-    def __init__(self, url: str, use: str, there: Any) -> None:
-        self._url, self._use, self._there = url, use, there
+    def __init__(self, url: str, use: str) -> None:
+        self._url, self._use = url, use
 
     @classmethod
     def chosen(cls, use: str) -> _Storage | None:
@@ -128,10 +127,11 @@ class _Storage:
             return None
         name = url.partition("://")[0] if "://" in url else "file"
         try:
-            return cls(url, use, importlib.import_module("fsspec").get_filesystem_class(name))
+            importlib.import_module("fsspec").get_filesystem_class(name)
         except (ImportError, ValueError) as error:
             limit = f"a URL such as s3://bucket/folder, with the library for it installed ({error})"
             raise SettingError(VARIABLE, _public(url, url), limit) from error
+        return cls(url, use)
 
     def find(self, name: str) -> tuple[Any, str, int]:
         """Return the file system, the path in it and the size of an entry."""
