@@ -114,20 +114,33 @@ def test_each_hand_is_judged_by_its_worst_stretch() -> None:
     later = slice(WHOLE.stop, 2 * WHOLE.stop)
     forces = np.array([[*a, *b] for a, b in ((rests, rests), (slow, rests), (slow, swinging))])
     expected = [Rest.RESTS, Rest.SLOW, Rest.UNSTABLE]
-    assert judge(forces, [WHOLE, later], end, LIMIT) == expected
-    assert judge(forces, [later, WHOLE], end, LIMIT) == expected
+    assert judge(forces, [WHOLE, later], [True, True], end, LIMIT) == expected
+    assert judge(forces, [later, WHOLE], [True, True], end, LIMIT) == expected
+
+
+def test_where_something_came_late_a_force_may_rest_but_is_not_accused() -> None:
+    """The first force swings in its second stretch, the other two always."""
+    rests, slow, swinging = wave(0.0), SIZE + np.exp(-0.5 * grid()), wave(0.2)
+    later = slice(WHOLE.stop, 2 * WHOLE.stop)
+    pairs = ((rests, swinging), (swinging, slow), (swinging, swinging))
+    forces = np.array([[*a, *b] for a, b in pairs])
+    late = judge(forces, [WHOLE, later], [False, False], end, LIMIT)
+    assert late == [Rest.RESTS, None, None]
+    half = judge(forces, [WHOLE, later], [False, True], end, LIMIT)
+    assert half == [Rest.UNSTABLE, Rest.SLOW, Rest.UNSTABLE]
 
 
 def test_one_that_had_all_that_the_device_gives_is_unstable() -> None:
     force = wave(0.0)
     force[1000:1010] = 1.001 * AT_LIMIT * LIMIT
-    assert judge(force[None], [WHOLE], end, LIMIT) == [Rest.UNSTABLE]
+    assert judge(force[None], [WHOLE], [True], end, LIMIT) == [Rest.UNSTABLE]
+    assert judge(force[None], [WHOLE], [False], end, LIMIT) == [Rest.RESTS]
     force[1000:1010] = 0.99 * AT_LIMIT * LIMIT
-    assert judge(force[None], [WHOLE], end, LIMIT) == [Rest.RESTS]
+    assert judge(force[None], [WHOLE], [True], end, LIMIT) == [Rest.RESTS]
 
 
 def test_without_a_stretch_nobody_is_judged() -> None:
-    assert judge(np.zeros((2, 0)), [], end, LIMIT) == [None, None]
+    assert judge(np.zeros((2, 0)), [], [], end, LIMIT) == [None, None]
 
 
 def up(t: Floats) -> Floats:

@@ -11,6 +11,7 @@ import pytest
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.punctuality import Blame
 from cohaptic_tools.demo.rest import Rest
 from cohaptic_tools.demo.result import DemoResult, evaluate
 from cohaptic_tools.demo.scene import Scene, reference
@@ -256,27 +257,73 @@ def test_the_result_for_programs_says_what_it_promises(good: DemoResult) -> None
             "felt_onset_ms",
             "felt_delay_ms",
             "felt_most_ms",
+            "patch_late_ms",
+            "loop_stall_ms",
             "stable",
         }
         assert user["rest"] == "rests"
     assert DemoResult.model_validate_json(good.model_dump_json()) == good
 
 
+def held_back(recording: Recording, every: float, wait: float) -> Recording:
+    """The recording with a patch in each interval `every` that comes `wait` later [s]."""
+    t, tick = recording.columns["t"], recording.columns["tick"]
+    waits = np.maximum.accumulate(np.where(np.mod(t - t[0], every) < wait, 0.0, tick))
+    return Recording(recording.name, recording.columns | {"tick": waits})
+
+
 @pytest.mark.parametrize("busy", [False, True])
-def test_a_force_that_swings_while_the_server_says_nothing_is_not_the_law_s(
+def test_a_force_that_swings_while_patches_come_late_is_not_the_law_s(
     small_balloon: Balloon, recordings: list[Recording], tmp_path: Path, *, busy: bool
 ) -> None:
-    t = recordings[0].columns["t"]
-    swing = 0.5 * np.sin(2.0 * np.pi * 3.0 * t)
-    # Every second has a third of a second in which no patch comes.
-    tick = recordings[0].columns["tick"]
-    waits = np.maximum.accumulate(np.where(np.mod(t - t[0], 1.0) < 1 / 3, 0.0, tick))
-    left = recordings[0].columns | {"fx": recordings[0].columns["fx"] + swing}
-    if busy:
-        left |= {"tick": waits}
-    result = judged(small_balloon, [Recording("left", left), *recordings[1:]], tmp_path)
+    left, right = copy(recordings[0]), recordings[1]
+    left.columns["fx"] += 0.5 * np.sin(2.0 * np.pi * 3.0 * left.columns["t"])
+    if busy:  # the patch of another user is late, whose hand moves the first one
+        right = held_back(right, 1.0, 0.045)
+    result = judged(small_balloon, [left, right], tmp_path)
     assert result.users[0].rest is (None if busy else Rest.UNSTABLE)
-    assert (result.silent > 0) is busy
+    assert result.users[1].rest is Rest.RESTS
+    assert result.late is (Blame.MACHINE if busy else None)
+    assert result.shows_it is busy
+    assert not result.proves_it
+    if busy:
+        assert result.users[1].patch_late_ms == pytest.approx(45.0, abs=17.0)
+
+
+def test_a_link_that_wavers_is_blamed_before_the_law_and_the_machine(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
+) -> None:
+    left = held_back(copy(recordings[0]), 1.0, 0.045)
+    left.columns["fx"] += 0.5 * np.sin(2.0 * np.pi * 3.0 * left.columns["t"])
+    wavering = replace(SCENE, jitter=0.04, duration=10.0)
+    result = judged(small_balloon, [left, recordings[1]], tmp_path, scene=wavering)
+    assert (result.users[0].rest, result.late) == (None, Blame.LINK)
+    assert result.shows_it
+
+
+def test_a_loop_that_stands_still_is_in_the_result(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
+) -> None:
+    kept = np.ones(recordings[0].columns["t"].size, bool)
+    kept[4000:4080] = False
+    halted = Recording("left", {name: v[kept] for name, v in recordings[0].columns.items()})
+    result = judged(small_balloon, [halted, recordings[1]], tmp_path)
+    assert [user.loop_stall_ms for user in result.users] == pytest.approx([81.0, 1.0], abs=0.1)
+    assert result.late is Blame.MACHINE
+    # It does no harm to a force that rests all the same.
+    assert [user.rest for user in result.users] == [Rest.RESTS, Rest.RESTS]
+    assert result.proves_it
+
+
+def test_a_hand_thrown_while_nothing_came_on_time_accuses_nobody(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
+) -> None:
+    left, right = recordings[0], held_back(recordings[1], 1.0, 0.3)
+    right.columns["scale"] *= 0.0
+    faults = {"right": {"the hand moved at 3 m/s, more than 2"}}
+    result = judged(small_balloon, [left, right], tmp_path, faults)
+    assert [user.stable for user in result.users] == [None, None]
+    assert result.late is Blame.MACHINE
 
 
 def test_patches_that_come_at_half_the_rate_are_counted_so(

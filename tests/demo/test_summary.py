@@ -5,9 +5,10 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from cohaptic_tools.demo.punctuality import Blame
 from cohaptic_tools.demo.rest import Rest
-from cohaptic_tools.demo.result import DemoResult, UserResult
-from cohaptic_tools.demo.summary import GOOD_ERROR, show, verdict
+from cohaptic_tools.demo.result import GOOD_ERROR, DemoResult, UserResult
+from cohaptic_tools.demo.summary import show, verdict
 
 HOW = "(predictive law, 50 ms each way, 60 Hz)"
 
@@ -21,7 +22,8 @@ def user(name: str, **other: Any) -> UserResult:
         "loop_late_p99_us": 200.0, "loop_missed": 0, "round_trip_ms": 100.0,
         "felt_onset_ms": None if name == "left" else 170.0,
         "felt_delay_ms": None if name == "left" else 193.4,
-        "felt_most_ms": None if name == "left" else 377.0, "patch_hz": 60.0, "stable": True,
+        "felt_most_ms": None if name == "left" else 377.0, "patch_hz": 60.0, "patch_late_ms": 2.0,
+        "loop_stall_ms": 1.5, "stable": True,
         "rest": Rest.RESTS, "faults": (),
     }  # fmt: skip
     return UserResult(**(values | other))
@@ -37,7 +39,7 @@ def result(left: dict[str, Any] | None = None, **right: Any) -> DemoResult:
         friction=0.0,
         lag_ms=0.0,
         presses=2,
-        silent=0,
+        late=None,
         enough_s=8.2,
         users=(user("left", **(left or {})), user("right", **right)),
     )
@@ -162,10 +164,31 @@ def test_a_machine_that_cannot_keep_up_is_told_so() -> None:
     assert verdict(result(patch_hz=50.0)).startswith("right felt left press")
 
 
-def test_a_machine_that_was_too_busy_is_told_so() -> None:
-    told = result(rest=None, stable=None).model_copy(update={"silent": 4})
-    assert verdict(told).startswith("This machine is too busy to tell")
-    assert told.shows_it
+def test_what_kept_a_force_from_being_judged_is_named() -> None:
+    unknown = result({"patch_late_ms": 40.0}, rest=None, stable=None, loop_stall_ms=35.0)
+    busy = unknown.model_copy(update={"late": Blame.MACHINE})
+    assert verdict(busy).startswith(
+        "This machine was too busy to judge the force of right: a patch for left came 40 ms late"
+    )
+    wavering = unknown.model_copy(update={"late": Blame.LINK, "jitter_ms": 40.0})
+    assert verdict(wavering).startswith("The link kept the force of right moving: a patch for left")
+    assert "by a jitter of 40 ms" in verdict(wavering)
+    for told in (busy, wavering):
+        assert told.shows_it
+        assert not told.proves_it
+
+
+def test_a_busy_machine_is_told_beside_a_force_that_came_to_rest() -> None:
+    told = result(loop_stall_ms=35.0).model_copy(update={"late": Blame.MACHINE})
+    assert verdict(told).endswith(f"Every force came to rest, at most 0.0% from the truth {HOW}.")
+    assert "busy: the haptic loop of right stood still for 35 ms" in shown(told)
+
+
+def test_a_script_may_ask_for_a_force_that_is_where_it_should_be() -> None:
+    assert result().proves_it
+    assert not result(force_error=0.06).proves_it
+    assert not result(rest=Rest.SLOW).proves_it
+    assert not result(rest=None, stable=None).proves_it
 
 
 def test_what_switched_a_force_off_is_told() -> None:

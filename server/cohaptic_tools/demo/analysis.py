@@ -138,15 +138,6 @@ def patch_rate(timeline: Timeline, user: int) -> float:
     return float((np.diff(np.floor(tick[received])) > 0).sum()) / seconds if seconds else math.nan
 
 
-def longest_wait(timeline: Timeline, stretch: slice) -> float:
-    """Return the longest time for which some user got no patch within an interval [s]."""
-    longest = 0
-    for tick in np.floor(timeline.columns["tick"][:, stretch]):
-        came = np.flatnonzero(np.diff(tick) > 0)
-        longest = max(longest, int(np.diff(np.concatenate([[0], came, [tick.size]])).max()))
-    return longest * STEP
-
-
 def mean_over(values: Floats, windows: Sequence[slice]) -> Floats:
     """Return the mean over all windows of values whose last axis is time; NaN without a window."""
     if not windows:

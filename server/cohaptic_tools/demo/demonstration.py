@@ -50,8 +50,8 @@ def demonstrate(
     *,
     nonlinear: bool,
     browser: bool,
-) -> bool:
-    """Perform a scene on a body, print the result, and return whether it shows what it should.
+) -> DemoResult:
+    """Perform a scene on a body, and print and return the result.
 
     Args:
         scene: Scene in which the places of the hands are not chosen yet.
@@ -61,9 +61,6 @@ def demonstrate(
         keep: Folder in which recordings and logs stay; None deletes them at the end.
         nonlinear: Whether the body is nonlinear (finite deformation).
         browser: Whether to open the web page of the server.
-
-    Returns:
-        True if no force was unstable, and the first two users felt each other at all.
 
     Raises:
         CohapticError: The scene cannot be shown on the body, or a process has failed.
@@ -92,7 +89,7 @@ def demonstrate(
     if json is not None:
         json.write_text(result.model_dump_json(indent=2) + "\n")
         console.print(f"written to {json}", highlight=False)
-    return result.shows_it
+    return result
 
 
 def _perform(

@@ -10,7 +10,7 @@ A swing is one rise or fall of an oscillating force [N].
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 
 import numpy as np
@@ -33,7 +33,11 @@ class Rest(Enum):
 
 
 def judge(
-    force: Floats, stretches: Sequence[slice], measured: Callable[[slice], slice], limit: float
+    force: Floats,
+    stretches: Sequence[slice],
+    punctual: Sequence[bool],
+    measured: Callable[[slice], slice],
+    limit: float,
 ) -> list[Rest | None]:
     """Return a verdict on each hand's force; None if there is no stretch to judge from.
 
@@ -42,27 +46,36 @@ def judge(
     monotonically or its oscillation decays, and unstable otherwise. A force that reaches the limit
     of its device is unstable too, since growing oscillations reach it. The worst stretch counts.
 
+    A stretch in which something came late shows a force at rest as well as any other, but accuses
+    no force: what moves there may have been moved by the machine or the link.
+
     Args:
         force: Force on each hand, shape (users, n) [N].
         stretches: Intervals of time indices in which no hand intends to move.
+        punctual: Whether patches and haptic periods came on time in each stretch.
         measured: Returns the part of a stretch in which a force must be at rest.
         limit: Largest force of the device [N].
     """
-    return [_worst(row, stretches, measured, limit) for row in force]
+    return [_judge_one(row, stretches, punctual, measured, limit) for row in force]
 
 
-def _worst(
-    force: Floats, stretches: Sequence[slice], measured: Callable[[slice], slice], limit: float
+def _judge_one(
+    force: Floats,
+    stretches: Sequence[slice],
+    punctual: Sequence[bool],
+    measured: Callable[[slice], slice],
+    limit: float,
 ) -> Rest | None:
-    if not stretches:
-        return None
-    if force.max() >= AT_LIMIT * limit:
+    if stretches and all(punctual) and force.max() >= AT_LIMIT * limit:
         return Rest.UNSTABLE
-    verdicts = {judge_stretch(force[s], force[measured(s)]) for s in stretches}
-    for rest in (Rest.UNSTABLE, Rest.SLOW):
-        if rest in verdicts:
-            return rest
-    return Rest.RESTS
+    found = [judge_stretch(force[s], force[measured(s)]) for s in stretches]
+    return worst(r for r, p in zip(found, punctual, strict=True) if p or r is Rest.RESTS)
+
+
+def worst(verdicts: Iterable[Rest | None]) -> Rest | None:
+    """Return the worst of several verdicts on one force; None if there is none."""
+    found = set(verdicts)
+    return next((r for r in (Rest.UNSTABLE, Rest.SLOW, Rest.RESTS) if r in found), None)
 
 
 def judge_stretch(force: Floats, end: Floats) -> Rest:

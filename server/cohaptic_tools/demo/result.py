@@ -14,7 +14,6 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_tools.demo.analysis import (
     Recording,
     Timeline,
-    longest_wait,
     measured,
     patch_rate,
     press_windows,
@@ -22,13 +21,12 @@ from cohaptic_tools.demo.analysis import (
 )
 from cohaptic_tools.demo.comparison import Compared, compare
 from cohaptic_tools.demo.lateness import LEAST
-from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge
+from cohaptic_tools.demo.punctuality import Blame, Lateness, in_stretches, most
+from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge, worst
 from cohaptic_tools.demo.scene import Scene
 
 MAX_FORCE = 10.0  # N; largest force of a simulated device
-# Longest wait for a patch in an interval that is judged, beside the injected jitter [s]; twice the
-# time after which a client calls its server silent (loop/config.py). The machine is too busy then.
-LONGEST_WAIT = 0.2
+GOOD_ERROR = 0.05  # relative error; half of the just noticeable difference of forces
 
 
 class UserResult(BaseModel):
@@ -58,6 +56,9 @@ class UserResult(BaseModel):
             network; in a scene with friction relative to the recorded force of the first hand [ms].
             None for the first hand, which causes the change, and if the force does not change.
         patch_hz: Received patches per second.
+        patch_late_ms: Time by which a patch came later than usual while hands held still, at most
+            [ms].
+        loop_stall_ms: Time between two periods of the haptic loop then, at most [ms].
         stable: Whether the force rests, or its oscillation decays, below the device's limit.
         rest: Whether the force rests, is slow, or is unstable.
         faults: Reasons for which the force was switched off during the demonstration.
@@ -84,6 +85,8 @@ class UserResult(BaseModel):
     felt_delay_ms: float | None
     felt_most_ms: float | None
     patch_hz: float | None
+    patch_late_ms: float | None
+    loop_stall_ms: float | None
     stable: bool | None
     rest: Rest | None
     faults: tuple[str, ...]
@@ -104,8 +107,8 @@ class DemoResult(BaseModel):
         description="In how long the object answers the others while the first presses."
     )
     presses: int = Field(description="Measured presses, or drags, of the first user.")
-    silent: int = Field(
-        description="Intervals that were not judged, since a user had no patch for too long."
+    late: Blame | None = Field(
+        description="Why patches or periods of a loop came late while hands held still, if any did."
     )
     enough_s: float = Field(description="Duration in which every force can come to rest [s].")
     users: tuple[UserResult, ...]
@@ -123,10 +126,20 @@ class DemoResult(BaseModel):
 
     @property
     def shows_it(self) -> bool:
-        """Whether no force is unstable, and the first two users feel each other at all."""
+        """Whether no force is unstable, and the first two users feel each other at all.
+
+        A demonstration that a busy machine or the link kept from being judged has not failed.
+        """
         felt = self.least_felt
         unstable = any(user.stable is False for user in self.users)
         return not unstable and (felt is None or felt >= LEAST)
+
+    @property
+    def proves_it(self) -> bool:
+        """Whether besides every force was judged, came to rest, and is close to its truth."""
+        errors = [user.force_error for user in self.users if user.force_error is not None]
+        rests = all(user.rest is Rest.RESTS for user in self.users)
+        return self.shows_it and rests and max(errors, default=0.0) <= GOOD_ERROR
 
 
 def evaluate(
@@ -145,19 +158,33 @@ def evaluate(
         statuses: Last status of each user.
         faults: Faults of each user, by name.
     """
-    timeline = Timeline.of([Recording.load(path) for path in recordings])
+    loaded = [Recording.load(path) for path in recordings]
+    timeline = Timeline.of(loaded)
     expected = 0.5 * scene.rhythm.period - scene.rhythm.ramp
     pressed = stretches(timeline, pressed=True, expected=expected)
     off = stretches(timeline, pressed=False, expected=expected)
     windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
     compared = compare(scene, body, timeline, pressed, off, windows)
-    most = LONGEST_WAIT + 2.0 * scene.jitter
-    heard = [s for s in [*pressed, *off] if longest_wait(timeline, s) <= most]
-    rests = judge(timeline.force, heard if pressed else [], measured, MAX_FORCE)
+    period = 1.0 / scene.simulation_hz
+    held = [*pressed, *off]
+    # Without a stretch, as where hands were thrown, the whole demonstration stands for it.
+    late = in_stretches(loaded, timeline.t, held or [slice(0, timeline.t.size)], period)
+    blamed = [most(of_all).blame(period, scene.jitter) for of_all in zip(*late, strict=True)]
+    punctual = [blame is None for blame in blamed]
+    of_pressed, of_off = (
+        judge(timeline.force, stretches, on_time, measured, MAX_FORCE)
+        for stretches, on_time in (
+            (pressed, punctual[: len(pressed)]),
+            (off, punctual[len(pressed) :] if off else []),
+        )
+    )
+    # A demonstration whose presses were not judged says nothing, whatever the hands did before.
+    rests = [None if p is None else worst((p, o)) for p, o in zip(of_pressed, of_off, strict=True)]
     if scene.duration is not None and scene.duration < scene.enough:
         # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and
         # every force seems to creep. Only two verdicts hold: the force rests, or is at the limit.
         tops = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
+        tops &= all(punctual)
         rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, tops, strict=True)]
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
@@ -169,6 +196,8 @@ def evaluate(
             rests[i],
             k_h=float(k_h[i]),
             patch_hz=patch_rate(timeline, i),
+            late=most(late[i]),
+            punctual=all(punctual),
         )
         for i, name in enumerate(scene.names)
     )
@@ -181,7 +210,7 @@ def evaluate(
         friction=scene.friction,
         lag_ms=1e3 * _lag(timeline, pressed, statuses),
         presses=len(pressed),
-        silent=len(pressed) + len(off) - len(heard),
+        late=next((b for b in (Blame.MACHINE, Blame.LINK) if b in blamed), None),
         # If no whole press fits into that duration, the machine is slow and needs a longer one.
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
@@ -204,9 +233,11 @@ def _user(
     *,
     k_h: float,
     patch_hz: float,
+    late: Lateness,
+    punctual: bool,
 ) -> UserResult:
     if any("the hand moved" in fault for fault in faults):
-        rest = Rest.UNSTABLE
+        rest = Rest.UNSTABLE if punctual else None
     return UserResult(
         name=name,
         felt_from_others_n=_known(compared.felt),
@@ -227,6 +258,8 @@ def _user(
         felt_delay_ms=_known(1e3 * compared.late.half),
         felt_most_ms=_known(1e3 * compared.late.most),
         patch_hz=_known(patch_hz),
+        patch_late_ms=_known(1e3 * late.patch),
+        loop_stall_ms=_known(1e3 * late.stall),
         stable=None if rest is None else rest is not Rest.UNSTABLE,
         rest=rest,
         faults=faults,

@@ -13,10 +13,10 @@ from rich.text import Text
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
 from cohaptic_tools.demo.felt import FELT
+from cohaptic_tools.demo.punctuality import Blame
 from cohaptic_tools.demo.rest import Rest
-from cohaptic_tools.demo.result import DemoResult, UserResult
+from cohaptic_tools.demo.result import GOOD_ERROR, DemoResult, UserResult
 
-GOOD_ERROR = 0.05  # relative error; half of the just noticeable difference of forces
 _PUNCTUAL = 0.8  # fraction of patches received; below it the machine is too slow for a verdict
 
 
@@ -59,6 +59,8 @@ _REST = {
 def _notes(result: DemoResult) -> list[Text]:
     """Return remarks on soft devices, lag, slipping fingers and faults."""
     notes = [f"{user.name}: device renders {soft(user)}" for user in result.users if user.soft]
+    if result.late is Blame.MACHINE:
+        notes.append(f"this machine is busy: {_lateness(result)}")
     if result.lag_ms >= 1e3 * LEAST_LAG:
         notes.append(lag_words(1e-3 * result.lag_ms))
     notes += [
@@ -103,9 +105,16 @@ def verdict(result: DemoResult) -> str:
             f" {rate:.0f} of {result.simulation_hz:g} Hz.\nTake fewer users or a lower"
             f" --simulation-hz ({how})."
         )
-    if result.silent and any(user.rest is None for user in result.users):
+    unknown = _names(u for u in result.users if u.rest is None)
+    if unknown and result.late is Blame.LINK:
         return (
-            f"This machine is too busy to tell: a user had no word of the server for long ({how})."
+            f"The link kept the force of {unknown} moving: {_lateness(result)}, by a jitter of"
+            f" {result.jitter_ms:g} ms ({how}).\nA law is judged with less of it (--jitter-ms)."
+        )
+    if unknown and result.late is Blame.MACHINE:
+        return (
+            f"This machine was too busy to judge the force of {unknown}: {_lateness(result)}"
+            f" ({how}).\nEnd what else runs here, or take fewer users or a lower --simulation-hz."
         )
     if result.presses == 0 or any(user.rest is None for user in result.users):
         action = "drag" if result.friction else "press"
@@ -147,6 +156,16 @@ def _outcome(result: DemoResult) -> str:
     if max(errors, default=0.0) > GOOD_ERROR:
         return f"The forces came to rest, and not where they should: up to {max(errors):.1%} off"
     return f"Every force came to rest, {off}"
+
+
+def _lateness(result: DemoResult) -> str:
+    """Return in words the largest lateness of a patch or of a haptic period."""
+    patch = max(result.users, key=lambda user: user.patch_late_ms or 0.0)
+    stall = max(result.users, key=lambda user: user.loop_stall_ms or 0.0)
+    late, stood = patch.patch_late_ms or 0.0, stall.loop_stall_ms or 0.0
+    if stood > late:
+        return f"the haptic loop of {stall.name} stood still for {stood:.0f} ms"
+    return f"a patch for {patch.name} came {late:.0f} ms late"
 
 
 def _names(users: Iterable[UserResult]) -> str:

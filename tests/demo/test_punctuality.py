@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic_server.numeric import Floats
+from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.punctuality import Blame, Lateness, lateness
+from tests.demo.recordings import blank
+
+HZ = 60.0
+PERIOD = 1.0 / HZ
+START, END = 1.0, 3.0  # s
+STEP = 0.001  # s; how exactly the time of a patch is known
+
+
+def received(at: Floats) -> Recording:
+    """A hand that gets the patch of tick n at the time `at[n]` [s], and keeps the newest."""
+    recording = blank("left", np.arange(0.0, 4.0, STEP))
+    newest = np.maximum.accumulate(at[::-1] * -1.0)[::-1] * -1.0  # when n or a later one is there
+    recording.columns["tick"] = np.searchsorted(newest, recording.columns["t"], side="right") - 1.0
+    return recording
+
+
+def found(recording: Recording) -> Lateness:
+    return lateness(recording, START, END, PERIOD)
+
+
+@given(st.floats(0.0, 0.5), st.integers(70, 170), st.floats(0.0, 0.3))
+def test_what_comes_late_is_found_whatever_the_usual_delay(
+    delay: float, tick: int, late: float
+) -> None:
+    at = delay + PERIOD * np.arange(240.0)
+    at[tick] += late
+    at = np.maximum.accumulate(at)  # on a stream the later ones wait behind it
+    # The one before it is shown meanwhile; the interval may end before the late one has come.
+    shown = min(late, max(0.0, END - delay - PERIOD * tick))
+    inside = START < delay + PERIOD * tick < END - PERIOD
+    if inside and shown == late:
+        assert found(received(at)).patch == pytest.approx(late, abs=2.0 * STEP)
+    assert found(received(at)).patch <= late + 2.0 * STEP
+
+
+def test_a_silence_is_late_though_no_patch_tells_it() -> None:
+    at = PERIOD * np.arange(240.0)
+    at[at > 2.0] = 9.0
+    assert found(received(at)).patch == pytest.approx(END - 2.0, abs=PERIOD + 2.0 * STEP)
+    assert found(received(at * 0.0 + 9.0)).patch > 1.0
+
+
+@given(st.integers(5, 500), st.integers(1100, 2400))
+def test_a_loop_that_stood_still_is_found(periods: int, at: int) -> None:
+    whole = received(PERIOD * np.arange(240.0))
+    kept = np.ones(whole.columns["t"].size, bool)
+    kept[at : at + periods] = False
+    halted = Recording("left", {name: values[kept] for name, values in whole.columns.items()})
+    assert found(halted).stall == pytest.approx((periods + 1) * STEP)
+
+
+def test_without_a_row_nothing_is_late() -> None:
+    assert found(blank("left", np.zeros(0))) == Lateness()
+
+
+@pytest.mark.parametrize(
+    ("patch", "stall", "jitter", "blame"),
+    [
+        (0.9, 0.9, 0.0, None),
+        (1.1, 0.0, 0.0, Blame.MACHINE),
+        (0.0, 1.1, 3.0, Blame.MACHINE),
+        (3.5, 0.0, 3.0, Blame.LINK),
+        (4.5, 0.0, 3.0, Blame.MACHINE),
+    ],
+)
+def test_more_than_a_period_is_blamed_on_the_link_as_far_as_its_jitter_goes(
+    patch: float, stall: float, jitter: float, blame: Blame | None
+) -> None:
+    late = Lateness(PERIOD * patch, PERIOD * stall)
+    assert late.blame(PERIOD, PERIOD * jitter) is blame
