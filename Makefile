@@ -36,14 +36,17 @@ $(VENV)/.made:
 PAGE   := $(shell find $(addprefix web/,src index.html package.json package-lock.json vite.config.ts) -type f)
 
 # What the package needs is fetched, unpacked and imported once, for its bytecode, while the package
-# is built, which takes as long.
+# is built, which takes as long. Modules are compiled meanwhile if the demo is to run: as plain Python
+# its server and hands take three times as much of the processor. COHAPTIC_COMPILE=0 leaves that out.
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 export IMPORTED = import cohaptic_tools.demo.demonstration, cohaptic_server.cli.serving, cohaptic_client.touching
+COMPILED := [ "$$COHAPTIC_COMPILE" = 0 ] || $(BIN)/python -m compiling || true
 $(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt $(PAGE)
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
 	@{ $(PIP) $(PINNED) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
-	  others=$$!; $(PIP) --no-deps -e . && wait $$others
+	  others=$$!; { $(if $(filter demo,$(MAKECMDGOALS)),$(COMPILED),true); } & compiled=$$!; \
+	  $(PIP) --no-deps -e . && wait $$others; failed=$$?; wait $$compiled; exit $$failed
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml constraints.txt
@@ -59,7 +62,8 @@ $(VENV)/.docs: $(VENV)/.made pyproject.toml constraints.txt
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
-	@COHAPTIC_COMPILE=$${COHAPTIC_COMPILE-fetch} $(BIN)/cohaptic demo $(ARGS)
+	@$(COMPILED)
+	@$(BIN)/cohaptic demo $(ARGS)
 
 # Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.
 test: fresh-page  ## the proof that it works, some minutes; ARGS="tests/client -x" for a part of it

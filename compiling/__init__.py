@@ -1,7 +1,6 @@
 """Compiles modules of the packages from their own Python source (docs/design/toolchain.md).
 
     python -m compiling          what `make compiled` and the build hook run
-    python -m compiling.beside   what the demo runs, beside itself (docs/design/toolchain.md)
 
 It needs a C compiler, and Cython, mypy with mypyc, and setuptools, which pip fetches for it where
 the environment lacks them. Nothing is compiled in the source

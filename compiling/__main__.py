@@ -1,4 +1,4 @@
-"""`python -m compiling [--again] [--beside]`: compile what has changed in this checkout."""
+"""`python -m compiling [--again]`: compile what has changed in this checkout."""
 
 from __future__ import annotations
 
@@ -9,32 +9,38 @@ from pathlib import Path
 from compiling.alone import alone
 from compiling.build import CompileError, build, stale
 from compiling.compiler import missing
-from compiling.tools import ToolsError, tools
+from compiling.tools import ToolsError, are_here, tools
 
 
 def main() -> None:
     """Entry point."""
     parser = argparse.ArgumentParser(prog="python -m compiling")
     parser.add_argument("--again", action="store_true", help="also what has not changed")
-    beside = "one after another, and not at all where another process compiles"
-    parser.add_argument("--beside", action="store_true", help=beside)
     asked = parser.parse_args()
+    root = Path(__file__).parents[1]
+    if not asked.again and not stale(root):
+        return
     why = missing()
     if why:
         sys.exit(f"no modules were compiled, which is slower and works: {why}")
-    root = Path(__file__).parents[1]
-    with alone(root, wait=not asked.beside) as mine:
-        if not mine:
+    with alone(root):
+        if not asked.again and not stale(root):  # another process has compiled meanwhile
             return
-        if not asked.again and not stale(root):
-            print("compiled modules are up to date")
-            return
+        fetched = "" if are_here() else ", with Cython and mypy that pip fetches for it"
+        print(f"compiling the loop and the tick, once{fetched}", flush=True)
         try:
             with tools():
-                count = build(root, again=asked.again, jobs=1 if asked.beside else None)
+                build(root, again=asked.again, progress=_show)
         except (CompileError, ToolsError) as error:
             sys.exit(f"some modules stay plain Python, which is slower and works:\n{error}")
-    print(f"compiled: {count} new" if count else "compiled modules are up to date")
+
+
+def _show(done: int, of: int) -> None:
+    """Show the progress: in place on a terminal, else one line at the end."""
+    if sys.stdout.isatty():
+        print(f"\rcompiled {done} of {of} modules", end="\n" if done == of else "", flush=True)
+    elif done == of:
+        print(f"compiled {of} modules", flush=True)
 
 
 if __name__ == "__main__":

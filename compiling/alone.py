@@ -11,20 +11,16 @@ from compiling.build import folder
 
 
 @contextlib.contextmanager
-def alone(root: Path, *, wait: bool) -> Generator[bool, None, None]:
-    """Keep other builds of the same checkout and the same Python from starting.
+def alone(root: Path) -> Generator[None, None, None]:
+    """Wait until no other process builds the same checkout for the same Python, and say so.
 
     The system ends it with the process, however that ends. Windows has no such lock.
 
     Args:
         root: The checkout.
-        wait: Wait for a build that runs, and say so; otherwise give way to it.
-
-    Yields:
-        Whether this build may start.
     """
     if sys.platform == "win32":
-        yield True
+        yield
         return
     import fcntl
 
@@ -34,9 +30,6 @@ def alone(root: Path, *, wait: bool) -> Generator[bool, None, None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            if not wait:
-                yield False
-                return
             print("waiting for another process that compiles this checkout", flush=True)
             fcntl.flock(file, fcntl.LOCK_EX)
-        yield True
+        yield

@@ -1,4 +1,8 @@
-"""Compile what has changed, and tell the program with a manifest."""
+"""Compile what has changed, and tell the program with a manifest.
+
+The manifest is replaced after each batch, so that what is finished is used and stays, whatever ends
+the build.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections import deque
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from importlib import metadata
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
@@ -23,9 +27,6 @@ HOME = Path("shared/cohaptic/_compiled")  # of all three packages; `cohaptic.com
 SUFFIX = EXTENSION_SUFFIXES[0]
 PYTHON = SUFFIX.strip(".").rpartition(".")[0]  # as in `cohaptic.compiled`
 MANIFEST = "manifest.json"
-# What a build had finished when it was ended; the next one goes on from there. The program does
-# not read it, so that it never has half of what belongs together.
-UNFINISHED = "unfinished.json"
 # Kernels that one process compiles: starting it takes as long as two of them.
 BATCH = 4
 Entry = dict[str, Any]
@@ -50,8 +51,10 @@ def _fits(unit: Unit, entry: Entry | None) -> bool:
     return entry is not None and _tools(unit) in ("", entry.get("tools"))
 
 
-def build(root: Path, *, again: bool = False, jobs: int | None = None) -> int:
-    """Compile stale units, side by side, and put them in place once all are done.
+def build(
+    root: Path, *, again: bool = False, progress: Callable[[int, int], None] = lambda done, of: None
+) -> int:
+    """Compile stale units, as many at a time as there are cores, and put each in place once done.
 
     Whenever it is ended before, what was in place stays, and the next build goes on from there.
     Two builds of one checkout must not run at once (`compiling.alone`).
@@ -59,7 +62,7 @@ def build(root: Path, *, again: bool = False, jobs: int | None = None) -> int:
     Args:
         root: A checkout.
         again: Compile the others too.
-        jobs: How many at a time; None for one on each core.
+        progress: Called after each batch with the numbers of finished units and of all.
 
     Returns:
         How many units were compiled.
@@ -74,28 +77,30 @@ def build(root: Path, *, again: bool = False, jobs: int | None = None) -> int:
     entries = {key: known[key] for unit in done for key in [_key(unit, recipe)]}
     folder(root).mkdir(parents=True, exist_ok=True)
     problems: list[str] = []
-    workers = jobs or os.cpu_count()
-    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(workers) as pool:
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(os.cpu_count()) as pool:
+        pending: dict[Future[list[Entry]], list[Unit]] = {}
 
-        def start(batch: list[Unit]) -> tuple[list[Unit], Future[list[Entry]]]:
+        def start(batch: list[Unit]) -> None:
             work = Path(tempfile.mkdtemp(dir=temporary))
-            return batch, pool.submit(_compile, root, batch, work, recipe)
+            pending[pool.submit(_compile, root, batch, work, recipe)] = batch
 
-        # One at a time, the longest comes last: a build that is ended soon has finished something.
-        batches = _batches(todo)
-        pending = deque(start(batch) for batch in (batches if jobs != 1 else reversed(batches)))
+        for batch in _batches(todo):
+            start(batch)
         while pending:
-            batch, job = pending.popleft()
-            try:
-                made = job.result()
+            for job in wait(pending, return_when=FIRST_COMPLETED).done:
+                batch = pending.pop(job)
+                try:
+                    made = job.result()
+                except (CompileError, OSError) as error:
+                    if len(batch) == 1:
+                        problems.append(str(error))
+                    for unit in batch if len(batch) > 1 else ():
+                        start([unit])  # by itself each of them shows whether it is to blame
+                    continue
                 entries |= {_key(u, recipe): entry for u, entry in zip(batch, made, strict=True)}
-                _replace(folder(root) / UNFINISHED, json.dumps(entries))
-            except (CompileError, OSError) as error:
-                if len(batch) == 1:
-                    problems.append(str(error))
-                else:  # by itself each of them shows whether it is to blame
-                    pending.extend(start([unit]) for unit in batch)
-    _write(root, every, entries, recipe)
+                _write(root, every, entries, recipe)
+                progress(len(entries) - len(done), len(todo))
+    _tidy(root, _write(root, every, entries, recipe))
     if problems:
         raise CompileError("\n".join(problems))
     return len(todo)
@@ -201,19 +206,14 @@ def _key(unit: Unit, recipe: int) -> str:
 
 def _read(root: Path) -> dict[str, Entry]:
     """What was finished, by the keys of units whose files are all there."""
-    return _entries(root, MANIFEST) | _entries(root, UNFINISHED)
-
-
-def _entries(root: Path, name: str) -> dict[str, Entry]:
     try:
-        told = json.loads((folder(root) / name).read_text(encoding="utf-8"))
-        entries = told
-        if name == MANIFEST:
-            entries = {entry["key"]: entry for group in told["groups"].values() for entry in group}
+        told = json.loads((folder(root) / MANIFEST).read_text(encoding="utf-8"))
         return {
-            key: entry
-            for key, entry in entries.items()
-            if all(
+            entry["key"]: entry
+            for group in told["groups"].values()
+            for entry in group
+            if entry["key"]
+            and all(
                 (folder(root) / file).is_file() and (folder(root) / file).stat().st_size == size
                 for file, size in entry["files"].items()
             )
@@ -222,8 +222,8 @@ def _entries(root: Path, name: str) -> dict[str, Entry]:
         return {}
 
 
-def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int) -> None:
-    """Replace the manifest at one stroke, then delete what it no longer names."""
+def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int) -> set[str]:
+    """Replace the manifest at one stroke, and return the names of the files in it."""
     built = {
         name: entries[key]["files"]
         for unit in every
@@ -245,7 +245,11 @@ def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int
             failed = {"modules": {name: ("", None) for name in unit.modules}, "failed": True}
             groups[unit.group].append({**failed, "files": {}, "sources": {}, "key": ""})
     _replace(folder(root) / MANIFEST, json.dumps({"groups": groups}, indent=1))
-    named = {file for group in groups.values() for entry in group for file in entry["files"]}
+    return {file for group in groups.values() for entry in group for file in entry["files"]}
+
+
+def _tidy(root: Path, named: set[str]) -> None:
+    """Delete what the manifest does not name."""
     for path in folder(root).iterdir():
         if path.name not in named | {MANIFEST}:
             try:

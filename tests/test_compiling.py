@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+import threading
 import zipfile
 from pathlib import Path
 
@@ -12,17 +13,27 @@ import pytest
 
 from compiling import tools
 from compiling.alone import alone
+from tests.client.devices.until import until
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no such lock")
-def test_a_second_build_gives_way_until_the_first_has_ended(tmp_path: Path) -> None:
-    with alone(tmp_path, wait=False) as first:
-        with alone(tmp_path, wait=False) as second:
-            assert (first, second) == (True, False)
-        with alone(tmp_path / "another", wait=False) as other:
-            assert other
-    with alone(tmp_path, wait=True) as third:
-        assert third
+def test_a_second_build_waits_until_the_first_has_ended(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    order: list[str] = []
+
+    def build_too() -> None:
+        with alone(tmp_path):
+            order.append("second")
+
+    second = threading.Thread(target=build_too)
+    with alone(tmp_path):
+        second.start()
+        until(lambda: "waiting for another process" in capsys.readouterr().out)
+        with alone(tmp_path / "another"):
+            order.append("first")
+    second.join()
+    assert order == ["first", "second"]
 
 
 def a_wheel(folder: Path, name: str) -> None:

@@ -190,7 +190,7 @@ def _problem(unit: dict[str, Any], folder: Path) -> str:
     """Return why a unit of the manifest cannot be used; empty if it can be used."""
     if unit.get("failed"):
         return (
-            f"{next(iter(unit['modules']))} could not be compiled; in a checkout, `make compiled`"
+            f"{next(iter(unit['modules']))} was not compiled; in a checkout, `make compiled`"
         )
     for name in unit["modules"]:
         if name in sys.modules:

@@ -20,7 +20,8 @@ def received(at: Floats) -> Recording:
     """A hand that gets the patch of tick n at the time `at[n]` [s], and keeps the newest."""
     recording = blank("left", np.arange(0.0, 4.0, STEP))
     newest = np.maximum.accumulate(at[::-1] * -1.0)[::-1] * -1.0  # when n or a later one is there
-    recording.columns["tick"] = np.searchsorted(newest, recording.columns["t"], side="right") - 1.0
+    shown = np.searchsorted(newest, recording.columns["t"], side="right") - 1
+    recording.columns["tick"] = shown.astype(np.float64)
     return recording
 
 

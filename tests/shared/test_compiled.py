@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic.compiled import MANIFEST, PYTHON
-from compiling.build import UNFINISHED, CompileError, build, stale
+from compiling.build import CompileError, build, stale
 from compiling.sources import module_path, units
 from tests.client.devices.until import until
 from tests.shared.loop_outputs import ROOT, outputs_of_a_loop
@@ -72,7 +73,7 @@ def test_a_kernel_that_cannot_be_compiled_is_plain_and_named(root: Path) -> None
         build(root)
     found = used_in(root)
     assert found["plain"] == ["cohaptic_server.mean"]
-    assert "except: cohaptic_server.mean could not be compiled" in found["kernels"]
+    assert "except: cohaptic_server.mean was not compiled" in found["kernels"]
     # Once it can be, it is compiled, and what was not to blame was not compiled again.
     (root / "server/cohaptic_server/mean.pxd").unlink()
     assert build(root) == 0
@@ -96,56 +97,28 @@ def test_the_modules_of_the_loop_are_compiled_all_or_none(root: Path, source: st
     assert Path(source).name in found["loop"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="compiles beside a demo on POSIX only")
-def test_a_build_beside_that_is_ended_changes_nothing_and_the_next_goes_on_from_there(
-    root: Path, tmp_path: Path
+@pytest.mark.skipif(sys.platform == "win32", reason="one signal ends a group on POSIX only")
+def test_a_build_that_is_ended_keeps_what_it_has_finished_and_the_next_goes_on_from_there(
+    root: Path,
 ) -> None:
     shutil.copytree(ROOT / "compiling", root / "compiling")
     change(root / "server/cohaptic_server/mean.py")
     change(root / "client/cohaptic_client/tip.py")
-    before = (folder(root) / MANIFEST).read_bytes()
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
-    # A machine that has no time to spare would give it none.
-    soon = "import compiling.beside as beside; beside.NICENESS = 0; beside.main()"
-    beside = subprocess.Popen(
-        [sys.executable, "-c", soon],
-        cwd=root,
-        env={**os.environ, "TMPDIR": str(temporary)},
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
+
+    def finished() -> bool:
+        return [unit.group for unit in stale(root)] == ["loop"]
+
+    assert not finished()
+    builds = subprocess.Popen(
+        [sys.executable, "-m", "compiling"], cwd=root, stdout=subprocess.DEVNULL, process_group=0
     )
-    with beside:
-        assert beside.stdout is not None
-        assert beside.stdout.readline().startswith("compiling beside the demo")
-        until((folder(root) / UNFINISHED).exists, 300.0)
-        # Leaving the block closes its input; it ends, while the loop takes 15 s of the processor.
-    assert list(temporary.iterdir()) == []
-    assert (folder(root) / MANIFEST).read_bytes() == before
-    assert sorted(used_in(root)["plain"]) == sorted([*LOOP, "cohaptic_server.mean"])
-    assert [unit.group for unit in stale(root)] == ["loop"]
-
-
-AUTOGROUP = Path("/proc/self/autogroup")
-
-
-@pytest.mark.skipif(not AUTOGROUP.exists(), reason="the kernel shares among processes alone")
-@pytest.mark.parametrize("own_session", [True, False])
-def test_what_compiles_beside_gives_way_and_its_terminal_does_not(own_session: bool) -> None:
-    tell = "import os; print(os.nice(0), open('/proc/self/autogroup').read())"
-    before = AUTOGROUP.read_text()
-    told = subprocess.run(
-        [sys.executable, "-c", f"from compiling.beside import give_way; give_way(); {tell}"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-        start_new_session=own_session,
-    ).stdout
-    assert told.startswith("19 ")
-    assert ("nice 19" in told) == own_session
-    assert AUTOGROUP.read_text() == before
+    with builds:
+        until(finished, 300.0)  # the kernel; the loop takes 15 s of the processor
+        os.killpg(builds.pid, signal.SIGKILL)
+    assert finished()
+    found = used_in(root)
+    assert sorted(found["plain"]) == LOOP
+    assert found["kernels"] == "compiled"
 
 
 def test_the_environment_can_ask_for_plain_python(root: Path) -> None:

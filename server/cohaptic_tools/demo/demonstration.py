@@ -1,20 +1,13 @@
-"""Performs a demonstration: runs its processes, shows them live, and compares the forces.
-
-In a checkout, a process of the lowest priority (`compiling/beside.py`) meanwhile compiles modules,
-which make the next demonstration faster (docs/design/toolchain.md). That process ends with the
-demonstration, and the demonstration goes on even if the process fails.
-"""
+"""Performs a demonstration: runs its processes, shows them live, and compares the forces."""
 
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
-import sys
 import tempfile
 import threading
 import webbrowser
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +15,6 @@ import typer
 from rich.console import Console
 
 from cohaptic.cli.output import check_output
-from cohaptic.compiled import PLAIN
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
@@ -32,7 +24,7 @@ from cohaptic_server.objects.cost import Demand
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
 from cohaptic_tools.demo.live_view import watch
-from cohaptic_tools.demo.processes import DemoFailed, Process, Stage
+from cohaptic_tools.demo.processes import DemoFailed, Stage
 from cohaptic_tools.demo.result import DemoResult, evaluate
 from cohaptic_tools.demo.scene import Scene
 from cohaptic_tools.demo.set_up import FIX, check_body, serve_options, set_up
@@ -108,17 +100,12 @@ def _perform(
         def tell(words: str) -> None:
             console.print(words, highlight=False)
 
-        # The exit of the stage comes first: the hands end before the compiling process is awaited.
-        with (
-            contextlib.ExitStack() as beside,
-            Stage(scene, folder, serve_arguments, tell) as stage,
-        ):
+        with Stage(scene, folder, serve_arguments, tell) as stage:
             stop = _stop_on_interrupt()
             address = page_address(stage.url)
             tell(f"page {address}")
             if console.is_terminal and browser:
                 open_page(address)
-            beside.enter_context(compiling_beside(tell, folder / "compiling.log"))
             statuses, faults = watch(stage, scene, console, stop)
         with console.status("comparing with the truth"):
             recordings = [stage.recording(name) for name in scene.names]
@@ -172,46 +159,3 @@ def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
     return isinstance(browser, webbrowser.GenericBrowser) and not isinstance(
         browser, webbrowser.BackgroundBrowser
     )
-
-
-# Environment variable: 0 turns off compiling during a demonstration. `hatch_build.py` reads it too.
-COMPILE = "COHAPTIC_COMPILE"
-CHECKOUT = Path(__file__).parents[3]
-
-
-@contextlib.contextmanager
-def compiling_beside(
-    tell: Callable[[str], None], log: Path, checkout: Path = CHECKOUT
-) -> Generator[None, None, None]:
-    """Context in which another process compiles modules that are not compiled yet.
-
-    Args:
-        tell: Called in another thread with one line, if there is something to compile.
-        log: File for the standard error of the process.
-        checkout: Folder of the sources; without `compiling/beside.py` in it nothing is compiled.
-    """
-    if not _wanted(checkout):
-        yield
-        return
-    try:
-        process = Process(log=log, module="compiling.beside", folder=checkout)
-    except OSError:
-        yield  # the process cannot be started
-        return
-
-    def tell_first() -> None:
-        with contextlib.suppress(DemoFailed):  # nothing to compile
-            tell(process.first_line())
-
-    threading.Thread(target=tell_first, daemon=True).start()
-    try:
-        yield
-    finally:
-        process.wait()
-
-
-def _wanted(checkout: Path) -> bool:
-    # Windows has no process groups that one signal can end.
-    if sys.platform == "win32" or not (checkout / "compiling/beside.py").is_file():
-        return False
-    return os.environ.get(COMPILE) != "0" and os.environ.get(PLAIN, "0") in ("", "0")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import subprocess
 import sys
 import threading
@@ -39,26 +38,19 @@ class Process:
     Args:
         arguments: Name of the subcommand, and its options.
         log: File for the standard error of the process.
-        module: Module to run in place of cohaptic.
-        folder: Working folder, which is also searched for modules; None for the present folder,
-            which is not added to the search path.
 
     Attributes:
         first: First line of standard output; empty before there is one.
         line: Newest line of standard output; empty before there is one.
     """
 
-    def __init__(
-        self, *arguments: str, log: Path, module: str = "cohaptic", folder: Path | None = None
-    ) -> None:
+    def __init__(self, *arguments: str, log: Path) -> None:
         self.first = self.line = ""
         self._log = log
         self._first = threading.Event()
         with log.open("wb") as errors:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", module, *arguments, "--lifeline"],
-                cwd=folder,
-                env=os.environ if folder is None else _with_modules_of(folder),
+                [sys.executable, "-m", "cohaptic", *arguments, "--lifeline"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=errors,
@@ -242,9 +234,3 @@ def placement_options(script: HandScript, origin: Vec3) -> list[str]:
         return ["--angle", repr(math.degrees(script.angle))]
     at, inward = map(repr, add(script.place.point, origin)), map(repr, script.place.inward)
     return ["--at", *at, "--inward", *inward]
-
-
-def _with_modules_of(folder: Path) -> dict[str, str]:
-    """Return the environment variables, with a folder added to Python's module search path."""
-    places = filter(None, (str(folder), os.environ.get("PYTHONPATH")))
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(places)}

@@ -45,9 +45,8 @@ def test_no_file_of_the_folder_where_one_happens_to_be_is_run(tmp_path: Path) ->
     command = str(Path(sys.executable).with_name("cohaptic"))
     if not Path(command).exists():
         give_up(f"there is no {command}")
-    environment = {**os.environ, "COHAPTIC_COMPILE": "0"}
     run = partial(
-        subprocess.Popen[str], cwd=tmp_path, env=environment, text=True,
+        subprocess.Popen[str], cwd=tmp_path, text=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )  # fmt: skip
     with run([command, "serve", "--port", "0", "--admin", "0"]) as server:

@@ -44,7 +44,6 @@ class Command:
             env={
                 **os.environ,
                 "COHAPTIC_CACHE": str(folder / "cache"),
-                "COHAPTIC_COMPILE": "0",
                 "PYTHONUNBUFFERED": "1",
             },
             stdin=subprocess.PIPE,
