@@ -63,6 +63,7 @@ values = [mean.mean(numpy.array([1.0, 2.0, 6.0])), tip.reach((3.0, 4.0, 0.0))]
 print(json.dumps({
     "used": used, "values": values, "kernels": compiled.describe("kernels"),
     "loop": compiled.describe("loop"),
+    "why_plain": [compiled.why_plain("kernels"), compiled.why_plain("loop")],
     "plain": [m.__name__ for m in (mean, total, tip, cohaptic.vec) if m.__file__.endswith(".py")],
 }))
 """

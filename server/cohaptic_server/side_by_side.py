@@ -7,10 +7,12 @@ sequential run. If the second thread is busy with other work, the first thread c
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from pathlib import Path
 from typing import TypeVar
 
 A = TypeVar("A")
@@ -22,6 +24,18 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def processors(limit: Path = Path("/sys/fs/cgroup/cpu.max")) -> float:
+    """Return the number of processors of this machine, or of this container.
+
+    Args:
+        limit: File with the container's quota and period, or "max" without a quota.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        quota, period = map(int, limit.read_text().split())
+        return min(float(cores()), quota / period)
+    return float(cores())
 
 
 def both(first: Callable[[], A], second: Callable[[], B]) -> tuple[A, B]:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from cohaptic.control.law import DEFAULT_LAW, Law
-from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, takes_object
+from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.touchable import BALLOON
 
 Duration = Annotated[
@@ -54,7 +54,15 @@ def demo(
     jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
     law: Annotated[Law, typer.Option(help="Control law.")] = DEFAULT_LAW,
     friction: Friction = 0.0,
-    simulation_hz: SimulationHz = 60.0,
+    simulation_hz: Annotated[
+        float | None,
+        typer.Option(
+            "--simulation-hz",
+            "--hz",
+            help="Rate of the simulation, 10 to 200 [Hz].",
+            show_default="60, or 30 where the machine does not keep up with 60",
+        ),
+    ] = None,
     seed: Seed = 0,
     body: Annotated[
         str,
@@ -88,10 +96,12 @@ def demo(
     from cohaptic_tools.demo.scene import Scene
 
     scene = Scene(
-        users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, simulation_hz, seed, duration,
+        users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, seed=seed, duration=duration,
         friction=friction,
     )  # fmt: skip
     browser = not no_browser
-    result = demonstrate(scene, body, options, json, keep, nonlinear=nonlinear, browser=browser)
+    result = demonstrate(
+        scene, simulation_hz, body, options, json, keep, nonlinear=nonlinear, browser=browser
+    )
     if not (result.proves_it if strict else result.shows_it):
         sys.exit(1)

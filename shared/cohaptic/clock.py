@@ -27,6 +27,11 @@ def resolution() -> float:
     return time.get_clock_info("perf_counter").resolution
 
 
+def thread_time() -> float:
+    """Return the processor time that this thread has taken, from an arbitrary origin on [s]."""
+    return time.thread_time()
+
+
 class SystemClock:
     """The machine's monotonic clock with a random origin.
 

@@ -38,6 +38,7 @@ PLAIN = "COHAPTIC_PLAIN"
 PYTHON = EXTENSION_SUFFIXES[0].strip(".").rpartition(".")[0]
 MANIFEST = "manifest.json"
 NONE_BUILT = "no compiled modules; in a checkout, `make compiled` makes them"
+UNREADABLE = "the manifest of compiled modules cannot be read"
 
 
 class Place(NamedTuple):
@@ -92,6 +93,22 @@ def describe(group: str) -> str:
     if not reasons:
         return "compiled"
     return f"{'compiled, except' if modules else 'plain Python'}: {'; '.join(reasons)}"
+
+
+def why_plain(group: str, folder: Path = FOLDER) -> str:
+    """Return why a new process would run modules of a group as plain Python; empty if it would not.
+
+    Args:
+        group: "kernels" or "loop".
+        folder: Folder in which the build left the compiled modules.
+    """
+    units = _units(group, folder / PYTHON)
+    if isinstance(units, str):
+        return units
+    try:
+        return next(filter(None, (_misfit(unit, folder / PYTHON) for unit in units)), "")
+    except (KeyError, TypeError, AttributeError):
+        return UNREADABLE
 
 
 def is_complete(group: str) -> bool:
@@ -165,36 +182,47 @@ def _choose(group: str, folder: Path) -> Group:
 
     A unit of the manifest is a set of modules compiled together: one kernel, or the whole `loop`.
     """
-    if os.environ.get(PLAIN, "0") not in ("", "0"):
-        return Group((), (f"{PLAIN} is set",))
-    try:
-        units = json.loads((folder / MANIFEST).read_bytes())["groups"][group]
-    except (OSError, ValueError, KeyError, TypeError):
-        return Group((), (NONE_BUILT,))
+    units = _units(group, folder)
+    if isinstance(units, str):
+        return Group((), (units,))
     modules: list[str] = []
     reasons: list[str] = []
     for unit in units:
         try:
             problem = _problem(unit, folder) or _enter(unit, folder)
         except (KeyError, TypeError, AttributeError):
-            problem = "the manifest of compiled modules cannot be read"
+            problem = UNREADABLE
         if problem:
             reasons.append(problem)
         else:
             # A library that several modules share has no source and is not a module of ours.
             modules += [name for name, (_, source) in unit["modules"].items() if source]
-    return Group(tuple(modules), tuple(dict.fromkeys(reasons)) if units else (NONE_BUILT,))
+    return Group(tuple(modules), tuple(dict.fromkeys(reasons)))
+
+
+def _units(group: str, folder: Path) -> list[dict[str, Any]] | str:
+    """Return the units of a group in the manifest, or why there are none."""
+    if os.environ.get(PLAIN, "0") not in ("", "0"):
+        return f"{PLAIN} is set"
+    try:
+        units = json.loads((folder / MANIFEST).read_bytes())["groups"][group]
+    except (OSError, ValueError, KeyError, TypeError):
+        return NONE_BUILT
+    return units or NONE_BUILT
 
 
 def _problem(unit: dict[str, Any], folder: Path) -> str:
-    """Return why a unit of the manifest cannot be used; empty if it can be used."""
-    if unit.get("failed"):
-        return (
-            f"{next(iter(unit['modules']))} was not compiled; in a checkout, `make compiled`"
-        )
+    """Return why this process cannot use a unit of the manifest; empty if it can."""
     for name in unit["modules"]:
         if name in sys.modules:
             return f"{name} was imported before"
+    return _misfit(unit, folder)
+
+
+def _misfit(unit: dict[str, Any], folder: Path) -> str:
+    """Return why no process can use a unit of the manifest; empty if a new one can."""
+    if unit.get("failed"):
+        return f"{next(iter(unit['modules']))} was not compiled; in a checkout, `make compiled`"
     for name, size in unit["files"].items():
         path = folder / name
         if not path.is_file() or path.stat().st_size != size:

@@ -7,11 +7,18 @@ from pathlib import Path
 import pytest
 
 from cohaptic.cli.app import main
+from cohaptic_tools.demo import demonstration
+from cohaptic_tools.demo.capacity import Machine
+
+
+FAST = Machine(unit=1e-3, cores=64.0, free=1.0, why_plain="")
+SLOW = Machine(unit=4e-3, cores=2.0, free=1.0, why_plain="")
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["--users", "16"], "number of users is 16; it must be at most 6 at 30 Hz on this machine"),
         (["--users", "1"], "number of users is 1; it must be from 2 to 16"),
         (["--duration", "0.5"], "duration is 0.5 s; it must be from 2 s to a day"),
         (["--body", "nothing.stl"], "nothing.stl: there is no such file"),
@@ -45,6 +52,8 @@ def test_what_cannot_be_shown_is_one_sentence_and_starts_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    machine = SLOW if arguments == ["--users", "16"] else FAST
+    monkeypatch.setattr(demonstration, "measure", lambda: machine)
     with pytest.raises(SystemExit) as end:
         main(["demo", *arguments])
     out, err = capsys.readouterr()

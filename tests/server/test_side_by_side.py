@@ -1,10 +1,11 @@
 from __future__ import annotations
 
 import threading
+from pathlib import Path
 
 import pytest
 
-from cohaptic_server.side_by_side import both, cores
+from cohaptic_server.side_by_side import both, cores, processors
 from tests.patience import PATIENCE
 
 
@@ -39,3 +40,11 @@ def test_an_error_is_raised_after_both_have_ended() -> None:
     with pytest.raises(ValueError, match="here"):
         both(fails, lambda: ended.append(2))
     assert both(lambda: 1, lambda: 2) == (1, 2)
+
+
+def test_processors_are_those_of_the_container(tmp_path: Path) -> None:
+    limit = tmp_path / "cpu.max"
+    assert processors(limit) == cores()
+    for text, count in (("max 100000", cores()), ("50000 100000", 0.5), ("rubbish", cores())):
+        limit.write_text(text)
+        assert processors(limit) == count

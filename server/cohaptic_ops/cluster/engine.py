@@ -26,7 +26,6 @@ from cohaptic.errors import SettingError
 from cohaptic_ops.cluster import machine
 from cohaptic_ops.cluster.lines import LONGEST, Command, Placed
 from cohaptic_ops.restarts import Restarts
-from cohaptic_server.side_by_side import cores
 
 log = logging.getLogger("cohaptic.server")
 
@@ -217,18 +216,6 @@ def start_command(address: str, host: str, *, leads: bool) -> Sequence[str]:
         *command, "--head", f"--port={port}", "--include-dashboard=false",
         f"--system-config={settings}",
     ]  # fmt: skip
-
-
-def processors(limit: Path = Path("/sys/fs/cgroup/cpu.max")) -> float:
-    """Return the number of processors of this machine, or of this container, as Ray counts them.
-
-    Args:
-        limit: File with the container's quota and period, or "max" without a quota.
-    """
-    with contextlib.suppress(OSError, ValueError):
-        quota, period = map(int, limit.read_text().split())
-        return min(float(cores()), quota / period)
-    return float(cores())
 
 
 def _is_taken(port: int) -> bool:

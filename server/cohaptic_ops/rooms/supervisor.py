@@ -16,7 +16,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import below
 from cohaptic_ops.cluster.addresses import at, host_of, is_here, own_address
-from cohaptic_ops.cluster.engine import Engine, processors
+from cohaptic_ops.cluster.engine import Engine
 from cohaptic_ops.cluster.node import Here, Node
 from cohaptic_ops.cluster.places import Places
 from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
@@ -35,6 +35,7 @@ from cohaptic_server.logs import PLAIN, LogStyle
 from cohaptic_server.shell.gate import Gate, Protection
 from cohaptic_server.shell.listener import open_doors, url_of
 from cohaptic_server.shell.refusal import turn_away
+from cohaptic_server.side_by_side import processors
 
 log = logging.getLogger("cohaptic.server")
 

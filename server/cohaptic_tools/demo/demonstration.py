@@ -23,6 +23,7 @@ from cohaptic_server.http.routes import has_page, load_page
 from cohaptic_server.objects.cost import Demand
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
+from cohaptic_tools.demo.capacity import measure, rate_for
 from cohaptic_tools.demo.live_view import watch
 from cohaptic_tools.demo.processes import DemoFailed, Stage
 from cohaptic_tools.demo.result import DemoResult, evaluate
@@ -35,6 +36,7 @@ _WITHOUT_TERMINAL = 15.0  # s; default duration without a terminal, on which Ctr
 
 def demonstrate(
     scene: Scene,
+    hz: float | None,
     body: str,
     options: ObjectOptions,
     json: Path | None,
@@ -46,7 +48,8 @@ def demonstrate(
     """Perform a scene on a body, and print and return the result.
 
     Args:
-        scene: Scene in which the places of the hands are not chosen yet.
+        scene: Scene in which rate and places of the hands are not chosen yet.
+        hz: Ticks per second; None for a rate that this machine keeps up with.
         body: Name of the body, or path of a file.
         options: Options of an object from a file.
         json: Path of the file for the result; None writes no file.
@@ -64,7 +67,9 @@ def demonstrate(
     check_body(scene, body)
     if not (options.auto or options.given.keys() & {"fix", "fix_mesh"}) and is_file(body):
         options = replace(options, given={**options.given, "fix": FIX})
-    told: list[str] = []
+    rate, words = rate_for(measure(), scene.users, hz)
+    scene = replace(scene, simulation_hz=rate)
+    told = [words] if words else []
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))
         if is_file(body):

@@ -14,6 +14,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import MAX_ITERATIONS, Equilibrium, RestingHand, solve
 
+MIN_USERS, MAX_USERS = 2, 16
 PRESS_DEPTH = 0.02  # m; intended depth of the first hand's press; the others press half as deep
 DRAG = 0.006  # m; length of a drag with friction: perceptible, and no finger slips at mu = 0.6
 BESIDE = math.radians(30.0)  # angle around the balloon between two hands of which one drags
@@ -57,8 +58,8 @@ class Scene:
     friction: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 2 <= self.users <= 16:
-            raise SettingError("number of users", self.users, "from 2 to 16")
+        if not MIN_USERS <= self.users <= MAX_USERS:
+            raise SettingError("number of users", self.users, f"from {MIN_USERS} to {MAX_USERS}")
         if self.duration is not None and not 2.0 <= self.duration <= 86400.0:
             raise SettingError("duration", f"{self.duration:g} s", "from 2 s to a day")
         if not 0.0 <= self.friction <= MAX_FRICTION:

@@ -15,9 +15,8 @@ from cohaptic.errors import SettingError
 from cohaptic.testing.manual_clock import ManualClock
 from cohaptic_ops.cluster import engine
 from cohaptic_ops.cluster.addresses import at, is_here, own_address
-from cohaptic_ops.cluster.engine import Engine, environment, processors, start_command
+from cohaptic_ops.cluster.engine import Engine, environment, start_command
 from cohaptic_ops.cluster.lines import Placed
-from cohaptic_server.side_by_side import cores
 from tests.patience import PATIENCE
 
 HEAD = "10.0.0.1:6379"
@@ -97,14 +96,6 @@ def test_it_is_told_once_whether_it_answers(
     told = [record.message.partition(";")[0] for record in caplog.records]
     answers, silent = (f"the engine at {HEAD} {word}" for word in ("answers", "does not answer"))
     assert told == [answers, silent]
-
-
-def test_processors_are_those_of_the_container(tmp_path: Path) -> None:
-    limit = tmp_path / "cpu.max"
-    assert processors(limit) == cores()
-    for text, count in (("max 100000", cores()), ("50000 100000", 0.5), ("rubbish", cores())):
-        limit.write_text(text)
-        assert processors(limit) == count
 
 
 def test_all_machines_use_rays_token_where_there_is_one(
