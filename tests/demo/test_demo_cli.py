@@ -10,7 +10,6 @@ from cohaptic.cli.app import main
 from cohaptic_tools.demo import demonstration
 from cohaptic_tools.demo.capacity import Machine
 
-
 FAST = Machine(unit=1e-3, cores=64.0, free=1.0, why_plain="")
 SLOW = Machine(unit=4e-3, cores=2.0, free=1.0, why_plain="")
 
