@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.tools.test_containers import ROOT
+from containers import ROOT
 
 DOCKERFILE = (ROOT / "deploy/Dockerfile").read_text()
 

@@ -22,7 +22,7 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import check_file
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.read import is_scan, read_scan
-from cohaptic_server.objects.store.cache import cache_folder
+from cohaptic_server.objects.store.cache import cache_folder, insist
 from cohaptic_server.process_memory import peak_memory
 from cohaptic_tools.inspection.inspection import Inspection, inspect_object, part_words
 from cohaptic_tools.inspection.picture import draw
@@ -39,9 +39,10 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
         hz: Ticks per second with these users.
 
     Raises:
-        CohapticError: An option is out of its range, or the file contains no object that can be
-            touched.
+        CohapticError: An option is out of its range, the file contains no object that can be
+            touched, or the object cannot be stored.
     """
+    insist()
     clock = SystemClock()
     start = clock.now()
     with progress_bar(f"preparing {file.name}") as progress:

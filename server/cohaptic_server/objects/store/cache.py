@@ -29,6 +29,7 @@ import struct
 import tempfile
 import zlib
 from collections.abc import Mapping
+from functools import cache
 from io import BufferedReader
 from math import prod
 from pathlib import Path
@@ -208,13 +209,26 @@ def insist() -> None:
     _insisting = True
 
 
+# Folder of the cache for an account that has none: below a file nothing can be made or found.
+NOWHERE = Path(os.devnull, "cohaptic")
+_NO_HOME = "this account has no home folder with a whole path; COHAPTIC_CACHE names another folder"
+
+
 def cache_folder() -> Path:
-    """Folder of the cache: COHAPTIC_CACHE, or `cohaptic` in the system's folder for caches."""
+    """Folder of the cache: COHAPTIC_CACHE, or `cohaptic` in the system's folder for caches.
+
+    It is `NOWHERE` for an account whose home folder is not known, or is a relative path, which
+    would be another folder for each program that is started elsewhere.
+    """
     chosen = os.environ.get("COHAPTIC_CACHE")
     if chosen:
         return at_home(Path(chosen))
     # Without `opinion` Windows gets %LOCALAPPDATA%\cohaptic, where earlier versions stored entries.
-    return user_cache_path("cohaptic", appauthor=False, opinion=False)
+    try:
+        folder = user_cache_path("cohaptic", appauthor=False, opinion=False)
+    except RuntimeError:
+        return NOWHERE
+    return folder if folder.is_absolute() else NOWHERE
 
 
 def entry_path(*content: bytes) -> Path:
@@ -251,7 +265,7 @@ def load_entry(
     try:
         try:
             arrays = load_arrays(path, mapped=mapped, under=under)
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             if not for_all or not has_entry(path, label):
                 return None
             arrays = load_arrays(path, mapped=mapped, under=under)
@@ -288,18 +302,27 @@ def save_entry(
     Raises:
         UnkeptError: The entry cannot be written, and this process has called `insist`.
     """
+    nowhere = path.parent == NOWHERE
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         make_room(path.parent, sum(array.nbytes for array in arrays.values()))
         save_arrays(path, arrays)
     except OSError as error:
         if _insisting:
-            why = error.strerror or "no more of it fits"
-            raise UnkeptError(f"this server cannot keep what was prepared: {why}") from error
-        _LOG.warning("the %s was not stored, the next start takes as long (%s)", label, error)
+            why = _NO_HOME if nowhere else error.strerror or str(error)
+            raise UnkeptError(f"what was prepared cannot be kept: {why}") from error
+        if nowhere:
+            _warn_once(f"nothing is stored, the next start takes as long: {_NO_HOME}")
+        else:
+            _LOG.warning("the %s was not stored, the next start takes as long (%s)", label, error)
         return
     if for_all:
         shared.send(path, label)
+
+
+@cache
+def _warn_once(words: str) -> None:
+    _LOG.warning("%s", words)
 
 
 def cache_limit() -> float:

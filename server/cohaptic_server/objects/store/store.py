@@ -136,7 +136,8 @@ class Checkpoint:
 
     def remove(self) -> None:
         """Delete the factor, since its object has been stored."""
-        self._path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self._path.unlink()
 
 
 # Versions, raised when the form of the arrays or their computation changes. Tetrahedra and parts

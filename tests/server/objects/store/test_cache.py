@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import SettingError
+from cohaptic_server.objects.store import cache
 from cohaptic_server.objects.store.cache import (
+    UnkeptError,
     cache_folder,
     cache_limit,
     entry_path,
@@ -16,6 +18,7 @@ from cohaptic_server.objects.store.cache import (
     make_room,
     save_entry,
 )
+from cohaptic_server.objects.store.store import Checkpoint
 
 ARRAYS = {"a": np.arange(1000.0)}  # 8 kB
 
@@ -57,6 +60,44 @@ def test_on_linux_an_existing_cache_is_used_on(
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert cache_folder() == tmp_path / ".cache/cohaptic"
+
+
+@pytest.fixture(params=["relative", "unknown"])
+def no_home(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A user id that the system does not know, with no home or a relative one."""
+    for name in ("COHAPTIC_CACHE", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    if request.param == "relative":
+        monkeypatch.setenv("HOME", "somewhere")
+    pwd = pytest.importorskip("pwd")
+
+    def unknown(uid: int) -> None:
+        raise KeyError(uid)
+
+    monkeypatch.setattr(pwd, "getpwuid", unknown)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the XDG base directories are Linux's")
+@pytest.mark.usefixtures("no_home")
+def test_an_account_without_a_home_has_no_cache_and_is_told_so_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    cache._warn_once.cache_clear()
+    for content in (b"one", b"two"):
+        path = entry_path(content)
+        assert load_entry(path, "thing") is None
+        save_entry(path, "thing", ARRAYS)
+        assert load_entry(path, "thing") is None
+        Checkpoint(path).remove()
+    assert [record.message.partition(":")[0] for record in caplog.records] == [
+        "nothing is stored, the next start takes as long"
+    ]
+    assert "COHAPTIC_CACHE names another folder" in caplog.text
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(cache, "_insisting", True)
+    with pytest.raises(UnkeptError, match="cannot be kept: this account has no home folder"):
+        save_entry(entry_path(b"three"), "thing", ARRAYS)
 
 
 def test_the_least_recently_used_entry_is_deleted_first(
