@@ -75,6 +75,51 @@ def _is_here(host: str) -> bool:
         return host == "localhost"
 
 
+def proxy_for(url: str) -> str | None:
+    """Return the URL of the HTTP proxy to reach an address through; None to reach it directly.
+
+    Only a connection with TLS to a public host goes through the proxy of the environment or the
+    system (HTTPS_PROXY). A proxy cannot look into it, so that it passes bytes on at once; one for
+    plain HTTP may hold messages back. NO_PROXY lists exceptions. A private address, or a name
+    without a dot or below `.local`, is in the same network.
+
+    Args:
+        url: URL of a server.
+    """
+    parts = urlsplit(url)
+    if parts.scheme != "wss" or _is_near(parts.hostname or ""):
+        return None
+    # Imported here: it takes 30 ms, and most connections are to this machine or this network.
+    from urllib.request import getproxies, proxy_bypass
+
+    proxy = getproxies().get("https", "")
+    if not proxy.startswith(("http://", "https://")) or proxy_bypass(parts.netloc):
+        return None
+    return proxy
+
+
+def _is_near(host: str) -> bool:
+    try:
+        return not ipaddress.ip_address(host).is_global
+    except ValueError:
+        return "." not in host or host.endswith((".local", ".localhost"))
+
+
+def silence(proxy: str | None) -> str:
+    """Describe in a sentence that nothing answers, with advice to the user.
+
+    Args:
+        proxy: URL of the proxy in between; None without one.
+    """
+    if proxy is None:
+        return "no server answers; start one with: cohaptic serve"
+    host = urlsplit(proxy).netloc.rpartition("@")[2]  # without a password
+    return (
+        f"no server answers through the proxy {host}, which HTTPS_PROXY or the system names;"
+        " NO_PROXY lists hosts to be reached without it"
+    )
+
+
 def trust(url: str, ca_file: str = "") -> ssl.SSLContext | None:
     """Return the TLS context for a connection to `url`; None for an address without TLS.
 

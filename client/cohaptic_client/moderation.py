@@ -24,7 +24,7 @@ from cohaptic.protocol.watch_messages import (
     Watching,
     decode_watch_control,
 )
-from cohaptic_client.address import trust, why_not_trusted, with_slash
+from cohaptic_client.address import proxy_for, silence, trust, why_not_trusted, with_slash
 from cohaptic_client.admin_action import Action
 from cohaptic_client.network.conversation import Refused
 
@@ -57,7 +57,7 @@ async def act(
                 with_slash(url),
                 subprotocols=[Subprotocol(SUBPROTOCOL)],
                 compression=None,
-                proxy=None,
+                proxy=proxy_for(url),
                 max_size=MAX_BYTES,
                 ssl=trust(url, ca_file),
             ) as ws,
@@ -73,7 +73,7 @@ async def act(
     except (InvalidHandshake, InvalidURI, ValueError) as error:
         raise ServerLost(url, f"not a cohaptic server ({error})") from error
     except (OSError, TimeoutError) as error:
-        raise ServerLost(url, "no server answers; start one with: cohaptic serve") from error
+        raise ServerLost(url, silence(proxy_for(url))) from error
 
 
 async def _talk(

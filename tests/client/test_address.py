@@ -7,7 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic_client.address import Address, check_secrecy, read_address, with_slash
+from cohaptic_client.address import (
+    Address,
+    check_secrecy,
+    proxy_for,
+    read_address,
+    silence,
+    with_slash,
+)
 from cohaptic_client.settings import ClientSettings
 
 
@@ -69,3 +76,33 @@ def test_what_a_websocket_asks_for_ends_with_a_slash_and_is_the_same_address(sai
         assert after == before._replace(path=f"{before.path}/")
     assert with_slash("wss://lab.example/haptics?a=b") == "wss://lab.example/haptics/?a=b"
     assert with_slash("ws://127.0.0.1:8765") == "ws://127.0.0.1:8765/"
+
+
+@pytest.fixture
+def proxied(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("HTTP_PROXY", "NO_PROXY", "ALL_PROXY"):
+        monkeypatch.delenv(name, raising=False)
+        monkeypatch.delenv(name.lower(), raising=False)
+    monkeypatch.delenv("https_proxy", raising=False)
+    monkeypatch.setenv("HTTPS_PROXY", "http://user:secret@proxy.example:3128")
+
+
+@pytest.mark.usefixtures("proxied")
+def test_a_proxy_is_for_public_hosts_with_tls(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert proxy_for("wss://lab.example/r/a") == "http://user:secret@proxy.example:3128"
+    assert proxy_for("wss://8.8.8.8:8765") is not None
+    near = ["localhost", "127.0.0.1", "10.1.2.3:8765", "192.168.1.4", "[::1]", "lab", "lab.local"]
+    for url in (*(f"wss://{host}" for host in near), "ws://lab.example"):
+        assert proxy_for(url) is None
+    monkeypatch.setenv("NO_PROXY", ".example")
+    assert proxy_for("wss://lab.example") is None
+    monkeypatch.delenv("NO_PROXY")
+    # A SOCKS proxy would need a library that is not installed.
+    monkeypatch.setenv("HTTPS_PROXY", "socks5://proxy.example")
+    assert proxy_for("wss://lab.example") is None
+
+
+def test_a_password_of_a_proxy_is_in_no_sentence() -> None:
+    words = silence("http://user:secret@proxy.example:3128")
+    assert "proxy.example:3128" in words
+    assert "secret" not in words

@@ -13,7 +13,14 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
+from websockets.exceptions import (
+    ConnectionClosed,
+    InvalidHandshake,
+    InvalidProxy,
+    InvalidStatus,
+    InvalidURI,
+    ProxyError,
+)
 from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
@@ -23,7 +30,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS, tune
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
-from cohaptic_client.address import trust, why_not_trusted, with_slash
+from cohaptic_client.address import proxy_for, silence, trust, why_not_trusted, with_slash
 from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
@@ -100,13 +107,14 @@ class Link:
             ServerUnreachable: The URL or the server's certificate is wrong.
         """
         trusted = trust(self.url, self._ca_file)
+        proxy = None
         try:
+            proxy = proxy_for(self.url)
             connection = await connect(
                 with_slash(self.url),
                 create_connection=Wire,
                 subprotocols=[Subprotocol(SUBPROTOCOL)],
-                # A proxy for web pages would hold back messages that must arrive now.
-                proxy=None,
+                proxy=proxy,
                 max_size=MAX_INBOUND_BYTES,
                 ssl=trusted,
                 happy_eyeballs_delay=_NEXT_ADDRESS,
@@ -117,6 +125,8 @@ class Link:
             if error.response.status_code not in _TELLS_WHY or not why:
                 raise ServerLost(self.url, f"not a cohaptic server ({error})") from error
             raise ServerLost(self.url, f"the server says: {why}") from error
+        except (ProxyError, InvalidProxy) as error:
+            raise ServerLost(self.url, f"{silence(proxy)} ({error})") from error
         except InvalidHandshake as error:
             secure = "" if self.url.startswith("wss:") else "; try wss:// if it speaks TLS"
             raise ServerLost(self.url, f"not a cohaptic server ({error}){secure}") from error
@@ -126,8 +136,7 @@ class Link:
                 raise ServerUnreachable(self.url, problem) from error
             raise ServerLost(self.url, problem) from error  # a proxy may still be starting
         except (OSError, TimeoutError) as error:
-            problem = "no server answers; start one with: cohaptic serve"
-            raise ServerLost(self.url, problem) from error
+            raise ServerLost(self.url, silence(proxy)) from error
         except (InvalidURI, ValueError) as error:  # ValueError: an impossible host or port
             problem = "not an address; expected ws://HOST:PORT"
             raise ServerUnreachable(self.url, problem) from error
