@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,12 @@ import numpy as np
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.gate import checked_cells
-from cohaptic_server.objects.memory_limit import reading_limited, say_once, unreadable
+from cohaptic_server.objects.memory_limit import (
+    reading_limited,
+    say_once,
+    silenced,
+    unreadable,
+)
 from cohaptic_server.objects.surface.as_they_come import cleaned
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.three_mf import read_three_mf
@@ -101,16 +105,16 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
     """Vertices and faces as trimesh reads them, and the number of points without a face."""
     import trimesh  # imported here, since a prepared object starts without trimesh
 
-    trimesh_log = logging.getLogger("trimesh")
-    was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors replace its log
     try:
-        # trimesh's processing is off, since it silently drops coordinates that are not finite.
         with reading_limited(path):
-            scene: Any = trimesh.load_scene(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-                io.BytesIO(cleaned(path)), file_type=kind[1:], process=False
-            )
-            points = sum(len(getattr(one, "vertices", ())) for one in scene.geometry.values())
-            mesh: Any = scene.to_mesh()
+            data = io.BytesIO(cleaned(path))
+            with silenced("trimesh"):
+                # trimesh's processing is off, since it drops coordinates that are not finite.
+                scene: Any = trimesh.load_scene(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+                    data, file_type=kind[1:], process=False
+                )
+                mesh: Any = scene.to_mesh()
+        points = sum(len(getattr(one, "vertices", ())) for one in scene.geometry.values())
         x = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         return x, np.array(mesh.faces, dtype=np.int64).reshape(-1, 3), points
     except ImportError as error:
@@ -122,8 +126,6 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
         raise
     except Exception as error:  # trimesh's parsers raise errors of many kinds
         raise unreadable(path, "mesh", error) from error
-    finally:
-        trimesh_log.disabled = was_disabled
 
 
 def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats, Ints]:
