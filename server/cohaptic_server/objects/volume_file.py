@@ -19,9 +19,9 @@ from cohaptic_server.objects.first_bytes import START
 from cohaptic_server.objects.fluent_file import read_fluent
 from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.gmsh_file import is_gmsh, read_gmsh
-from cohaptic_server.objects.memory_limit import damaged, reading_limited
+from cohaptic_server.objects.memory_limit import damaged, reading_limited, say_once
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
-from cohaptic_server.objects.volume_cells import VolumeCells
+from cohaptic_server.objects.volume_cells import VolumeCells, whole
 from cohaptic_server.objects.volume_checks import check_conforming, largest_alone, mended
 from cohaptic_server.objects.vtk_cells import Grid, tetrahedra_of
 from cohaptic_server.objects.vtk_file import read_vtk
@@ -166,11 +166,28 @@ def _of_grid(read: Callable[[Path, Container[str]], Grid]) -> Callable[[Path], _
     """A reader of volumes, of a reader of grids."""
 
     def read_grid(path: Path) -> _Read:
-        grid = read(path, _KNOWN)
-        found = tetrahedra_of(grid)
+        grid = read(path, (*_KNOWN, _MARKS))
+        found = _shown(path, tetrahedra_of(grid), grid)
         return grid.x, found, groups_of(path, grid.data, found.at)
 
     return read_grid
+
+
+# VTK's array of marks, and those of cells that no program shows: refined and hidden ones. Marks of
+# cells that another piece has, too, are of no use here, since each tetrahedron counts once.
+_MARKS, _HIDDEN = "vtkghosttype", 8 | 32
+
+
+def _shown(path: Path, found: VolumeCells, grid: Grid) -> VolumeCells:
+    """Tetrahedra that are not marked as hidden; those that are, are left out and said."""
+    for name, marks in grid.data.items():
+        if name.lower() == _MARKS and marks.ndim == 1:
+            shown = (whole(marks[found.at]) & _HIDDEN) == 0
+            if not shown.all():
+                count = f"{(~shown).sum():,} of {len(shown):,} tetrahedra"
+                say_once(path, f"{count} are marked as hidden ({name}), and are left out")
+            found = found._replace(tets=found.tets[shown], at=found.at[shown])
+    return found
 
 
 def _msh(path: Path) -> _Read:

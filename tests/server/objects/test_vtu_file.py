@@ -93,6 +93,15 @@ def test_cells_that_two_pieces_share_count_once(tmp_path: Path) -> None:
     assert volume(mesh) == pytest.approx(VOLUME, rel=1e-9)
 
 
+def test_cells_that_are_marked_as_hidden_are_left_out_and_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Marks of VTK: 1 for a cell that another piece has, too, and 32 for one that is hidden."""
+    mesh = read(tmp_path, VtuWriter().written([piece(ALL, vtkGhostType=32 * FAR + 1)]))
+    assert volume(mesh) == pytest.approx(0.5 * VOLUME)
+    assert "48 of 96 tetrahedra are marked as hidden (vtkGhostType)" in caplog.text
+
+
 def test_pieces_that_do_not_touch_are_no_solid(tmp_path: Path) -> None:
     near, far = halves()
     away = Piece(far.x + np.array([0.05, 0.0, 0.0]), far.cells, far.types)

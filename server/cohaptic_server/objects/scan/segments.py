@@ -18,6 +18,7 @@ import numpy.typing as npt
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.objects.memory_limit import say_once
 from cohaptic_server.objects.parts.parts import MAX_NAME
+from cohaptic_server.objects.scan.label_map import MAX_LABELS
 
 _WAY = (
     "Export a label map from 3D Slicer: Segmentations, Export/import models and labelmaps, Export,"
@@ -70,13 +71,17 @@ def joined(
         layers: Values of the voxels in each layer, shape (layers, i, j, k).
 
     Raises:
-        BodyError: The segments are not those of the layers.
+        BodyError: The segments are not those of the layers, or too many.
     """
     count = len(layers)
     if not segments or any(not 0 <= one.layer < count for one in segments):
         raise BodyError(
             f"{path}: it has {count} layers, as for segments that overlap, and does not say which"
             f" segment is in which. {_WAY}"
+        )
+    if len(segments) > MAX_LABELS:
+        raise BodyError(
+            f"{path}: its header lists {len(segments):,} segments; up to {MAX_LABELS:,} are read"
         )
     values = [one.value for one in segments]
     numbers = range(1, len(segments) + 1)

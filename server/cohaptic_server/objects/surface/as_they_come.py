@@ -15,7 +15,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Mask
-from cohaptic_server.objects.first_bytes import START, check_start
+from cohaptic_server.objects.first_bytes import START
 from cohaptic_server.objects.memory_limit import say_once
 
 _HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
@@ -41,10 +41,9 @@ def cleaned(path: Path) -> bytes:
         path: A file of one of the kinds .stl, .obj, .ply and .off.
 
     Raises:
-        BodyError: The file is empty, or of another kind than its name says.
+        BodyError: The file is a binary STL that cannot be brought into its form.
     """
     data = path.read_bytes()
-    check_start(path, data)
     kind = path.suffix.lower()
     if kind == ".stl" and not _is_text_stl(data):
         return _binary_stl(path, data)

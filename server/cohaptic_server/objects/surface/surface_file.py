@@ -11,6 +11,7 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.first_bytes import START, check_start
 from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.memory_limit import (
     reading_limited,
@@ -80,6 +81,8 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         BodyError: The file is not a mesh, has no triangle, or has coordinates that are not finite.
     """
     kind = path.suffix.lower()
+    with path.open("rb") as file:
+        check_start(path, file.read(START))
     if kind in SCENES:
         return joined(path, read_nodes(path))
     if kind == ".3mf":

@@ -113,6 +113,11 @@ def test_segments_keep_values_that_are_their_own(tmp_path: Path) -> None:
         (TWO.replace("Layer:=1", "Layer:=-1"), "list", "does not say which segment is in which"),
         (TWO[: TWO.index("Segment1")], "list", "3 of the voxels in its layers are of no segment"),
         (TWO.replace("Layer:=1", "Layer:=x"), "list", "no NRRD that can be read"),
+        (
+            "".join(f"Segment{k}_LabelValue:=2\nSegment{k}_Layer:=0\n" for k in range(1001)),
+            "list",
+            "lists 1,001 segments; up to 1,000",
+        ),
         (TWO, "vector", "its voxels are 2 x 3 x 4 x 5; one label map in three axes"),
         (TWO, "RGB-color", "its voxels are 2 x 3 x 4 x 5; one label map in three axes"),
     ],
