@@ -151,7 +151,8 @@ class _Reader:
         self._at = at
         numbers = whole(self._numbers("int", size))
         # Each cell is the number of its points, and then these.
-        sizes, place = [], 0
+        sizes: list[int] = []
+        place = 0
         for _ in range(count):
             if place >= size or numbers[place] < 0:
                 raise ValueError(f"its {count:,} cells do not fit into {size:,} numbers")

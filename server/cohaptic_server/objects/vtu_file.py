@@ -129,7 +129,9 @@ class _Arrays(NamedTuple):
             ValueError: It has another number of them.
         """
         name, kind = array.get("Name", ""), _type(array.get("type", ""), self.order)
-        form, text = array.get("format", "ascii"), "".join(array.itertext())
+        # ParaView keeps the range of the values in elements within an array.
+        text = "".join([array.text or "", *(one.tail or "" for one in array)])
+        form = array.get("format", "ascii")
         if form == "ascii":
             found = np.array(text.split(), dtype=np.float64)
         else:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import struct
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.objects.memory_limit import reading_limited
+from cohaptic_server.objects.memory_limit import reading_limited, silenced
 from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.objects.volume_file import read_volume
 
@@ -64,6 +66,29 @@ def test_numbers_beyond_their_type_are_no_warnings(tmp_path: Path) -> None:
         assert np.array([np.nan, 1e38]).astype(np.int64).max() < 0
     with pytest.warns(RuntimeWarning, match="invalid value"):
         np.array([np.nan]).astype(np.int64)
+
+
+def test_a_library_says_nothing_by_any_way_and_speaks_again_afterwards(
+    capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its modules have loggers of their own, some of which were made before."""
+    inner = logging.getLogger("some_library.part.of_it")
+
+    def library() -> None:
+        inner.error("a traceback")
+        logging.getLogger("some_library").critical("a traceback")
+        warnings.warn("odd", stacklevel=1)
+        print("progress")
+        print("trouble", file=sys.stderr)
+        raise ValueError("an end")
+
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        with pytest.raises(ValueError, match="an end"), silenced("some_library"):
+            library()
+    assert (capfd.readouterr(), caplog.text, heard) == (("", ""), "", [])
+    inner.error("it speaks")
+    assert "it speaks" in caplog.text
 
 
 def test_the_limit_ends_with_the_block(tmp_path: Path) -> None:

@@ -151,6 +151,20 @@ def test_of_curved_tetrahedra_the_corners_are_taken(kind: int, nodes: int, tmp_p
 TEXT = VtuWriter().written(halves()).decode()
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_what_paraview_adds_is_no_part_of_the_arrays(form: str, tmp_path: Path) -> None:
+    """Ranges within arrays, the time of a step, and arrays of words."""
+    data = VtuWriter(form).written(halves())
+    key = b'<InformationKey name="R" location="a" length="1"><Value index="0">9</Value>'
+    data = data.replace(b'"/>', b'">' + key + b"</InformationKey></DataArray>")
+    data = data.replace(b"\n</DataArray>", b"\n" + key + b"</InformationKey>\n</DataArray>")
+    words = b'<Array type="String" Name="who" format="ascii">1 2 0</Array>'
+    time = b'<FieldData><DataArray type="Float64" Name="TimeValue" format="ascii">1</DataArray>'
+    data = data.replace(b"\n</CellData>", words + b"\n</CellData>")
+    data = data.replace(b"<UnstructuredGrid>", b"<UnstructuredGrid>" + time + b"</FieldData>")
+    assert volume(read(tmp_path, data)) == pytest.approx(VOLUME)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
