@@ -151,6 +151,17 @@ def test_of_curved_tetrahedra_the_corners_are_taken(kind: int, nodes: int, tmp_p
 TEXT = VtuWriter().written(halves()).decode()
 
 
+@pytest.mark.parametrize("header", ["<I", "<Q"])
+def test_a_length_may_be_coded_for_itself(header: str, tmp_path: Path) -> None:
+    """Some programs code the length of an array apart, with the padding that it then has."""
+    types = bytes([10] * 48)
+    coded = base64.b64encode(struct.pack(header, 48)) + base64.b64encode(types)
+    array = r'(Name="types" NumberOfComponents="1" format=)"ascii">[^<]*'
+    text = re.sub(array, rf'\1"binary">{coded.decode()}', TEXT)
+    text = text.replace("UInt32", f"UInt{8 * struct.calcsize(header)}", 1)
+    assert volume(read(tmp_path, text.encode())) == pytest.approx(VOLUME)
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_what_paraview_adds_is_no_part_of_the_arrays(form: str, tmp_path: Path) -> None:
     """Ranges within arrays, the time of a step, and arrays of words."""
