@@ -157,9 +157,8 @@ def _of_those(parts: Parts, taken: Ints) -> Parts:
     return Parts(names, np.asarray(of, dtype=np.int64).reshape(-1))
 
 
-_Read: TypeAlias = tuple[
-    Floats, VolumeCells, Parts | None
-]  # vertices, cells, parts of the tetrahedra
+# Vertices, cells, and parts of the tetrahedra.
+_Read: TypeAlias = tuple[Floats, VolumeCells, Parts | None]
 
 
 def _of_grid(read: Callable[[Path, Container[str]], Grid]) -> Callable[[Path], _Read]:
