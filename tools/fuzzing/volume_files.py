@@ -1,13 +1,14 @@
 """Valid volume meshes and label maps in each format.
 
-meshio reads .vtk, .vtu and Fluent's .msh, and writes them, too: so .vtk and .vtu are also written
-here from their specifications. Gmsh's .msh is read by a reader of our own, so meshio writes it. The
-voxels of NIfTI and NRRD are read by our own code behind headers that nibabel and pynrrd read; their
-files are written here.
+Fluent's .msh is read through meshio. Other volumes are read by readers of our own, so that meshio
+writes them; .vtk and .vtu are also written here from their specifications. The voxels of NIfTI and
+NRRD are read by our own code behind headers that nibabel and pynrrd read; their files are written
+here.
 """
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Iterator
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 from fuzzing.drafts import Draft, gzipped, header_and_gzipped
 from fuzzing.shapes import SIDE, VOXEL, Block, block, voxels
 from fuzzing.surface_files import by_meshio
+from fuzzing.vtu import FORMS, Piece, VtuWriter
 
 _BLOCKS = (block((1, 1, 1)), block((3, 2, 2)))
 
@@ -105,7 +107,7 @@ def vtk() -> Iterator[Draft]:
 
 
 def vtu() -> Iterator[Draft]:
-    """Text, base64 with and without compression; and text as other programs write it."""
+    """Text, base64 with and without compression; and pieces in every form of their arrays."""
     for one in _BLOCKS:
         for name, options in (
             ("text", {"binary": False}),
@@ -116,26 +118,15 @@ def vtu() -> Iterator[Draft]:
             yield Draft(f"{name} {len(one.tets)}", (data,), one.volume)
     one = _BLOCKS[1]
     yield Draft("quadratic", (by_meshio(".vtu", _quadratic(one), "vtu"),), one.volume)
-    count = len(one.tets)
-
-    def array(kind: str, name: str, values: Any, width: int = 1) -> str:
-        text = " ".join(map(str, np.asarray(values).ravel().tolist()))
-        return (
-            f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{width}" format="ascii">'
-            f"{text}</DataArray>"
-        )
-
-    text = (
-        '<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" byte_order='
-        f'"LittleEndian"><UnstructuredGrid><Piece NumberOfPoints="{len(one.x)}" NumberOfCells='
-        f'"{count}"><Points>{array("Float32", "Points", one.x, 3)}</Points><Cells>'
-        f"{array('Int64', 'connectivity', one.tets)}"
-        f"{array('Int64', 'offsets', 4 * np.arange(1, count + 1))}"
-        f"{array('UInt8', 'types', np.full(count, 10))}</Cells>"
-        f"<CellData>{array('Int32', 'region', one.groups)}</CellData></Piece></UnstructuredGrid>"
-        "</VTKFile>"
-    )
-    yield Draft("by hand", (text.encode(),), one.volume)
+    pieces: list[Piece] = []
+    for tag in (1, 7):
+        used, cells = np.unique(one.tets[one.groups == tag], return_inverse=True)
+        corners: list[list[int]] = cells.reshape(-1, 4).tolist()
+        region = {"region": np.full(len(corners), tag)}
+        pieces.append(Piece(one.x[used], corners, [10] * len(corners), region))
+    for form, order in itertools.product(FORMS, "<>"):
+        writer = VtuWriter(form, order, "u8", "" if form == "ascii" else "vtkZLibDataCompressor")
+        yield Draft(f"pieces {form} {order}", (writer.written(pieces),), one.volume)
 
 
 _MM = 1e3 * VOXEL  # side of a voxel in a file [mm]

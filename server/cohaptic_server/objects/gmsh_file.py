@@ -18,6 +18,7 @@ import numpy as np
 from cohaptic.errors import BodyError, one_line
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.memory_limit import named, say_once
+from cohaptic_server.objects.volume_cells import VolumeCells, whole
 
 # Number of nodes of each type of element; the first four nodes of a tetrahedron are its corners.
 _NODES = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18,
@@ -30,7 +31,8 @@ _SOLIDS = {5: "hexahedron", 6: "wedge", 7: "pyramid", 12: "hexahedron27", 13: "w
 _FACES = {2: "triangle", 3: "quad", 9: "triangle6", 10: "quad9", 16: "quad8", 20: "triangle9",
           21: "triangle10"}  # fmt: skip
 _VOLUME = 3  # dimension of a volume
-_MOST = 2**53  # up to which doubles tell whole numbers apart
+# Sections that make the mesh; of others, such as results, there may be several.
+_ONCE = ("MeshFormat", "Entities", "Nodes", "Elements", "PhysicalNames")
 _SECTION = re.compile(rb"\$(\w+)[ \t]*\r?\n")
 
 
@@ -39,17 +41,15 @@ class GmshMesh(NamedTuple):
 
     Args:
         x: Nodes, shape (n, 3).
-        tets: Corners of each tetrahedron, shape (m, 4).
+        cells: Tetrahedra, and the number of all other elements but points and lines.
         groups: Number of each tetrahedron's group, 0 for none, shape (m,).
         names: Names of groups of volumes, by number.
-        others: How many elements there are of each other kind that has an area or a volume.
     """
 
     x: Floats
-    tets: Ints
+    cells: VolumeCells
     groups: Ints
     names: dict[int, str]
-    others: Counter[str]
 
 
 def is_gmsh(start: bytes) -> bool:
@@ -81,36 +81,52 @@ def read_gmsh(path: Path) -> GmshMesh:
         return _Cursor(sections[name], binary == b"1", int(size), ">" if swapped else "<")
 
     read_nodes, read_elements = (_nodes_2, _elements_2) if old else _NEWER[version]
-    tags, x = read_nodes(cursor("Nodes"))
+    at_nodes, at_elements = cursor("Nodes"), cursor("Elements")
+    tags, x = read_nodes(at_nodes)
+    at_nodes.end()
     group_of: dict[int, int] = {}
     if not old and "Entities" in sections:
         group_of = _entities(path, cursor("Entities"), 3 if version == b"4.1" else 6)
     tets, groups = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    others = Counter[str]()
+    solids, flat = Counter[str](), Counter[str]()
     with named(path):
-        for kind, entity, group, nodes in read_elements(cursor("Elements")):
-            if kind in _SOLIDS or kind in _FACES:
-                others[_SOLIDS.get(kind) or _FACES[kind]] += len(nodes)
-            if kind in _TETRAHEDRA:
+        for kind, entity, group, nodes in read_elements(at_elements):
+            if kind in _SOLIDS:
+                solids[_SOLIDS[kind]] += len(nodes)
+            elif kind in _FACES:
+                flat[_FACES[kind]] += len(nodes)
+            elif kind in _TETRAHEDRA:
                 tets.append(nodes[:, :4])
                 groups.append(group if old else np.full(len(nodes), group_of.get(entity, 0)))
-    order = np.argsort(tags)
+    at_elements.end()
+    order = np.argsort(tags, kind="stable")
+    again = np.diff(tags[order]) == 0
+    if (x[order][1:][again] != x[order][:-1][again]).any():
+        raise ValueError("a node is there twice, at different places")
     corners = np.concatenate(tets)
     at = np.searchsorted(tags[order], corners)
     if (tags[order][np.minimum(at, len(tags) - 1)] != corners).any():
         raise ValueError("an element names a node that is not there")
-    return GmshMesh(x, order[at], np.concatenate(groups), _names(sections), others)
+    cells = VolumeCells(order[at], np.arange(len(corners)), solids, flat)
+    return GmshMesh(x, cells, np.concatenate(groups), _names(sections))
 
 
 def _sections(data: bytes) -> dict[str, bytes]:
-    """The text or bytes of each section by its name; the last one of a name counts."""
+    """The text or bytes of each section by its name.
+
+    Raises:
+        ValueError: A section does not end, or one of the mesh is there twice.
+    """
     found: dict[str, bytes] = {}
     start = 0
     while match := _SECTION.search(data, start):
         end = data.find(b"$End" + match[1], match.end())
         if end < 0:
             raise ValueError(f"its section {match[1].decode()} does not end")
-        found[match[1].decode()] = data[match.end() : end]
+        name = match[1].decode()
+        if name in found and name in _ONCE:
+            raise ValueError(f"it has two sections {name}")
+        found[name] = data[match.end() : end]
         start = end + 4 + len(match[1])
     return found
 
@@ -125,6 +141,10 @@ class _Cursor:
         self.text: Floats = np.zeros(0)
         if not binary:
             self.text = np.array(data.split(), dtype=np.float64)
+
+    def skip(self, numbers: int) -> None:
+        """Pass over numbers of a text that were read from `text` itself."""
+        self._start += numbers
 
     def head(self) -> int:
         """The count in the first line, which is text in version 2 also where the rest is binary."""
@@ -144,7 +164,19 @@ class _Cursor:
             self._start += count * dtype.itemsize
         if count < 0 or len(found) < count:
             raise ValueError(f"a section has {len(found)} numbers of {count}")
-        return found if kind == "d" else _whole(found)
+        return found if kind == "d" else whole(found)
+
+    def end(self) -> None:
+        """Check that all of the section has been read, since its counts may be too low.
+
+        Raises:
+            ValueError: There are numbers behind those that are counted.
+        """
+        left = len(self.text) - self._start
+        if not self._binary and left > 0:
+            raise ValueError(f"a section has {left:,} numbers more than it counts")
+        if self._binary and self._data[self._start :].strip():
+            raise ValueError("a section has more bytes than it counts")
 
     def records(self, kinds: tuple[tuple[str, int], ...], count: int) -> list[Any]:
         """The next `count` records of several numbers: an array (count, n) for each of `kinds`."""
@@ -158,17 +190,8 @@ class _Cursor:
             rows = np.frombuffer(self._data, np.dtype(fields), count, self._start)
             self._start += rows.nbytes
             parts = [rows[f"f{k}"] for k in range(len(kinds))]
-        return [p if kind == "d" else _whole(p)
+        return [p if kind == "d" else whole(p)
                 for (kind, _), p in zip(kinds, parts, strict=True)]  # fmt: skip
-
-
-def _whole(numbers: Any) -> Ints:
-    """Counts and tags as whole numbers; those of a text are read as doubles."""
-    if numbers.dtype.kind == "f" and not (np.floor(numbers) == numbers).all():
-        raise ValueError("a count or a tag is no whole number")
-    if len(numbers) and not -_MOST < numbers.min() <= numbers.max() < _MOST:
-        raise ValueError("a count or a tag is beyond 2^53")
-    return np.asarray(numbers, dtype=np.int64)
 
 
 def _nodes_2(at: _Cursor) -> tuple[Ints, Floats]:
@@ -178,24 +201,27 @@ def _nodes_2(at: _Cursor) -> tuple[Ints, Floats]:
 
 def _nodes_4(at: _Cursor) -> tuple[Ints, Floats]:
     tags, points = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))]
-    blocks = int(at.take("t", 4)[0])
+    blocks, total = at.take("t", 4)[:2].tolist()
     for _ in range(blocks):
         dimension, _, parametric = at.take("i", 3).tolist()
         count = int(at.take("t", 1)[0])
         tags.append(at.take("t", count))
         width = 3 + (dimension if parametric else 0)
         points.append(at.take("d", count * width).reshape(count, width)[:, :3])
+    _check_total("nodes", sum(map(len, tags)), total)
     return np.concatenate(tags), np.concatenate(points)
 
 
 def _nodes_40(at: _Cursor) -> tuple[Ints, Floats]:
     tags, points = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))]
-    for _ in range(int(at.take("t", 2)[0])):
+    blocks, total = at.take("t", 2).tolist()
+    for _ in range(blocks):
         _, dimension, parametric = at.take("i", 3).tolist()
         width = 3 + (dimension if parametric else 0)
         some, x = at.records((("i", 1), ("d", width)), int(at.take("t", 1)[0]))
         tags.append(some[:, 0])
         points.append(x[:, :3])
+    _check_total("nodes", sum(map(len, tags)), total)
     return np.concatenate(tags), np.concatenate(points)
 
 
@@ -212,10 +238,12 @@ def _elements_2(at: _Cursor) -> Any:
         groups = numbers[:, 1] if marks else np.zeros(count, dtype=np.int64)
         yield kind, 0, groups, numbers[:, 1 + marks :]
         left -= max(count, 1)
+    if left < 0:
+        raise ValueError("it has more elements than its header says")
 
 
 def _lines_2(at: _Cursor, count: int) -> Any:
-    numbers = _whole(at.text)
+    numbers = whole(at.text)
     start, rows = 1, dict[int, list[Any]]()
     for _ in range(count):
         kind, marks = numbers[start + 1 : start + 3].tolist()
@@ -223,20 +251,36 @@ def _lines_2(at: _Cursor, count: int) -> Any:
         rows.setdefault(kind, []).append((numbers[start + 3] if marks else 0,
                                           numbers[end - _NODES[kind] : end]))  # fmt: skip
         start = end
+    at.skip(start - 1)
     for kind, some in rows.items():
         yield kind, 0, np.array([group for group, _ in some]), np.array([n for _, n in some])
 
 
 def _elements_4(at: _Cursor) -> Any:
-    for _ in range(int(at.take("t", 4)[0])):
+    blocks, total = at.take("t", 4)[:2].tolist()
+    count = 0
+    for _ in range(blocks):
         dimension, entity, kind = at.take("i", 3).tolist()
-        yield _run(at, "t", dimension, entity, kind)
+        run = _run(at, "t", dimension, entity, kind)
+        count += len(run[-1])
+        yield run
+    _check_total("elements", count, total)
 
 
 def _elements_40(at: _Cursor) -> Any:
-    for _ in range(int(at.take("t", 2)[0])):
+    blocks, total = at.take("t", 2).tolist()
+    count = 0
+    for _ in range(blocks):
         entity, dimension, kind = at.take("i", 3).tolist()
-        yield _run(at, "i", dimension, entity, kind)
+        run = _run(at, "i", dimension, entity, kind)
+        count += len(run[-1])
+        yield run
+    _check_total("elements", count, total)
+
+
+def _check_total(what: str, there: int, said: int) -> None:
+    if there != said:
+        raise ValueError(f"its header says {said:,} {what}, and it has {there:,}")
 
 
 def _run(at: _Cursor, word: str, dimension: int, entity: int, kind: int) -> Any:

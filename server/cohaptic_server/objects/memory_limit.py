@@ -10,9 +10,11 @@ Any error that the library raised becomes the error about an unreadable file.
 from __future__ import annotations
 
 import contextlib
+import io
 import logging
 import struct
 import sys
+import warnings
 from collections.abc import Generator
 from functools import lru_cache
 from pathlib import Path
@@ -48,6 +50,29 @@ def reading_limited(path: Path) -> Generator[None]:
             f"{path}: reading it would take more than {allowed / 1e9:.2g} GB; the file has"
             f" {path.stat().st_size:,} bytes, and says or unpacks to far more"
         ) from error
+
+
+@contextlib.contextmanager
+def silenced(library: str) -> Generator[None]:
+    """Let a library neither print, nor warn, nor log: our own words tell what becomes of a file.
+
+    Args:
+        library: Name of its logger, to which those of its modules pass what they log.
+    """
+    log_of, nowhere = logging.getLogger(library), io.StringIO()
+    before = log_of.handlers, log_of.propagate
+    # Modules of a library have loggers of their own, which ignore whether this one is disabled.
+    log_of.handlers, log_of.propagate = [logging.NullHandler()], False
+    try:
+        with (
+            warnings.catch_warnings(),
+            contextlib.redirect_stdout(nowhere),
+            contextlib.redirect_stderr(nowhere),
+        ):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log_of.handlers, log_of.propagate = before
 
 
 @contextlib.contextmanager

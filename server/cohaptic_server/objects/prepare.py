@@ -13,6 +13,7 @@ from cohaptic_server.mesh.tetrahedra import SeveralPiecesError, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.cost import about, filling_seconds, tetrahedra_expected
 from cohaptic_server.objects.fill_process import FillLimitError
+from cohaptic_server.objects.first_bytes import START, check_link, check_start
 from cohaptic_server.objects.memory_limit import named
 from cohaptic_server.objects.object_file import MAX_TRIANGLES, ObjectFile
 from cohaptic_server.objects.parts.nodes import (
@@ -34,7 +35,6 @@ from cohaptic_server.objects.surface.accept import (
     check_volume,
     farthest,
 )
-from cohaptic_server.objects.surface.as_they_come import START, check_start
 from cohaptic_server.objects.surface.checks import SurfaceReport, examine, facing_outwards, is_flat
 from cohaptic_server.objects.surface.shell import in_one_sense, thicken
 from cohaptic_server.objects.surface.simplify import count_triangles
@@ -287,6 +287,7 @@ def check_file(path: Path) -> None:
         raise BodyError(
             f"{path}: files of kind {kind or '(none)'} are not read; these are: {' '.join(KINDS)}"
         )
+    check_link(path)
     if not path.is_file():
         raise BodyError(f"{path}: there is no such file")
     with path.open("rb") as file:

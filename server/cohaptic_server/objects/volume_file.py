@@ -1,14 +1,13 @@
-"""Reads the tetrahedra of a volume mesh and their groups, through meshio.
+"""Reads the tetrahedra of a volume mesh and their groups.
 
-The groups of cells are physical groups of Gmsh, or cell data that number the materials.
+Each reader counts the cells that it cannot give as tetrahedra: those that have a volume are refused
+here, since the object would lack them. The groups of cells are physical groups of Gmsh, or cell
+data that number the materials.
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
-import re
-from collections import Counter
+from collections.abc import Callable, Container, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -16,11 +15,17 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.first_bytes import START
+from cohaptic_server.objects.fluent_file import read_fluent
 from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.gmsh_file import is_gmsh, read_gmsh
-from cohaptic_server.objects.memory_limit import damaged, reading_limited
+from cohaptic_server.objects.memory_limit import damaged, reading_limited, say_once
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct
+from cohaptic_server.objects.volume_cells import VolumeCells, whole
 from cohaptic_server.objects.volume_checks import check_conforming, largest_alone, mended
+from cohaptic_server.objects.vtk_cells import Grid, tetrahedra_of
+from cohaptic_server.objects.vtk_file import read_vtk
+from cohaptic_server.objects.vtu_file import read_vtu
 
 # Names under which programs store the part of a cell, in lower case; the first one found counts.
 _KNOWN = (
@@ -42,35 +47,27 @@ _KNOWN = (
 )
 
 
-def groups_of(path: Path, mesh: Any, kinds: tuple[str, ...]) -> Parts | None:
-    """Group of each cell of the given types, in the order of the file; None without groups.
+def groups_of(path: Path, data: Mapping[str, Floats], at: Ints) -> Parts | None:
+    """Group of each of some cells; None without groups.
 
     Args:
         path: The file, for an error.
-        mesh: A `meshio.Mesh`.
-        kinds: Types of cells to take, as meshio names them.
+        data: Values of all cells by the name of their array.
+        at: Indices of the cells to take, shape (m,).
 
     Raises:
         BodyError: There are too many groups, or their numbers are not whole or exceed 2^53.
     """
-    chosen = [k for k, cells in enumerate(mesh.cells) if cells.type in kinds]
-    by_name = {str(name).lower(): (str(name), data) for name, data in mesh.cell_data.items()}
-    for known in _KNOWN:
-        if known in by_name:
-            name, data = by_name[known]
-            blocks = [np.asarray(data[k]).reshape(-1) for k in chosen]
-            return _parts(path, name, np.concatenate(blocks), _names(mesh))
-    return None
-
-
-def _names(mesh: Any) -> dict[int, str]:
-    """Names of the physical groups of volumes, by group number."""
-    found: dict[int, str] = {}
-    for name, value in dict(mesh.field_data).items():
-        pair = np.asarray(value).reshape(-1)
-        if len(pair) >= 2 and int(pair[1]) == 3:
-            found[int(pair[0])] = str(name)
-    return found
+    by_name = {name.lower(): name for name in data}
+    known = next((by_name[one] for one in _KNOWN if one in by_name), None)
+    if known is None:
+        return None
+    if data[known].ndim > 1:
+        raise BodyError(
+            f"{path}: its cell data {known!r} should number the parts, and has"
+            f" {data[known].shape[1]} numbers for a cell"
+        )
+    return _parts(path, known, data[known][at], {})
 
 
 def _parts(path: Path, name: str, values: Any, names: dict[int, str]) -> Parts | None:
@@ -91,8 +88,6 @@ def _parts(path: Path, name: str, values: Any, names: dict[int, str]) -> Parts |
     return Parts(said, np.asarray(of, dtype=np.int64).reshape(-1))
 
 
-_START = 4096  # bytes at the start of a file that show its format
-_TETRAHEDRA = ("tetra", "tetra10")
 REST = "rest"  # name of the part that has the elements of no group
 
 
@@ -122,28 +117,28 @@ def read_volume(path: Path, *, largest: bool = False) -> VolumeMesh:
     Raises:
         BodyError: The file cannot be read, has no or invalid tetrahedra, or has other solid cells.
     """
-    with path.open("rb") as file:
-        start = file.read(_START)
-    gmsh = path.suffix.lower() == ".msh" and is_gmsh(start)
     try:
-        x, tets, parts, counts = _of_gmsh(path) if gmsh else _by_meshio(path)
+        with reading_limited(path):
+            x, found, parts = _READERS[path.suffix.lower()](path)
     except BodyError:
         raise
     # Readers raise errors of many kinds, and meshio SystemExit if none accepts the file.
     except (Exception, SystemExit) as error:
-        words = _instead(path) or f": {damaged(error)}"
-        raise BodyError(f"{path}: this is no mesh that can be read{words}") from error
-    others = [f"{n:,} of {kind}" for kind, n in sorted(counts.items()) if _is_solid(kind) and n]
+        raise BodyError(f"{path}: this is no mesh that can be read: {damaged(error)}") from error
+    tets, solids = found.tets, +found.solids
+    if solids:
+        beside = "beside tetrahedra it has cells that would be lost" if len(tets) else "it has"
+        listed = ", ".join(f"{n:,} of {kind}" for kind, n in sorted(solids.items()))
+        raise BodyError(
+            f"{path}: {beside}: {listed}. Split them into tetrahedra first: in"
+            " ParaView by Filters, Tetrahedralize, and save that as .vtu; in Gmsh mesh it anew"
+            " without Recombine"
+        )
     if not len(tets):
-        kinds = ", ".join(sorted(counts)) or "-"
+        kinds = ", ".join(sorted(+found.flat)) or "-"
         raise BodyError(
             f"{path}: there is no tetrahedron in it, only: {kinds}. Mesh its volume first (in Gmsh:"
             " Mesh, 3D), or save it as STL"
-        )
-    if others:
-        raise BodyError(
-            f"{path}: beside tetrahedra it has cells that would be lost: {', '.join(others)}."
-            " Split them into tetrahedra first"
         )
     x, tets = checked_cells(path, x, tets)
     x, tets, taken = mended(path, x, tets)
@@ -162,100 +157,55 @@ def _of_those(parts: Parts, taken: Ints) -> Parts:
     return Parts(names, np.asarray(of, dtype=np.int64).reshape(-1))
 
 
-_Read: TypeAlias = tuple[Floats, Ints, Parts | None, Counter[str]]
+# Vertices, cells, and parts of the tetrahedra.
+_Read: TypeAlias = tuple[Floats, VolumeCells, Parts | None]
 
 
-def _of_gmsh(path: Path) -> _Read:
-    """Vertices, tetrahedra, parts, and the number of cells by kind."""
-    with reading_limited(path):
-        mesh = read_gmsh(path)
+def _of_grid(read: Callable[[Path, Container[str]], Grid]) -> Callable[[Path], _Read]:
+    """A reader of volumes, of a reader of grids."""
+
+    def read_grid(path: Path) -> _Read:
+        grid = read(path, (*_KNOWN, _MARKS))
+        found = _shown(path, tetrahedra_of(grid), grid)
+        return grid.x, found, groups_of(path, grid.data, found.at)
+
+    return read_grid
+
+
+# VTK's array of marks, and those of cells that no program shows: refined and hidden ones. Marks of
+# cells that another piece has, too, are of no use here, since each tetrahedron counts once.
+_MARKS, _HIDDEN = "vtkghosttype", 8 | 32
+
+
+def _shown(path: Path, found: VolumeCells, grid: Grid) -> VolumeCells:
+    """Tetrahedra that are not marked as hidden; those that are, are left out and said."""
+    for name, marks in grid.data.items():
+        if name.lower() == _MARKS and marks.ndim == 1:
+            shown = (whole(marks[found.at]) & _HIDDEN) == 0
+            if not shown.all():
+                count = f"{(~shown).sum():,} of {len(shown):,} tetrahedra"
+                say_once(path, f"{count} are marked as hidden ({name}), and are left out")
+            found = found._replace(tets=found.tets[shown], at=found.at[shown])
+    return found
+
+
+def _msh(path: Path) -> _Read:
+    """A `.msh` of Gmsh or of Fluent."""
+    with path.open("rb") as file:
+        start = file.read(START).lstrip()
+    if start.startswith(b"("):
+        return (*read_fluent(path), None)
+    if not is_gmsh(start):
+        raise BodyError(
+            f"{path}: this is no mesh that can be read: it does not begin as Gmsh's files do, with"
+            " $MeshFormat. Export it from there"
+        )
+    mesh = read_gmsh(path)
     names, grouped = dict(mesh.names), mesh.groups != 0
     if grouped.any() and not grouped.all():
         names[0] = REST if REST not in names.values() else f"{REST} without a group"
     parts = _parts(path, "gmsh:physical", mesh.groups, names) if grouped.any() else None
-    return mesh.x, mesh.tets, parts, mesh.others
+    return mesh.x, mesh.cells, parts
 
 
-def _by_meshio(path: Path) -> _Read:
-    """Vertices, tetrahedra, parts, and the number of cells by kind."""
-    try:
-        import meshio
-
-        read: Any = meshio.read  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-    except ImportError as error:
-        raise BodyError(
-            f"{path}: reading {path.suffix} needs meshio; install it with:"
-            " pip install 'cohaptic[objects]'"
-        ) from error
-    # meshio prints messages, which must not mix with the server's output that scripts read.
-    silent = io.StringIO()
-    with (
-        reading_limited(path),
-        contextlib.redirect_stdout(silent),
-        contextlib.redirect_stderr(silent),
-    ):
-        loaded: Any = _loaded(path, read)
-    blocks = [
-        np.array(cells.data, dtype=np.int64)[:, :4]
-        for cells in loaded.cells
-        if cells.type in _TETRAHEDRA
-    ]
-    counts = Counter[str]()
-    for cells in loaded.cells:
-        counts[str(cells.type)] += len(cells.data)
-    x = np.array(loaded.points, dtype=np.float64)
-    tets = np.concatenate([np.zeros((0, 4), dtype=np.int64), *blocks])
-    return x, tets, groups_of(path, loaded, _TETRAHEDRA) if blocks else None, counts
-
-
-def _loaded(path: Path, read: Any) -> Any:
-    if path.suffix.lower() != ".msh":
-        return read(path)
-    with _Ending(io.FileIO(path)) as file:
-        return read(file, "ansys")
-
-
-class _Ending(io.BufferedReader):
-    """A file whose second read at its end raises EOFError: meshio would read there for ever."""
-
-    _ended = False
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        """Read up to `size` bytes; raises EOFError if an earlier call has returned nothing."""
-        return self._next(super().read(size))
-
-    def readline(self, size: int | None = -1, /) -> bytes:
-        """Read a line; raises EOFError if an earlier call has returned nothing."""
-        return self._next(super().readline(size))
-
-    def _next(self, data: bytes) -> bytes:
-        if self._ended:
-            raise EOFError("it ends too early")
-        self._ended = not data
-        return data
-
-
-def _instead(path: Path) -> str:
-    """Words on what an unreadable file is, and what to do; empty if its start does not show it.
-
-    Files of other programs have the same suffixes: surfaces from VTK, meshes from MuJoCo and
-    Fluent, and grids with fields that meshio does not know.
-    """
-    with path.open("rb") as file:
-        start = file.read(_START)
-    if path.suffix.lower() == ".msh" and not start.lstrip().startswith((b"$", b"(")):
-        return ": it does not begin as Gmsh's files do, with $MeshFormat. Export it from there"
-    kind = re.search(rb"^DATASET\s+(\w+)", start, re.M | re.I)
-    if kind is None:
-        return ""
-    name = kind[1][:40].decode().upper()
-    if name == "POLYDATA":
-        return ": it has a surface (POLYDATA). Save that as STL or PLY"
-    if name == "UNSTRUCTURED_GRID":
-        return ", though it says that it is one. Save it as .vtu"
-    return f": it is a grid of points ({name}). Save tetrahedra as .vtu"
-
-
-def _is_solid(kind: str) -> bool:
-    """Whether cells of a kind, as meshio names it, fill a volume but are not tetrahedra."""
-    return kind.startswith(("hexa", "wedge", "pyramid", "polyhedron", "VTK_LAGRANGE_HEX"))
+_READERS = {".msh": _msh, ".vtk": _of_grid(read_vtk), ".vtu": _of_grid(read_vtu)}

@@ -221,6 +221,36 @@ def test_a_name_that_is_taken_is_not_that_of_what_has_no_group(tmp_path: Path) -
     assert sorted(found.names) == ["rest", "rest without a group"]
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("$Elements\n3 13 1 13", "$Elements\n2 13 1 13", "13 elements, and it has 7"),
+        ("$Elements\n3 13 1 13", "$Elements\n3 12 1 13", "12 elements, and it has 13"),
+        ("$EndElements", "14 5 15 25 35\n$EndElements", "has 5 numbers more than it counts"),
+        ("$EndNodes", "1 2 3\n$EndNodes", "has 3 numbers more than it counts"),
+        ("5\n15\n", "5\n5\n", "a node is there twice|names a node that is not there"),
+    ],
+)
+def test_what_stands_behind_a_count_is_not_lost(
+    old: str, new: str, words: str, tmp_path: Path
+) -> None:
+    text = newer("1 1")
+    assert old in text
+    (tmp_path / "a.msh").write_text(text.replace(old, new, 1))
+    with pytest.raises(BodyError, match=words):
+        read_volume(tmp_path / "a.msh")
+
+
+@pytest.mark.parametrize("name", ["Elements", "Nodes", "Entities", "PhysicalNames"])
+def test_a_section_that_is_there_twice_is_refused(name: str, tmp_path: Path) -> None:
+    """As in files that were put together; which one counts is not said anywhere."""
+    text = newer("1 1")
+    again = text[text.index(f"${name}") : text.index(f"$End{name}")] + f"$End{name}\n"
+    (tmp_path / "a.msh").write_text(text + again)
+    with pytest.raises(BodyError, match=f"it has two sections {name}"):
+        read_volume(tmp_path / "a.msh")
+
+
 def test_an_empty_block_is_no_damage(tmp_path: Path) -> None:
     text = newer("1 1").replace("$Elements\n3 13", "$Elements\n4 13")
     (tmp_path / "a.msh").write_text(text.replace("$EndElements", "3 2 5 0\n$EndElements"))
@@ -228,7 +258,8 @@ def test_an_empty_block_is_no_damage(tmp_path: Path) -> None:
 
 
 def test_a_mesh_of_triangles_says_what_to_do(tmp_path: Path) -> None:
-    text = newer("1 1").replace("3 1 4 6", "3 1 4 0").replace("3 2 4 6", "3 2 4 0")
+    text = newer("1 1").replace("3 13 1 13", "3 1 1 13")
+    text = text.replace("3 1 4 6", "3 1 4 0").replace("3 2 4 6", "3 2 4 0")
     start, end = text.index("3 1 4 0"), text.index("$EndElements")
     (tmp_path / "a.msh").write_text(text[:start] + "3 1 4 0\n3 2 4 0\n" + text[end:])
     with pytest.raises(BodyError, match=r"no tetrahedron in it, only: triangle\. Mesh its volume"):

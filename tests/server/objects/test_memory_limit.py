@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import struct
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.objects.memory_limit import reading_limited
+from cohaptic_server.objects.memory_limit import reading_limited, silenced
 from cohaptic_server.objects.surface.surface_file import read_surface
 from cohaptic_server.objects.volume_file import read_volume
 
@@ -18,10 +20,10 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux limi
 
 
 def test_a_volume_mesh_with_a_lying_count_is_refused_for_its_memory(tmp_path: Path) -> None:
-    path = tmp_path / "lies.vtk"
-    head = b"# vtk DataFile Version 4.2\nlies\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
-    path.write_bytes(head + f"POINTS {2**29} double\n".encode() + bytes(400))
-    with pytest.raises(BodyError, match=r"would take more than 1.1 GB; the file has 4\d\d bytes"):
+    """That of Fluent, which meshio reads."""
+    path = tmp_path / "lies.msh"
+    path.write_bytes(b"(2 3)\n(12 (0 1 20000000 0))\n(12 (1 1 20000000 1 2)(\n1 2 3 4\n))\n")
+    with pytest.raises(BodyError, match=r"would take more than 1.1 GB; the file has \d\d bytes"):
         read_volume(path)
 
 
@@ -34,6 +36,15 @@ def test_a_reader_of_our_own_takes_no_memory_for_a_lying_count(
     nodes = struct.pack("<4Q", 1, claimed, 1, claimed) + struct.pack("<3iQ", 3, 1, 0, claimed)
     path.write_bytes(head + nodes + bytes(400) + b"\n$EndNodes\n")
     with pytest.raises(BodyError, match="no mesh that can be read"):
+        read_volume(path)
+
+
+@pytest.mark.parametrize("form", ["ASCII", "BINARY"])
+def test_a_grid_of_vtk_takes_no_memory_for_a_lying_count(tmp_path: Path, form: str) -> None:
+    path = tmp_path / "lies.vtk"
+    head = f"# vtk DataFile Version 4.2\nlies\n{form}\nDATASET UNSTRUCTURED_GRID\n"
+    path.write_bytes(f"{head}POINTS {2**59} double\n".encode() + b"0 0 0 " * 40)
+    with pytest.raises(BodyError, match=r"it ends after \d+ of 1,729,"):
         read_volume(path)
 
 
@@ -55,6 +66,29 @@ def test_numbers_beyond_their_type_are_no_warnings(tmp_path: Path) -> None:
         assert np.array([np.nan, 1e38]).astype(np.int64).max() < 0
     with pytest.warns(RuntimeWarning, match="invalid value"):
         np.array([np.nan]).astype(np.int64)
+
+
+def test_a_library_says_nothing_by_any_way_and_speaks_again_afterwards(
+    capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Its modules have loggers of their own, some of which were made before."""
+    inner = logging.getLogger("some_library.part.of_it")
+
+    def library() -> None:
+        inner.error("a traceback")
+        logging.getLogger("some_library").critical("a traceback")
+        warnings.warn("odd", stacklevel=1)
+        print("progress")
+        print("trouble", file=sys.stderr)
+        raise ValueError("an end")
+
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        with pytest.raises(ValueError, match="an end"), silenced("some_library"):
+            library()
+    assert (capfd.readouterr(), caplog.text, heard) == (("", ""), "", [])
+    inner.error("it speaks")
+    assert "it speaks" in caplog.text
 
 
 def test_the_limit_ends_with_the_block(tmp_path: Path) -> None:

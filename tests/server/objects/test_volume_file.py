@@ -80,7 +80,6 @@ LOOKUP_TABLE default
     [
         ("surface.vtk", _VTK + b"POLYDATA\nPOINTS 0 double\n", "has a surface .* as STL or PLY"),
         ("grid.vtk", _VTK + b"STRUCTURED_POINTS\nDIMENSIONS 2 2 2\n", r"STRUCTURED_POINTS\)"),
-        ("fields.vtk", _VTK + _GRID, "says that it is one. Save it as .vtu"),
         ("other.msh", b"\x84\x00\x00\x00 of another program", "begin as Gmsh's files do"),
         ("text.vtk", b"nothing", r"no mesh that can be read"),
     ],

@@ -19,6 +19,10 @@ from cohaptic_server.numeric import Floats, Ints
 MAX_BYTES = 1_100_000_000
 _NUMBER = 2  # bytes of a voxel in `LabelMap.numbers`
 MAX_LABELS = 1000  # different labels; an atlas of the whole body has 120
+# Largest distance of a label from a whole number: what arithmetic in single precision leaves of
+# labels that were scaled, averaged or resampled; an image that is not segmented has all values.
+_WHOLE = 1e-3
+SAME_SPACING = 0.01  # relative difference of two spacings that are the same but for rounding
 _SPACING = (1e-5, 0.1)  # m; least and largest side of a voxel
 _LEAST_ANGLE = 0.1  # volume of a voxel over the product of its sides; less if axes are coplanar
 
@@ -100,21 +104,27 @@ class LabelMap:
 
     @classmethod
     def of(
-        cls, path: Path, values: npt.NDArray[Any], affine: Floats, names: Mapping[int, str]
+        cls,
+        path: Path,
+        values: npt.NDArray[Any],
+        affine: Floats,
+        names: Mapping[int, str],
+        scaling: tuple[float, float] = (1.0, 0.0),
     ) -> LabelMap:
         """Make the label map of the voxels in a file.
 
         Args:
             path: The file, for an error.
-            values: Values of the voxels, whole numbers, shape (i, j, k).
+            values: Values of the voxels, shape (i, j, k).
             affine: Map from voxel indices to voxel centres, shape (3, 4) [m].
             names: Names of labels, by their values.
+            scaling: Factor of the values, and what is then added; the results are whole numbers.
 
         Raises:
             BodyError: The values are not those of a label map, or the voxels have no sensible size.
         """
         _check_affine(path, affine)
-        known = _values(path, values)
+        known = _values(path, values, scaling)
         labels = known[known != 0]
         if not len(labels):
             raise BodyError(f"{path}: there is no label in it, all voxels are 0")
@@ -122,7 +132,7 @@ class LabelMap:
         numbers = np.empty(values.shape, dtype=np.uint16, order="F")
         counts = np.zeros(len(labels) + 1, dtype=np.int64)
         for k in range(values.shape[2]):
-            slab = values[:, :, k]
+            slab = _rounded(_scaled(values[:, :, k], scaling))
             found = np.searchsorted(labels, slab).astype(np.uint16) + 1
             numbers[:, :, k] = np.where(slab == 0, 0, found)
             counts += np.bincount(numbers[:, :, k].ravel(), minlength=len(counts))
@@ -179,21 +189,33 @@ def _check_affine(path: Path, affine: Floats) -> None:
         raise BodyError(f"{path}: the axes of its voxels lie in a plane, or nearly so")
 
 
-def _values(path: Path, values: npt.NDArray[Any]) -> Ints:
-    """Different values of the voxels, sorted; slab by slab, since sorting all takes memory."""
+def _scaled(values: npt.NDArray[Any], scaling: tuple[float, float]) -> npt.NDArray[Any]:
+    factor, shift = scaling
+    return values if scaling == (1.0, 0.0) else factor * values.astype(np.float64) + shift
+
+
+def _rounded(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return np.asarray(np.rint(values) if values.dtype.kind == "f" else values)
+
+
+def _values(path: Path, values: npt.NDArray[Any], scaling: tuple[float, float]) -> Ints:
+    """Different labels of the voxels, sorted; slab by slab, since sorting all takes memory."""
     known: set[int] = set()
     for k in range(values.shape[2]):
-        slab = np.unique(values[:, :, k])
+        slab = _scaled(np.unique(values[:, :, k]), scaling)
         if slab.dtype.kind == "f":
-            if not np.isfinite(slab).all() or (slab != np.round(slab)).any():
-                odd = slab[~np.isfinite(slab) | (slab != np.round(slab))][0]
+            wrong = ~(np.abs(slab - np.rint(slab)) <= _WHOLE)
+            if wrong.any():
+                factor, shift = scaling
+                said = f" (scaled by {factor:g} and shifted by {shift:g})"
                 raise BodyError(
-                    f"{path}: a voxel is {odd:g}; a label map has whole numbers. Is it an image"
-                    " that is not segmented yet?"
+                    f"{path}: a voxel is {slab[wrong][0]:.9g}"
+                    f"{'' if scaling == (1.0, 0.0) else said}; a label map has whole numbers. Is it"
+                    " an image that is not segmented yet?"
                 )
             if np.abs(slab).max() > 2**31:
                 raise BodyError(f"{path}: a voxel is {np.abs(slab).max():g}, too large for a label")
-        known.update(int(value) for value in slab.tolist())
+        known.update(int(value) for value in _rounded(slab).tolist())
         if len(known) > MAX_LABELS + 1:
             raise BodyError(
                 f"{path}: it has more than {MAX_LABELS:,} different values. Is it an image that is"
@@ -202,3 +224,18 @@ def _values(path: Path, values: npt.NDArray[Any]) -> Ints:
     if max(abs(value) for value in known) > 2**53:
         raise BodyError(f"{path}: a voxel is {max(known)}, too large for a label")
     return np.array(sorted(known), dtype=np.int64)
+
+
+def spacings_differ(said: Floats, taken: Floats, by: str) -> str:
+    """Words on spacings that a header says twice, and differently.
+
+    Args:
+        said: Spacing that is not taken, shape (3,).
+        taken: Spacing that is taken, shape (3,), in the same unit.
+        by: What says the latter.
+    """
+    first, second = (" x ".join(f"{side:.4g}" for side in one.tolist()) for one in (said, taken))
+    return (
+        f"its header says the spacing of the voxels twice, as {first} and, by {by}, as {second}:"
+        f" {by} is taken"
+    )

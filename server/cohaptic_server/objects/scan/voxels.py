@@ -2,6 +2,8 @@
 
 A library that is missing is named in an error.
 
+A scan is packed by gzip if its first bytes say so: browsers unpack files and keep their names.
+
 A reader takes as many bytes of voxels as the header declares, and no more: a compressed file of a
 megabyte can unpack to gigabytes. The declared size has passed `check_size` before; the rest of the
 file is not read.
@@ -9,14 +11,18 @@ file is not read.
 
 from __future__ import annotations
 
+import contextlib
+import gzip
 import importlib
+from collections.abc import Generator
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
+from cohaptic_server.objects.first_bytes import GZIP
 
 
 def library(module: str, package: str, what: str) -> Any:
@@ -38,6 +44,23 @@ def library(module: str, package: str, what: str) -> Any:
 
 
 _BLOCK = 2**20  # bytes that are read at once
+
+
+_LAYERS = 2  # times that a file may be packed by gzip: a server may pack a packed file again
+
+
+@contextlib.contextmanager
+def unpacked(path: Path) -> Generator[IO[bytes]]:
+    """Open a file, as its bytes without gzip."""
+    with contextlib.ExitStack() as files:
+        file: IO[bytes] = files.enter_context(path.open("rb"))
+        for _ in range(_LAYERS):
+            start = read_upto(file, len(GZIP))
+            file.seek(0)
+            if bytes(start) != GZIP:
+                break
+            file = cast("IO[bytes]", files.enter_context(gzip.GzipFile(fileobj=file, mode="rb")))
+        yield file
 
 
 def read_voxels(

@@ -147,8 +147,8 @@ _REPAIRED_FORM = 2  # additional version of tetrahedra from surfaces that are re
 _PARTS_FORM = 6
 # Additional version of what was read from files of these kinds, whose readers once gave another
 # shape, or took what is now refused: instances, sparse or normalised values, objects in parts,
-# groups, meshes that are folded.
-READERS = {".glb": 2, ".gltf": 2, ".3mf": 2, ".msh": 3, ".vtk": 3, ".vtu": 3}
+# groups, meshes that are folded, cells that were left out, pieces.
+READERS = {".glb": 2, ".gltf": 2, ".3mf": 2, ".msh": 4, ".vtk": 4, ".vtu": 4}
 
 _FAR = "twin/"  # prefix of the far field's arrays in an entry
 

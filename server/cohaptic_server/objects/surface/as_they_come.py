@@ -1,8 +1,7 @@
 """Brings the bytes of STL, OBJ, PLY and OFF files into the form that their readers expect.
 
 Programs write these files with bytes behind the end, counts that are wrong, old line ends, a byte
-order mark, UTF-16, capital keywords and decimal commas. Readers then fail, or return an empty
-mesh. Files that are something else altogether, such as a pointer of Git LFS, are named here.
+order mark, UTF-16, capital keywords and decimal commas. Readers then fail, or return an empty mesh.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Mask
+from cohaptic_server.objects.first_bytes import START
 from cohaptic_server.objects.memory_limit import say_once
 
 _HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
 _MOST = 0.5  # least share of records that are triangles, in a file whose count is wrong
 _LINES = 100  # lines of numbers that show whether decimal commas are used
-START = 4096  # bytes that show whether a file is text
 # Two marks, then the codec; without a mark UTF-16 shows by the zeros between its letters.
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
 # A line of coordinates, after its keyword in STL and OBJ files. No two parts of the expressions
@@ -42,10 +41,9 @@ def cleaned(path: Path) -> bytes:
         path: A file of one of the kinds .stl, .obj, .ply and .off.
 
     Raises:
-        BodyError: The file is empty, a web page, or a pointer of Git LFS.
+        BodyError: The file is a binary STL that cannot be brought into its form.
     """
     data = path.read_bytes()
-    check_start(path, data)
     kind = path.suffix.lower()
     if kind == ".stl" and not _is_text_stl(data):
         return _binary_stl(path, data)
@@ -54,23 +52,6 @@ def cleaned(path: Path) -> bytes:
     if kind == ".off" and re.match(rb"\s*\S*OFF\s+BINARY", data[:START]):
         return data
     return _text(data, lower=kind == ".stl")
-
-
-def check_start(path: Path, data: bytes) -> None:
-    """Check that the first bytes of a file of any kind are not those of something else altogether.
-
-    Raises:
-        BodyError: The file is empty, a web page, or a pointer of Git LFS.
-    """
-    start = data[:START].lstrip()
-    if not start:
-        raise BodyError(f"{path}: the file is empty")
-    if start.startswith(b"version https://git-lfs"):
-        raise BodyError(
-            f"{path}: it is a pointer of Git LFS, and not the file itself. Get that: git lfs pull"
-        )
-    if re.match(rb"<(!doctype html|html)", start, re.I):
-        raise BodyError(f"{path}: it is a web page. Save the file itself, not the page about it")
 
 
 def _is_text_stl(data: bytes) -> bool:

@@ -10,6 +10,7 @@ import scipy.sparse.csgraph
 
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.memory_limit import silenced
 
 # Area of the holes over that of the surface above which the surface is a sheet and not a body with
 # holes: a sphere with a cap of 60 degrees cut off has 0.25, half a sphere 0.5 and a flat sheet 1.
@@ -91,6 +92,7 @@ def in_one_sense(x: Floats, faces: Ints) -> Ints:
     """Reverse triangles where needed, so that neighbours have one sense of rotation, (m, 3)."""
     import trimesh  # imported here, since a prepared object starts without trimesh
 
-    mesh: Any = trimesh.Trimesh(x, faces, process=False)
-    trimesh.repair.fix_winding(mesh)  # type: ignore[no-untyped-call]  # pyright: ignore[reportUnknownMemberType]
+    with silenced("trimesh"):
+        mesh: Any = trimesh.Trimesh(x, faces, process=False)
+        trimesh.repair.fix_winding(mesh)  # type: ignore[no-untyped-call]  # pyright: ignore[reportUnknownMemberType]
     return np.asarray(mesh.faces, dtype=np.int64)

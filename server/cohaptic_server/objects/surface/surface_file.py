@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,14 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.first_bytes import START, check_start
 from cohaptic_server.objects.gate import checked_cells
-from cohaptic_server.objects.memory_limit import reading_limited, say_once, unreadable
+from cohaptic_server.objects.memory_limit import (
+    reading_limited,
+    say_once,
+    silenced,
+    unreadable,
+)
 from cohaptic_server.objects.surface.as_they_come import cleaned
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.three_mf import read_three_mf
@@ -76,6 +81,8 @@ def read_surface(path: Path) -> tuple[Floats, Ints]:
         BodyError: The file is not a mesh, has no triangle, or has coordinates that are not finite.
     """
     kind = path.suffix.lower()
+    with path.open("rb") as file:
+        check_start(path, file.read(START))
     if kind in SCENES:
         return joined(path, read_nodes(path))
     if kind == ".3mf":
@@ -101,16 +108,16 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
     """Vertices and faces as trimesh reads them, and the number of points without a face."""
     import trimesh  # imported here, since a prepared object starts without trimesh
 
-    trimesh_log = logging.getLogger("trimesh")
-    was_disabled, trimesh_log.disabled = trimesh_log.disabled, True  # our errors replace its log
     try:
-        # trimesh's processing is off, since it silently drops coordinates that are not finite.
         with reading_limited(path):
-            scene: Any = trimesh.load_scene(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-                io.BytesIO(cleaned(path)), file_type=kind[1:], process=False
-            )
-            points = sum(len(getattr(one, "vertices", ())) for one in scene.geometry.values())
-            mesh: Any = scene.to_mesh()
+            data = io.BytesIO(cleaned(path))
+            with silenced("trimesh"):
+                # trimesh's processing is off, since it drops coordinates that are not finite.
+                scene: Any = trimesh.load_scene(  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+                    data, file_type=kind[1:], process=False
+                )
+                mesh: Any = scene.to_mesh()
+        points = sum(len(getattr(one, "vertices", ())) for one in scene.geometry.values())
         x = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         return x, np.array(mesh.faces, dtype=np.int64).reshape(-1, 3), points
     except ImportError as error:
@@ -122,8 +129,6 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, Ints, int]:
         raise
     except Exception as error:  # trimesh's parsers raise errors of many kinds
         raise unreadable(path, "mesh", error) from error
-    finally:
-        trimesh_log.disabled = was_disabled
 
 
 def checked(path: Path, x: Floats, faces: Ints, points: int = 0) -> tuple[Floats, Ints]:

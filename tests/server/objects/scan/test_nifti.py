@@ -56,7 +56,7 @@ def changed(offset: int, form: str, *values: Any) -> bytes:
         (nifti(SMALL)[:-20], "its header says 120 bytes of voxels and it has 100"),
         (changed(40, "<8h", 3, 30000, 30000, 30000, 1, 1, 1, 1), r"takes 8.1e\+04 GB"),
         (changed(40, "<8h", 4, 4, 5, 3, 2, 1, 1, 1), "its voxels are 4 x 5 x 3 x 2"),
-        (changed(112, "<2f", 0.5, 3.0), "scaled by 0.5 and shifted by 3"),
+        (changed(112, "<2f", 0.5, 3.0), "a voxel is 6.5 .scaled by 0.5 and shifted by 3"),
         (changed(70, "<2h", 128, 24), "a label map has whole numbers|no NIfTI"),
         (changed(280, "<f", float("nan")), "no place of the voxels|no NIfTI"),
         (changed(280, "<4f", 0.0, 0.0, 0.0, 0.0), "its voxels are 0 x"),
@@ -115,3 +115,82 @@ def test_the_second_version_and_the_other_order_of_bytes_are_read(
     found = read_nifti(path)
     assert np.array_equal(found.numbers > 0, SMALL == 7)
     assert found.spacing == pytest.approx([1e-3, 2e-3, 3e-3])
+
+
+MATRIX = np.diag([1.0, 2.0, 3.0, 1.0])
+MIRRORED = np.diag([-1.0, 2.0, 3.0, 1.0])
+
+
+def placed(path: Path, sform: Any, qform: Any, pixdim: tuple[float, ...] = ()) -> Path:
+    """A file with two forms, of which either may be missing, and another spacing beside."""
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(SMALL, np.eye(4))
+    image.set_sform(sform, code=1 if sform is not None else 0)
+    image.set_qform(qform, code=1 if qform is not None else 0)
+    data = bytearray(image.to_bytes())
+    if pixdim:
+        struct.pack_into("<3f", data, 80, *pixdim)
+    return written(path, bytes(data))
+
+
+@pytest.mark.parametrize(
+    ("sform", "qform", "pixdim", "words"),
+    [
+        (MATRIX, MIRRORED, (), "the place of the voxels twice, and differently (by up to 7"),
+        (MATRIX, MATRIX + 9.0 * np.eye(4, k=3), (), "twice, and differently (by up to 9"),
+        (MATRIX, MATRIX @ np.diag([1.0, 1.0, 1.3, 1.0]), (), "twice, and differently"),
+        (None, None, (), "no place of the voxels (no sform, no qform)"),
+        (MATRIX, None, (1.0, 2.0, 5.0), "twice, as 1 x 2 x 5 and, by the sform, as 1 x 2 x 3"),
+        (MATRIX, None, (1.0, float("nan"), 3.0), "twice, as 1 x nan x 3"),
+        (MATRIX, MATRIX, (), ""),
+        (MATRIX, MATRIX + 0.2 * np.eye(4, k=3), (), ""),
+        (MATRIX, None, (), ""),
+        (None, MIRRORED, (), ""),
+    ],
+)
+def test_what_a_header_says_twice_or_not_at_all_is_told(
+    sform: Any,
+    qform: Any,
+    pixdim: tuple[float, ...],
+    words: str,
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    if sform is not None and qform is None and not pixdim:
+        pixdim = (1.0, 2.0, 3.0)
+    found = read_nifti(placed(tmp_path / "a.nii", sform, qform, pixdim))
+    assert words in caplog.text
+    assert bool(caplog.text) == bool(words)
+    if sform is not None:
+        assert found.affine[:, :3] == pytest.approx(1e-3 * MATRIX[:3, :3])
+
+
+@pytest.mark.parametrize("off", [0.0, 6e-8, -6e-8, 9e-4, -9e-4])
+def test_labels_that_are_whole_but_for_rounding_are_labels(off: float, tmp_path: Path) -> None:
+    """Resampling and arithmetic in single precision leave 0.99999994 of 1, and 0.0001 of 0."""
+    values = SMALL.astype(np.float32) + np.float32(off)
+    found = read_nifti(written(tmp_path / "a.nii", nifti(values, code=16)))
+    (label,) = found.labels
+    assert (label.value, label.voxels) == (7, 18)
+
+
+@pytest.mark.parametrize(
+    ("slope", "shift", "stored", "value"),
+    [(1.0 / 255.0, 0.0, 255, 1), (2.0, 0.0, 7, 14), (1.0, -1.0, 1, -1), (0.0, 5.0, 7, 7)],
+)
+def test_labels_that_are_scaled_to_whole_numbers_are_labels(
+    slope: float, shift: float, stored: int, value: int, tmp_path: Path
+) -> None:
+    """A slope of 0 says that nothing is scaled."""
+    values = np.where(SMALL == 7, stored, 1 if shift == -1.0 else 0).astype(np.uint8)
+    values[SMALL == 7] = 0 if shift == -1.0 else stored
+    data = bytearray(nifti(values))
+    struct.pack_into("<2f", data, 112, slope, shift)
+    (label,) = read_nifti(written(tmp_path / "a.nii", bytes(data))).labels
+    assert (label.value, label.voxels) == (value, 18)
+
+
+def test_labels_that_are_not_whole_are_no_labels(tmp_path: Path) -> None:
+    values = SMALL.astype(np.float32) + np.float32(2e-3)
+    with pytest.raises(BodyError, match=r"a voxel is 0\.002\d*; a label map has whole numbers"):
+        read_nifti(written(tmp_path / "a.nii", nifti(values, code=16)))

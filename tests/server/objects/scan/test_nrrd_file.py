@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -52,8 +53,132 @@ def test_one_layer_of_segments_is_a_label_map(tmp_path: Path) -> None:
     head = HEAD.replace("dimension: 3", "dimension: 4").replace("sizes: 3", "sizes: 1 3")
     head = head.replace("directions: ", "directions: none ").replace("kinds: ", "kinds: list ")
     assert read_nrrd(nrrd(tmp_path / "a.nrrd", head)).labels[0].voxels == 8
-    with pytest.raises(BodyError, match="its voxels are 2 x 3 x 4 x 5; one label map in three"):
-        read_nrrd(nrrd(tmp_path / "b.nrrd", head.replace("sizes: 1 3", "sizes: 2 3")))
+
+
+def layered(
+    path: Path, layers: list[npt.NDArray[np.int16]], segments: str, kind: str = "list"
+) -> Path:
+    """A file with several layers, as 3D Slicer writes it."""
+    head = HEAD[: HEAD.index("Segment0")].replace("dimension: 3", "dimension: 4")
+    head = head.replace("sizes: 3", f"sizes: {len(layers)} 3").replace(
+        ": domain", f": {kind} domain"
+    )
+    head = head.replace("directions: ", "directions: none ")
+    return nrrd(path, head + segments, np.stack(layers).tobytes("F"))
+
+
+OTHER: npt.NDArray[np.int16] = np.zeros_like(VALUES)
+OTHER[:, 1, 2] = 2
+TWO = (
+    "Segment0_LabelValue:=2\nSegment0_Name:=kidney\nSegment0_Layer:=0\n"
+    "Segment1_LabelValue:=2\nSegment1_Name:=cyst\nSegment1_Layer:=1\n"
+)
+
+
+def test_of_segments_that_overlap_the_last_counts(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    found = read_nrrd(layered(tmp_path / "a.seg.nrrd", [VALUES, OTHER], TWO))
+    assert [(one.value, one.name, one.voxels) for one in found.labels] == [
+        (1, "kidney", 6),
+        (2, "cyst", 3),
+    ]
+    assert np.array_equal(found.numbers == 2, OTHER == 2)
+    assert "2 of its voxels are in several segments" in caplog.text
+    # The order is that of the segments' numbers, wherever they stand.
+    turned = "\n".join(TWO.splitlines()[::-1]) + "\n"
+    again = read_nrrd(layered(tmp_path / "b.seg.nrrd", [VALUES, OTHER], turned))
+    assert np.array_equal(again.numbers, found.numbers)
+
+
+def test_segments_keep_values_that_are_their_own(tmp_path: Path) -> None:
+    """Two in one layer, and one in another, whose value is its own."""
+    values = VALUES.copy()
+    values[0, 0, 0] = 9
+    said = TWO.replace("Segment1_LabelValue:=2", "Segment1_LabelValue:=5")
+    said += "Segment2_LabelValue:=9\nSegment2_Layer:=0\n"
+    found = read_nrrd(layered(tmp_path / "a.seg.nrrd", [values, OTHER * 5 // 2], said))
+    assert [(one.value, one.name, one.voxels) for one in found.labels] == [
+        (2, "kidney", 6),
+        (5, "cyst", 3),
+        (9, "9", 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("segments", "kind", "words"),
+    [
+        ("", "list", "it has 2 layers, .* Export/import models and labelmaps"),
+        (TWO.replace("Layer:=1", "Layer:=2"), "list", "does not say which segment is in which"),
+        (TWO.replace("Layer:=1", "Layer:=-1"), "list", "does not say which segment is in which"),
+        (TWO[: TWO.index("Segment1")], "list", "3 of the voxels in its layers are of no segment"),
+        (TWO.replace("Layer:=1", "Layer:=x"), "list", "no NRRD that can be read"),
+        (
+            "".join(f"Segment{k}_LabelValue:=2\nSegment{k}_Layer:=0\n" for k in range(1001)),
+            "list",
+            "lists 1,001 segments; up to 1,000",
+        ),
+        (TWO, "vector", "its voxels are 2 x 3 x 4 x 5; one label map in three axes"),
+        (TWO, "RGB-color", "its voxels are 2 x 3 x 4 x 5; one label map in three axes"),
+    ],
+)
+def test_layers_that_cannot_be_joined_are_refused_with_a_way_out(
+    segments: str, kind: str, words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(BodyError, match=words) as error:
+        read_nrrd(layered(tmp_path / "a.seg.nrrd", [VALUES, OTHER], segments, kind))
+    assert "\n" not in str(error.value)
+
+
+PLACED = HEAD[HEAD.index("space directions") : HEAD.index("kinds")]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("space: left-posterior-superior", "space dimension: 3", "does not say where left and"),
+        ("left-posterior-superior", "scanner-xyz", "says the space 'scanner-xyz', which does not"),
+        ("left-posterior-superior", "3D-right-handed", "says the space '3D-right-handed'"),
+        (PLACED, "spacings: 1 2 3\n", "does not say where|no space"),
+        (PLACED, PLACED + "spacings: 1 2 4\n", "twice, as 1 x 2 x 4 and, by the directions"),
+        (PLACED, PLACED + "spacings: 1 2 nan\n", "twice, as 1 x 2 x nan"),
+        (PLACED, PLACED + 'space units: "px" "px" "px"\n', "its unit 'px' is not known"),
+    ],
+)
+def test_what_a_header_says_twice_or_not_at_all_is_told(
+    old: str, new: str, words: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert old in HEAD
+    head = HEAD.replace(old, new)
+    if "spacings" in new and old == PLACED and PLACED not in new:
+        head = head.replace("space: left-posterior-superior\n", "").replace(
+            "space origin: (10,20,30)\n", ""
+        )
+    found = read_nrrd(nrrd(tmp_path / "a.nrrd", head))
+    assert re.search(words, caplog.text)
+    assert found.spacing == pytest.approx([1e-3, 2e-3, 3e-3])
+
+
+@pytest.mark.parametrize(
+    "more", ["", "spacings: 1 2 3\n", 'space units: "mm" "mm" "mm"\n', "spacings: 1.001 2 3\n"]
+)
+@pytest.mark.parametrize("space", ["LPS", "RAS", "right-anterior-superior", "LAS"])
+def test_nothing_is_told_of_a_header_that_is_clear(
+    more: str, space: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    head = HEAD.replace("left-posterior-superior", space).replace(PLACED, PLACED + more)
+    read_nrrd(nrrd(tmp_path / "a.nrrd", head))
+    assert not caplog.text
+
+
+def test_units_of_axes_count_where_there_is_no_space(tmp_path: Path) -> None:
+    head = "NRRD0004\ntype: short\ndimension: 3\nsizes: 3 4 5\nencoding: raw\nendian: little\n"
+    found = read_nrrd(nrrd(tmp_path / "a.nrrd", head + 'spacings: 1 2 3\nunits: "cm" "cm" "cm"\n'))
+    assert found.spacing == pytest.approx([1e-2, 2e-2, 3e-2])
+    with pytest.raises(BodyError, match="different units: cm, mm"):
+        read_nrrd(nrrd(tmp_path / "b.nrrd", head + 'spacings: 1 2 3\nunits: "cm" "mm" "mm"\n'))
+    plain = read_nrrd(nrrd(tmp_path / "c.nrrd", head))
+    assert plain.spacing == pytest.approx([1e-3] * 3)
 
 
 @pytest.mark.parametrize(
