@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import socket
 import ssl
 import sys
@@ -92,6 +93,9 @@ log = logging.getLogger("cohaptic.server")
 _MOST_FILES = 10**6
 _OWN_FILES = 40  # a server has about 20 open; an upload or a starting process needs some more
 _HANDSHAKES_AT_ONCE = 4  # TLS handshakes; 3 ms
+# Without a tick for so long, and for so long after the next one, the process counts as having stood
+# still. A tick comes every 0.1 s at least, and a sleeping server looks up every second (`NAP`).
+_STOOD_STILL = 2.0  # s
 _REPORTED_AFTER = 10.0  # s from the first suppressed line until their number is reported
 
 
@@ -111,6 +115,9 @@ class Gate:
         came: Event that is set when a connection is added to `taken`; wakes a sleeping server.
         traffic: Counters of bytes, refusals and exceeded rate limits.
     """
+
+    _ticked = math.inf  # no tick is expected yet
+    _resumed = -math.inf
 
     def __init__(
         self,
@@ -140,6 +147,23 @@ class Gate:
     def meter(self) -> Meter:
         """Return a meter that checks the rates of a new connection's messages."""
         return Meter(self.limits, self._simulation_hz)
+
+    def tick(self, now: float) -> None:
+        """Note that a tick begins."""
+        if now - self._ticked > _STOOD_STILL:
+            self._resumed = now
+        self._ticked = now
+
+    def pause(self) -> None:
+        """Expect no tick until the next one."""
+        self._ticked = math.inf
+
+    def stood_still(self, now: float) -> bool:
+        """Whether this process has just stood still, so that messages of seconds came at once.
+
+        It may have been suspended, or its machine. Nobody is to be accused of a flood then.
+        """
+        return now - self._ticked > _STOOD_STILL or now - self._resumed < _STOOD_STILL
 
     def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
         """Write a log line about an address, unless the address's limit for lines is reached."""

@@ -171,6 +171,7 @@ class CohapticServer:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self.gate.came.wait(), NAP)
         now = self.web.ticked = self.clock.now()
+        self.gate.tick(now)
         due, ticks = passed_over(due, now, self.settings.simulation_period)
         self.lobby.pass_over(ticks, now)
         self.meters.pass_over(ticks)
@@ -202,6 +203,7 @@ class CohapticServer:
 
     async def _carry_out_exchange(self, wanted: Exchange) -> None:
         self._open.clear()
+        self.gate.pause()
         self._carry_out(self.lobby.stop(CloseCode.OBJECT_CHANGED, OBJECT_CHANGED))
         leaving = [connection.closed() for connection in self._connections.values()]
         await asyncio.gather(*leaving, return_exceptions=True)
@@ -236,6 +238,7 @@ class CohapticServer:
         for connection in self._connections.values():
             connection.take_samples()
         now = self.web.ticked = self.clock.now()
+        self.gate.tick(now)
         self.lobby.tick(now)
         self._carry_out(self.lobby.serve(now))
         return self.clock.now()

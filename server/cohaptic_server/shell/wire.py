@@ -65,7 +65,8 @@ class ClientStream:
 
     Attributes:
         opened: Whether the whole request has come.
-        flooded: Whether one read had more than `MOST_FRAMES` frames; the further ones are dropped.
+        flooded: Whether one read had more than `MOST_FRAMES` frames; `rest` returns the further
+            ones.
     """
 
     def __init__(self, longest: int) -> None:
@@ -89,6 +90,14 @@ class ClientStream:
         data = self._rest + data
         return self._frames(data)
 
+    def rest(self) -> list[bytes]:
+        """Return all further frames of a read that had too many."""
+        found: list[bytes] = []
+        while self.flooded:
+            self.flooded = False
+            found += self._frames(self._rest)
+        return found
+
     def _open(self, data: bytes) -> list[bytes]:
         """Return the bytes of the request, and the whole frames behind its end."""
         known = len(self._rest)
@@ -106,7 +115,7 @@ class ClientStream:
         at = 0
         while (size := self._size(data, at)) is not None and at + size <= len(data):
             if len(found) == MOST_FRAMES:
-                self.flooded = True
+                self.flooded, self._rest = True, data[at:]
                 return found
             found.append(data[at : at + size])
             at += size
@@ -267,8 +276,12 @@ class Wire(ServerConnection):
             self._traffic.received += sum(map(len, pieces))
             error = self._excess(pieces, in_head=in_head)
         if error is not None:
-            self._stop_hearing(error)
-            return
+            if not self._gate.stood_still(self._now()):
+                self._stop_hearing(error)
+                return
+            # All of it came while this process could not read.
+            pieces += self._stream.rest()
+            self._meter = self._gate.meter()
         for piece in pieces:
             # No earlier message may still wait when a sample is delivered at once.
             if self.deliver is not None and not self._waiting and is_small_binary(piece):

@@ -29,7 +29,14 @@ pytestmark = pytest.mark.live
 KEY = b"abcd"
 PINGS = Frame(Opcode.PING, b"x" * 100).serialize(mask=True) * 100
 PONGS = Frame(Opcode.PONG, b"").serialize(mask=True) * 100
-SAMPLES = b"".join(make_frame(sample(seq, FAR, ZERO).encode(), KEY) for seq in range(1, 4000))
+
+
+def samples(first: int) -> bytes:
+    """Of a minute, numbered from `first` on."""
+    each = (sample(first + k, FAR, ZERO) for k in range(4000))
+    return b"".join(make_frame(one.encode(), KEY) for one in each)
+
+
 LAWS = make_frame(encode_control(SetLaw(law=Law.PI)), KEY) * 200
 EMPTY = Frame(Opcode.TEXT, b"", fin=False).serialize(mask=True)
 EMPTY += Frame(Opcode.CONT, b"", fin=False).serialize(mask=True) * 3000
@@ -44,7 +51,7 @@ WORDS = {
 
 @pytest.mark.parametrize(
     ("what", "flood"),
-    list(zip(WORDS, (PINGS, PONGS, SAMPLES, LAWS, EMPTY), strict=True)),
+    list(zip(WORDS, (PINGS, PONGS, samples(1), LAWS, EMPTY), strict=True)),
     ids=list(WORDS),
 )
 def test_who_floods_is_told_value_and_limit_and_closed_and_nobody_else_notices(
@@ -104,6 +111,29 @@ def test_an_address_that_was_closed_for_floods_waits_and_who_is_inside_stays(
     assert b"Retry-After: 1" in refused
     assert b"connections that asked for too much: at most 0.1 a second and 2 at once" in refused
     assert later.startswith(b"HTTP/1.1 200 ")
+
+
+def test_what_piled_up_while_the_server_stood_still_is_no_flood(small_balloon: Balloon) -> None:
+    """As when its machine slept for 14 s; before and afterwards it would be one."""
+
+    async def come() -> tuple[int, int]:
+        async with asyncio.timeout(PATIENCE), serving(small_balloon) as served:
+            async with visit(served.url) as guest:
+                await guest.join("guest")
+                await guest.play(3)
+                served.server.clock.origin += 14.0
+                guest.ws.transport.write(samples(100))
+                guest.seq = 4100
+                await guest.play(3)
+                spent = sum(served.server.gate.traffic.spent.values())
+                served.server.clock.origin += 1.0
+                while served.server.gate.stood_still(served.server.clock.now()):
+                    await guest.play(1)
+                guest.ws.transport.write(samples(10_000))
+                code, _, _ = await guest.end()
+                return spent, code
+
+    assert asyncio.run(come()) == (0, CloseCode.TOO_MANY.value)
 
 
 def test_connections_that_never_ask_are_bounded_told_and_cut(
