@@ -10,22 +10,26 @@ client's standard input.
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import math
 import os
 import signal
 import sys
 import threading
 from asyncio import get_running_loop
 from collections.abc import Callable
-from pathlib import Path
 from typing import IO, TextIO, cast
 
 from rich.console import Console
 
+from cohaptic.cli.output import Output
+from cohaptic.errors import CohapticError, OutputError
+from cohaptic.recording.recorder import Recorder
 from cohaptic.runtime.aside import Aside, aside
+from cohaptic.status.row import last_row
 from cohaptic.status.table import EVERY, Summary, status_line
 from cohaptic.vec import ZERO
 from cohaptic_client.client import Client
-from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
 AGAIN = 0.5  # s between checks whether this process is in the foreground again
@@ -90,7 +94,10 @@ _REFRESH = 0.1  # s
 _UNREAD = 32 * 1024
 
 
-async def touching(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
+CLOCKS = 1.0  # s between notes of the clocks in a recording; they drift by microseconds in it
+
+
+async def touching(settings: ClientSettings, record: Output | None, json_lines: bool) -> None:
     """Run a client until it is cancelled, its duration is over, or the server is lost for good.
 
     Args:
@@ -99,20 +106,32 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
 
     Raises:
         CohapticError: One of the errors of `Client.run`.
+        OutputError: Nothing was recorded although that was asked for, or not all.
+        SettingError: Another program records to that file.
     """
-    recorder = Recorder(settings.loop_hz)
     # A stopped terminal or a pipe without a reader must not hold up the network.
     terminal, lines = aside(sys.stderr, _UNREAD), aside(sys.stdout, _UNREAD, lambda count: "")
     console = Console(file=cast(IO[str], terminal))
 
-    def keep(rows: bytes) -> None:
-        recorder.keep(rows, ZERO if client.body is None else client.body.origin)
+    def tell(news: str) -> None:
+        console.print(f"{settings.name}: {news}", highlight=False, markup=False, soft_wrap=True)
 
-    client = Client(
-        settings,
-        tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
-        keep=keep if record else None,
-    )
+    recorder = None if record is None else _recorder(record, settings, tell)
+    noted = -math.inf
+
+    def keep(rows: bytes) -> None:
+        nonlocal noted
+        assert recorder is not None
+        recorder.keep(rows, ZERO if client.body is None else client.body.origin)
+        if (t := last_row(rows).t) >= noted + CLOCKS:
+            noted = t
+            recorder.note(client.clocks())
+
+    try:
+        client = Client(settings, tell=tell, keep=keep if recorder is not None else None)
+    except CohapticError:
+        await _finished(recorder, None, tell)
+        raise
     summary = Summary(client.clock.now())
     shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None, summary))
     key = EnterKey(client.acknowledge) if settings.holds_faults else None
@@ -121,6 +140,7 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
     try:
         await client.run()
     finally:
+        error = sys.exception()
         if key is not None:
             key.stop()
         shown.cancel()
@@ -128,14 +148,52 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         summary.read(client.status(), client.clock.now())
         if not json_lines and (line := summary.line(client.clock.now())):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
-        if record:
-            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+        lost = await _finished(recorder, client, tell)
+        # What ended the session says more than what this has done to the recording.
+        hidden = isinstance(error, CohapticError)
+        if lost is not None and hidden:
+            tell(str(lost))
         if isinstance(lines, Aside) and lines.left_out:
             told = f"{lines.left_out} lines of the state were left out: nobody read them"
             console.print(f"{settings.name}: {told}", highlight=False, markup=False)
         for stream in (lines, terminal):
             if isinstance(stream, Aside):
                 await asyncio.to_thread(stream.drain)
+        if lost is not None and not hidden:
+            raise lost from None
+
+
+def _recorder(record: Output, settings: ClientSettings, tell: Callable[[str], None]) -> Recorder:
+    """Return the recorder of a client; its thread tells news by way of the running event loop.
+
+    Raises:
+        SettingError: Another program records to that file, or it cannot be made.
+    """
+    loop = get_running_loop()
+
+    def tell_here(news: str) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+            loop.call_soon_threadsafe(tell, news)
+
+    return Recorder(
+        record.path, name=settings.name, loop_hz=settings.loop_hz,
+        overwrite=record.overwrite, tell=tell_here,
+    )  # fmt: skip
+
+
+async def _finished(
+    recorder: Recorder | None, client: Client | None, tell: Callable[[str], None]
+) -> OutputError | None:
+    """Finish a recording, and say what was recorded; return what has gone wrong with it."""
+    if recorder is None:
+        return None
+    if client is not None:
+        recorder.note(client.clocks())
+    try:
+        tell(await asyncio.to_thread(recorder.finish))
+    except OutputError as lost:
+        return lost
+    return None
 
 
 async def _show(

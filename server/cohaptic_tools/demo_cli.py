@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from cohaptic.cli.output import Overwrite
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic_server.cli.object_options import ObjectOptions, SimulationHz, takes_object
 from cohaptic_server.touchable import BALLOON
@@ -59,6 +60,7 @@ def demo(
     options: ObjectOptions,
     json: Json = None,
     keep: Keep = None,
+    overwrite: Overwrite = False,
     no_browser: NoBrowser = False,
 ) -> None:
     """Watch hands feel each other in one object, with delay.
@@ -78,5 +80,9 @@ def demo(
         friction=friction,
     )  # fmt: skip
     browser = not no_browser
-    if not demonstrate(scene, body, options, json, keep, nonlinear=nonlinear, browser=browser):
+    shows_it = demonstrate(
+        scene, body, options, json, keep,
+        overwrite=overwrite, nonlinear=nonlinear, browser=browser,
+    )  # fmt: skip
+    if not shows_it:
         sys.exit(1)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cohaptic.errors import BodyError
+from cohaptic.runtime.new_file import write_new
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.parts.parts import Parts
@@ -32,6 +33,7 @@ def draw_sections(
     *,
     title: str,
     axes_of_file: str = "",
+    overwrite: bool = False,
 ) -> None:
     """Draw sections normal to x, y and z, each through the middle of a small part, to a PNG file.
 
@@ -42,9 +44,11 @@ def draw_sections(
         words: Texts of the legend, one for each part.
         title: Title of the picture.
         axes_of_file: Axes of a patient that the mesh has, `ras` or `lps`; empty for none.
+        overwrite: Whether to replace a file of that name.
 
     Raises:
-        BodyError: matplotlib is not installed, or the file cannot be written.
+        BodyError: matplotlib is not installed.
+        OutputError: The file cannot be written.
     """
     try:
         from matplotlib.collections import PolyCollection
@@ -83,22 +87,19 @@ def draw_sections(
             spine.set_visible(False)
     handles = [Patch(color=colors[k], label=words[k].replace("$", r"\$")) for k in order[:_LISTED]]
     figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=9)
-    _save(figure, path, title)
+    _save(figure, path, title, overwrite=overwrite)
 
 
-def _save(figure: Figure, path: Path, title: str) -> None:
+def _save(figure: Figure, path: Path, title: str, *, overwrite: bool) -> None:
     """Write a title over a figure, and the figure to a PNG file.
 
     Raises:
-        BodyError: The file cannot be written.
+        OutputError: The file cannot be written.
     """
     figure.text(
         0.03, 0.93, title, fontsize=14, color=_INK, weight="bold", va="center", parse_math=False
     )
-    try:
-        figure.savefig(path, dpi=160)
-    except (OSError, ValueError) as error:
-        raise BodyError(f"{path}: the picture cannot be written ({error})") from error
+    write_new(path, lambda file: figure.savefig(file, format="png", dpi=160), overwrite=overwrite)
 
 
 def _axis_names(axes_of_file: str) -> list[str]:
