@@ -28,9 +28,9 @@ from cohaptic_tools.demo.scene import Scene
 _START = 30.0  # s between two reports that a process is still starting
 _JOIN = 20.0  # s for which a client tries to reach the server
 _END = 8.0  # s within which a process must end by itself
-# Bytes of a recording that a client turns into a .npz in a second, with all clients at it on a slow
+# Bytes of a part that a client turns into a .npz in a second, with all clients at it on a slow
 # machine: a tenth of what one alone does.
-_TURNED = 4e6
+_TURNED = 1.5e6
 
 
 class DemoFailed(CohapticError):

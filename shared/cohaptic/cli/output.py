@@ -15,7 +15,7 @@ from typing import Annotated, BinaryIO
 import typer
 
 from cohaptic.errors import SettingError
-from cohaptic.runtime.new_file import is_stream, write_new
+from cohaptic.runtime.new_file import is_stream, real, write_new
 
 # The option, the same for each command that writes a file.
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
@@ -79,11 +79,12 @@ def new_output(
     if path.is_dir():
         raise SettingError(option, path, f"{kind}, and it is a folder")
     stream = is_stream(path)
-    if path.exists() and not stream and not overwrite:
+    exists = path.exists() or real(path).is_symlink()  # a ring of links cannot be written, either
+    if exists and not stream and not overwrite:
         limit = "a new file, and this one exists: choose another name, or replace it by --overwrite"
         raise SettingError(option, path, limit)
     # A file is replaced by another of its folder, which would not ask whether it may be written to.
-    places = [path] if stream else [path.resolve().parent, *([path] if path.exists() else [])]
+    places = [path] if stream else [real(path).parent, *([path] if path.exists() else [])]
     if not all(os.access(place, os.W_OK) for place in places):
         raise SettingError(option, path, f"{kind} that may be written to")
     return Output(path, overwrite)

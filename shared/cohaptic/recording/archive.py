@@ -99,21 +99,21 @@ def finish(part: Part, path: Path, *, overwrite: bool) -> Outline:
 
     Raises:
         OutputError: The `.npz` cannot be written, or another file has its name; the part remains.
+        SettingError: The part is no journal.
     """
     try:
         with part.path.open("rb") as journal:
             outline = _outline(part.path, journal)
             write_new(path, lambda file: write_archive(journal, outline, file), overwrite=overwrite)
+        if outline.intact:
+            part.remove()
     except (OutputError, OSError) as error:
-        part.close()
         if isinstance(error, AppearedMeanwhile):  # the part holds the same
             error.written.unlink(missing_ok=True)
         problem = error.problem if isinstance(error, OutputError) else f"{error.strerror}"
         kept = f"the recording is kept as {part.path}; later turn it into a .npz by: "
         raise OutputError(path, problem, kept + finish_command(part.path)) from error
-    if outline.intact:
-        part.remove()
-    else:
+    finally:
         part.close()
     return outline
 

@@ -12,10 +12,12 @@ import os
 import shlex
 import shutil
 import stat
+import sys
 import tempfile
 from pathlib import Path
 
 from cohaptic.errors import OutputError, SettingError
+from cohaptic.runtime.new_file import real
 from cohaptic.runtime.owned_files import take
 
 SUFFIX = ".part"
@@ -55,7 +57,7 @@ class Part:
             SettingError: Another process records to it, a killed process has left rows in it, or it
                 cannot be made.
         """
-        part = part_of(path.resolve())
+        part = part_of(real(path))
         try:
             try:
                 made = cls(part, os.open(part, _FLAGS | os.O_CREAT | os.O_EXCL, 0o666))
@@ -146,6 +148,9 @@ class Part:
         """Remove the file, if its name still leads to it, and close it."""
         if self.is_there():
             with contextlib.suppress(OSError):
+                if sys.platform == "win32":  # which removes no open file
+                    self.close()
+                # With the lock still held, as another program could take an empty part over.
                 self.path.unlink()
         self.close()
 

@@ -29,6 +29,7 @@ WAITING = 16 * 1024 * 1024
 # Bytes after which the system is asked to bring all to the disk, so that a loss of power loses
 # little: some seconds at 1 kHz. A process that is killed loses nothing that was written.
 _SYNC = 256 * 1024
+_LONG = 16 * 1024 * 1024  # bytes of a part of three minutes, which take a second to be turned
 _SPLIT = MOST // ROW.size * ROW.size
 
 
@@ -112,6 +113,8 @@ class Recorder:
             self._closing = True
             self._changed.notify()
         self._thread.join()
+        if self._part.size() > _LONG:
+            self._tell(f"writing {self._path}, which takes some seconds")
         if not self._rows:
             self._part.remove()
             raise NothingRecorded(self._path)

@@ -17,8 +17,8 @@ from typing import BinaryIO
 
 from cohaptic.errors import OutputError
 
-# Below these a name may lead to any open file, such as the terminal or the file of a redirection.
-_OPEN_FILES = (Path("/dev"), Path("/proc"))
+# Names of open files, which may be the file of a redirection: what is in that must stay.
+_OPEN_FILES = tuple(map(Path, ("/dev/stdout", "/dev/stderr", "/dev/fd", "/proc")))
 
 
 class AppearedMeanwhile(OutputError):
@@ -37,9 +37,14 @@ class AppearedMeanwhile(OutputError):
 
 def is_stream(path: Path) -> bool:
     """Return whether a path leads to a device, a pipe or an open file of this process."""
-    if any(path.is_relative_to(folder) for folder in _OPEN_FILES):
+    if any(path.is_relative_to(name) for name in _OPEN_FILES):
         return True
     return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def real(path: Path) -> Path:
+    """Return a path without symbolic links; unlike `Path.resolve`, also where they form a ring."""
+    return Path(os.path.realpath(path))
 
 
 def write_new(path: Path, write: Callable[[BinaryIO], object], *, overwrite: bool) -> None:
@@ -59,7 +64,7 @@ def write_new(path: Path, write: Callable[[BinaryIO], object], *, overwrite: boo
             with path.open("ab") as stream:
                 write(stream)
         else:
-            _write_file(path.resolve(), write, overwrite=overwrite)
+            _write_file(real(path), write, overwrite=overwrite)
     except OSError as error:
         raise OutputError(path, f"it cannot be written ({error.strerror or error})") from error
 

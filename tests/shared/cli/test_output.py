@@ -39,6 +39,8 @@ def test_a_file_that_exists_is_refused_unless_the_user_wishes_otherwise(tmp_path
     assert refusal(path).endswith(limit)
     (tmp_path / "link.json").symlink_to(path)
     assert refusal(tmp_path / "link.json").endswith(limit)
+    (tmp_path / "ring.json").symlink_to(tmp_path / "ring.json")
+    assert refusal(tmp_path / "ring.json").endswith(limit)
     output = new_output("--json", path, overwrite=True)
     assert output is not None
     assert path.read_text() == "old"

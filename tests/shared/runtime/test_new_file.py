@@ -101,3 +101,9 @@ def test_a_device_stays_a_device() -> None:
     with pytest.raises(OutputError, match="No space left"):
         write(Path("/dev/full"))
     assert all(Path(f"/dev/{name}").is_char_device() for name in ("null", "full"))
+
+
+def test_the_file_of_a_redirection_is_a_stream_and_a_file_in_memory_is_none() -> None:
+    assert is_stream(Path("/dev/stdout"))
+    assert is_stream(Path("/dev/fd/63"))
+    assert not is_stream(Path("/dev/shm/x.json"))
