@@ -33,6 +33,11 @@ def finish_command(part: Path) -> str:
     return f"cohaptic recording --finish {shlex.quote(str(part))}"
 
 
+def part_gone() -> FileNotFoundError:
+    """Return the error for a part whose name no longer leads to it."""
+    return FileNotFoundError(None, "somebody has removed or moved it or its folder")
+
+
 class Part:
     """An open part that this process owns.
 
@@ -108,7 +113,7 @@ class Part:
         while rest:
             rest = rest[os.write(self._file, rest) :]
         if not self.is_there():
-            raise FileNotFoundError(None, "somebody has removed or moved it or its folder")
+            raise part_gone()
 
     def is_there(self) -> bool:
         """Return whether the name still leads to this file."""

@@ -20,7 +20,7 @@ from cohaptic.recording.journal import (
     header_block,
     rows_block,
 )
-from cohaptic.recording.part import Part, finish_command
+from cohaptic.recording.part import Part, finish_command, part_gone
 from cohaptic.status.row import COLUMNS, ROW, last_row
 from cohaptic.vec import ZERO, Vec3
 
@@ -118,6 +118,8 @@ class Recorder:
         if not self._rows:
             self._part.remove()
             raise NothingRecorded(self._path)
+        if self._trouble is None and not self._part.is_there():  # since the last write
+            self._give_up(part_gone())
         if self._trouble is not None:
             self._part.close()
             raise OutputError(self._path, *self._what_is_left(self._trouble))

@@ -177,6 +177,32 @@ def test_a_folder_that_was_removed_is_told_at_once_and_costs_no_row(tmp_path: Pa
     rescued.unlink()
 
 
+def test_a_part_that_was_removed_after_the_last_row_costs_none(tmp_path: Path) -> None:
+    told: list[str] = []
+    made = recorder(tmp_path / "x.npz", told)
+    made.keep(rows(0, 10))
+    with made._changed:  # pyright: ignore[reportPrivateUsage]
+        made._closing = True  # pyright: ignore[reportPrivateUsage]
+        made._changed.notify()  # pyright: ignore[reportPrivateUsage]
+    made._thread.join()  # pyright: ignore[reportPrivateUsage]
+    (tmp_path / "x.npz.part").unlink()
+    with pytest.raises(OutputError, match="are kept in"):
+        made.finish()
+    rescued = Path(told[0].rpartition(" ")[2])
+    assert len(read_recording(rescued).rows) == 10
+    rescued.unlink()
+
+
+def test_a_disk_without_room_for_both_keeps_the_part(tmp_path: Path) -> None:
+    made = recorder(tmp_path / "x.npz")
+    made.keep(rows(0, 10))
+    (tmp_path / "x.npz").mkdir()  # as any error of the last step
+    with pytest.raises(OutputError, match=r"later turn it into a \.npz by"):
+        made.finish()
+    assert len(read_recording(tmp_path / "x.npz.part").rows) == 10
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["x.npz", "x.npz.part"]
+
+
 def test_what_the_disk_cannot_take_is_a_gap(tmp_path: Path) -> None:
     told: list[str] = []
     made = recorder(tmp_path / "x.npz", told)
