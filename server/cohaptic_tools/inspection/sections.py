@@ -62,8 +62,7 @@ def draw_sections(
     # Colours are assigned by size, so that the largest part has the pale first colour.
     order: list[int] = np.argsort(-sizes, kind="stable").tolist()
     colors = [_COLORS[order.index(k) % len(_COLORS)] for k in range(len(order))]
-    # Each section goes through one of these parts: all but the largest, the smallest first.
-    within = order[:0:-1] or order
+    within = order[:0:-1] or order  # parts to be cut: all but the largest, the smallest first
     middles = [_middle(tets, parts.of == within[k % len(within)]) for k in range(3)]
     figure = Figure(figsize=(10.0, 4.6), facecolor="white")
     names = _axis_names(axes_of_file)
@@ -73,8 +72,7 @@ def draw_sections(
         across, up = [other for other in range(3) if other != axis]
         polygons, owners = section(tets, axis, float(middle[axis]))
         shown = [1e3 * polygon[:, [across, up]] for polygon in polygons]
-        owned: list[int] = parts.of[owners].tolist()
-        fill = [colors[part] for part in owned]
+        fill = [colors[int(part)] for part in parts.of[owners]]
         axes.add_collection(PolyCollection(shown, facecolors=fill, edgecolors=fill, linewidths=0.3))
         axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
         axes.margins(0.05)
@@ -83,8 +81,7 @@ def draw_sections(
         axes.set_ylabel(names[up], fontsize=9, color=_INK, labelpad=1)
         axes.tick_params(labelsize=8, colors=_DIM)
         axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.1f} mm", fontsize=9, color=_DIM)
-        for spine in axes.spines.values():
-            spine.set_visible(False)
+        axes.spines[:].set_visible(False)
     handles = [Patch(color=colors[k], label=words[k].replace("$", r"\$")) for k in order[:_LISTED]]
     figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=9)
     _save(figure, path, title, overwrite=overwrite)
