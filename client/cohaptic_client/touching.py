@@ -116,22 +116,13 @@ async def touching(settings: ClientSettings, record: Output | None, json_lines: 
     def tell(news: str) -> None:
         console.print(f"{settings.name}: {news}", highlight=False, markup=False, soft_wrap=True)
 
-    recorder = None if record is None else _recorder(record, settings, tell)
-    noted = -math.inf
-
-    def keep(rows: bytes) -> None:
-        nonlocal noted
-        assert recorder is not None
-        recorder.keep(rows, ZERO if client.body is None else client.body.origin)
-        if (t := last_row(rows).t) >= noted + CLOCKS:
-            noted = t
-            recorder.note(client.clocks())
-
+    recorded = _Recorded(record, settings, tell)
     try:
-        client = Client(settings, tell=tell, keep=keep if recorder is not None else None)
+        client = Client(settings, tell=tell, keep=recorded.keep if record is not None else None)
     except CohapticError:
-        await _finished(recorder, None, tell)
+        await recorded.finish()
         raise
+    recorded.client = client
     summary = Summary(client.clock.now())
     shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None, summary))
     key = EnterKey(client.acknowledge) if settings.holds_faults else None
@@ -148,7 +139,7 @@ async def touching(settings: ClientSettings, record: Output | None, json_lines: 
         summary.read(client.status(), client.clock.now())
         if not json_lines and (line := summary.line(client.clock.now())):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
-        lost = await _finished(recorder, client, tell)
+        lost = await recorded.finish()
         # What ended the session says more than what this has done to the recording.
         hidden = isinstance(error, CohapticError)
         if lost is not None and hidden:
@@ -163,37 +154,58 @@ async def touching(settings: ClientSettings, record: Output | None, json_lines: 
             raise lost from None
 
 
-def _recorder(record: Output, settings: ClientSettings, tell: Callable[[str], None]) -> Recorder:
-    """Return the recorder of a client; its thread tells news by way of the running event loop.
+class _Recorded:
+    """The recording of a client; without a file for it there is none.
+
+    Args:
+        record: File for the recording; None for no recording.
+        tell: Function that shows a piece of news to the user.
 
     Raises:
         SettingError: Another program records to that file, or it cannot be made.
+
+    Attributes:
+        client: The client that is recorded; None before it is made.
     """
-    loop = get_running_loop()
 
-    def tell_here(news: str) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
-            loop.call_soon_threadsafe(tell, news)
+    def __init__(
+        self, record: Output | None, settings: ClientSettings, tell: Callable[[str], None]
+    ) -> None:
+        self.client: Client | None = None
+        self._tell, self._loop = tell, get_running_loop()
+        self._noted = -math.inf  # time of the newest note of the clocks [s]
+        self._recorder: Recorder | None = None
+        if record is not None:
+            self._recorder = Recorder(
+                record.path, name=settings.name, loop_hz=settings.loop_hz,
+                overwrite=record.overwrite, tell=self._tell_from_thread,
+            )  # fmt: skip
 
-    return Recorder(
-        record.path, name=settings.name, loop_hz=settings.loop_hz,
-        overwrite=record.overwrite, tell=tell_here,
-    )  # fmt: skip
+    def keep(self, rows: bytes) -> None:
+        """Record rows of the client's loop."""
+        if self._recorder is None or self.client is None:
+            return
+        body = self.client.body
+        self._recorder.keep(rows, ZERO if body is None else body.origin)
+        if (t := last_row(rows).t) >= self._noted + CLOCKS:
+            self._noted = t
+            self._recorder.note(self.client.clocks())
 
-
-async def _finished(
-    recorder: Recorder | None, client: Client | None, tell: Callable[[str], None]
-) -> OutputError | None:
-    """Finish a recording, and say what was recorded; return what has gone wrong with it."""
-    if recorder is None:
+    async def finish(self) -> OutputError | None:
+        """Finish the recording, and say what was recorded; return what has gone wrong with it."""
+        if self._recorder is None:
+            return None
+        if self.client is not None:
+            self._recorder.note(self.client.clocks())
+        try:
+            self._tell(await asyncio.to_thread(self._recorder.finish))
+        except OutputError as lost:
+            return lost
         return None
-    if client is not None:
-        recorder.note(client.clocks())
-    try:
-        tell(await asyncio.to_thread(recorder.finish))
-    except OutputError as lost:
-        return lost
-    return None
+
+    def _tell_from_thread(self, news: str) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+            self._loop.call_soon_threadsafe(self._tell, news)
 
 
 async def _show(

@@ -19,6 +19,7 @@ def measure() -> None:
     """Measure what the network does to touch."""
 
 
+# Long, because each option of the command is a parameter.
 @bench.command(cls=ChapterCommand)
 def transparency(
     law: Annotated[
