@@ -13,12 +13,13 @@ import math
 import os
 import platform
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawTextHelpFormatter
+from argparse import ArgumentParser, Namespace, RawTextHelpFormatter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from cohaptic import __version__
-from cohaptic.cli.output import check_output
+from cohaptic.cli.output import new_output
 from cohaptic.errors import SettingError
 
 Result = Mapping[str, float | int | str | bool | None]
@@ -30,17 +31,22 @@ def parser(description: str | None) -> ArgumentParser:
     Args:
         description: Docstring of the benchmark.
     """
-    made = ArgumentParser(description=description, formatter_class=RawTextHelpFormatter)
-    made.add_argument("--json", type=_output, help="also write the results to this file")
+    made = _Parser(description=description, formatter_class=RawTextHelpFormatter)
+    made.add_argument("--json", type=Path, help="also write the results to this file")
+    made.add_argument("--overwrite", action="store_true", help="replace that file if it exists")
     return made
 
 
-def _output(text: str) -> Path:
-    try:
-        check_output("--json", path := Path(text))
-    except SettingError as error:
-        raise ArgumentTypeError(str(error)) from error
-    return path
+class _Parser(ArgumentParser):
+    """Makes an `Output` of the option --json, and refuses a file that exists."""
+
+    def parse_known_args(self, *args: Any, **kwargs: Any) -> Any:
+        options, rest = super().parse_known_args(*args, **kwargs)
+        try:
+            options.json = new_output("--json", options.json, overwrite=options.overwrite)
+        except SettingError as error:
+            self.error(str(error))
+        return options, rest
 
 
 def machine() -> dict[str, str | int | None]:
@@ -66,10 +72,14 @@ def write(options: Namespace, results: Sequence[Result]) -> None:
         "benchmark": Path(sys.argv[0]).stem,
         "version": __version__,
         "machine": machine(),
-        "options": {name: _json(value) for name, value in vars(options).items() if name != "json"},
+        "options": {
+            name: _json(value)
+            for name, value in vars(options).items()
+            if name not in ("json", "overwrite")
+        },
         "results": [{name: _json(value) for name, value in row.items()} for row in results],
     }
-    options.json.write_text(json.dumps(report, indent=2, allow_nan=False, default=str) + "\n")
+    options.json.write(json.dumps(report, indent=2, allow_nan=False, default=str) + "\n")
 
 
 def _json(value: object) -> object:

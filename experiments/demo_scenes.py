@@ -40,7 +40,7 @@ def run(law: str, delay_ms: int, users: int, seconds: float, folder: Path) -> di
     result = folder / "result.json"
     command = [sys.executable, "-m", "cohaptic", "demo", "--law", law, "--users", str(users)]
     command += ["--delay-ms", str(delay_ms), "--duration", str(seconds)]
-    command += ["--json", str(result), "--keep", str(folder)]
+    command += ["--json", str(result), "--keep", str(folder), "--overwrite"]
     # An unstable scene ends with 1, and its result is still one.
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if not result.exists():

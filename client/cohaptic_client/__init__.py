@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from cohaptic_client.devices.placing.options import placed_info as placed_info
     from cohaptic_client.devices.placing.placed import Placed as Placed
     from cohaptic_client.devices.simulated import SimulatedDevice as SimulatedDevice
-    from cohaptic_client.recorder import Recorder as Recorder
     from cohaptic_client.settings import ClientSettings as ClientSettings
 
 __all__ = [
@@ -49,7 +48,6 @@ __all__ = [
     "DeviceSample",
     "Found",
     "Placed",
-    "Recorder",
     "SimulatedDevice",
     "place",
     "placed_info",
@@ -70,7 +68,6 @@ _HOMES = {
     "DeviceInfo": "cohaptic_client.devices.device",
     "DeviceSample": "cohaptic_client.devices.device",
     "SimulatedDevice": "cohaptic_client.devices.simulated",
-    "Recorder": "cohaptic_client.recorder",
     "ClientSettings": "cohaptic_client.settings",
 }
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cohaptic.cli.output import check_output
+from cohaptic.cli.output import Output, Overwrite, new_output
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.control.proportional_integral import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.room_address import room_url
+from cohaptic.runtime.new_file import is_stream
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic.vec import Vec3
@@ -65,8 +66,9 @@ def touch(
     jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
     record: Annotated[
         Path | None,
-        typer.Option(help="Write the last five minutes, every haptic period, to this .npz file."),
+        typer.Option(help="Write every haptic period to this new .npz file."),
     ] = None,
+    overwrite: Overwrite = False,
     duration: Annotated[
         float | None, typer.Option(help="Leave after this time [s].", show_default="Ctrl-C")
     ] = None,
@@ -242,7 +244,7 @@ def touch(
 ) -> None:
     """Touch the object of a server; Ctrl-C ends it with zero force."""
 
-    check_output("--record", record)
+    recording = _recording(record, overwrite=overwrite)
 
     def link(delay: float | None, jitter: float | None, salt: int) -> LinkSettings:
         one_way = delay_ms if delay is None else delay
@@ -291,7 +293,19 @@ def touch(
         patience_lost=math.inf if wait is None else None,
         duration=duration,
     )
-    run(touching(settings, record, json_lines), lifeline=lifeline)
+    run(touching(settings, recording, json_lines), lifeline=lifeline)
+
+
+def _recording(path: Path | None, *, overwrite: bool) -> Output | None:
+    """Return the file of a recording, which has to be a plain file.
+
+    Raises:
+        SettingError: It cannot be made, or must not be replaced.
+    """
+    recording = new_output("--record", path, ".npz", overwrite=overwrite)
+    if recording is not None and is_stream(recording.path):
+        raise SettingError("--record", path, "a file, and it is a device or a pipe")
+    return recording
 
 
 def _place(at: Vec3 | None, inward: Vec3 | None) -> Place | None:

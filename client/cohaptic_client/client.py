@@ -23,6 +23,7 @@ from cohaptic.errors import (
     one_line,
 )
 from cohaptic.protocol.messages import BodyInfo
+from cohaptic.recording.journal import Clocks
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import Row
 from cohaptic_client.devices.catalogue import device_info
@@ -232,6 +233,19 @@ class Client:
             to_wall=self.clock.to_wall(),
             silent_after=haptics.silent_after,
             stopping=haptics.stopping,
+        )
+
+    def clocks(self) -> Clocks:
+        """Return how this client's clock stands to the wall clock and to the server's clock."""
+        clocks = Clocks(self.clock.now(), self.clock.to_wall())
+        conversation = self._conversation
+        if conversation is None or conversation.timing.best is None:
+            return clocks
+        timing = conversation.timing
+        return clocks._replace(
+            to_server=timing.clock_offset,
+            error=timing.clock_error,
+            server_to_wall=conversation.server_to_wall,
         )
 
     def _beat(self) -> None:

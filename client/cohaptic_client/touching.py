@@ -10,22 +10,26 @@ client's standard input.
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import math
 import os
 import signal
 import sys
 import threading
 from asyncio import get_running_loop
 from collections.abc import Callable
-from pathlib import Path
 from typing import IO, TextIO, cast
 
 from rich.console import Console
 
+from cohaptic.cli.output import Output
+from cohaptic.errors import CohapticError, OutputError
+from cohaptic.recording.recorder import Recorder
 from cohaptic.runtime.aside import Aside, aside
+from cohaptic.status.row import last_row
 from cohaptic.status.table import EVERY, Summary, status_line
 from cohaptic.vec import ZERO
 from cohaptic_client.client import Client
-from cohaptic_client.recorder import Recorder
 from cohaptic_client.settings import ClientSettings
 
 AGAIN = 0.5  # s between checks whether this process is in the foreground again
@@ -90,7 +94,10 @@ _REFRESH = 0.1  # s
 _UNREAD = 32 * 1024
 
 
-async def touching(settings: ClientSettings, record: Path | None, json_lines: bool) -> None:
+CLOCKS = 1.0  # s between notes of the clocks in a recording; they drift by microseconds in it
+
+
+async def touching(settings: ClientSettings, record: Output | None, json_lines: bool) -> None:
     """Run a client until it is cancelled, its duration is over, or the server is lost for good.
 
     Args:
@@ -99,20 +106,23 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
 
     Raises:
         CohapticError: One of the errors of `Client.run`.
+        OutputError: Nothing was recorded although that was asked for, or not all.
+        SettingError: Another program records to that file.
     """
-    recorder = Recorder(settings.loop_hz)
     # A stopped terminal or a pipe without a reader must not hold up the network.
     terminal, lines = aside(sys.stderr, _UNREAD), aside(sys.stdout, _UNREAD, lambda count: "")
     console = Console(file=cast(IO[str], terminal))
 
-    def keep(rows: bytes) -> None:
-        recorder.keep(rows, ZERO if client.body is None else client.body.origin)
+    def tell(news: str) -> None:
+        console.print(f"{settings.name}: {news}", highlight=False, markup=False, soft_wrap=True)
 
-    client = Client(
-        settings,
-        tell=lambda news: console.print(f"{settings.name}: {news}", highlight=False, markup=False),
-        keep=keep if record else None,
-    )
+    recorded = _Recorded(record, settings, tell)
+    try:
+        client = Client(settings, tell=tell, keep=recorded.keep if record is not None else None)
+    except CohapticError:
+        await recorded.finish()
+        raise
+    recorded.client = client
     summary = Summary(client.clock.now())
     shown = asyncio.ensure_future(_show(client, console, lines if json_lines else None, summary))
     key = EnterKey(client.acknowledge) if settings.holds_faults else None
@@ -121,6 +131,7 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
     try:
         await client.run()
     finally:
+        error = sys.exception()
         if key is not None:
             key.stop()
         shown.cancel()
@@ -128,14 +139,73 @@ async def touching(settings: ClientSettings, record: Path | None, json_lines: bo
         summary.read(client.status(), client.clock.now())
         if not json_lines and (line := summary.line(client.clock.now())):
             console.print(line, highlight=False, markup=False, soft_wrap=True)
-        if record:
-            recorder.save(record, name=settings.name, to_wall=client.clock.to_wall())
+        lost = await recorded.finish()
+        # What ended the session says more than what this has done to the recording.
+        hidden = isinstance(error, CohapticError)
+        if lost is not None and hidden:
+            tell(str(lost))
         if isinstance(lines, Aside) and lines.left_out:
             told = f"{lines.left_out} lines of the state were left out: nobody read them"
             console.print(f"{settings.name}: {told}", highlight=False, markup=False)
         for stream in (lines, terminal):
             if isinstance(stream, Aside):
                 await asyncio.to_thread(stream.drain)
+        if lost is not None and not hidden:
+            raise lost from None
+
+
+class _Recorded:
+    """The recording of a client; without a file for it there is none.
+
+    Args:
+        record: File for the recording; None for no recording.
+        tell: Function that shows a piece of news to the user.
+
+    Raises:
+        SettingError: Another program records to that file, or it cannot be made.
+
+    Attributes:
+        client: The client that is recorded; None before it is made.
+    """
+
+    def __init__(
+        self, record: Output | None, settings: ClientSettings, tell: Callable[[str], None]
+    ) -> None:
+        self.client: Client | None = None
+        self._tell, self._loop = tell, get_running_loop()
+        self._noted = -math.inf  # time of the newest note of the clocks [s]
+        self._recorder: Recorder | None = None
+        if record is not None:
+            self._recorder = Recorder(
+                record.path, name=settings.name, loop_hz=settings.loop_hz,
+                overwrite=record.overwrite, tell=self._tell_from_thread,
+            )  # fmt: skip
+
+    def keep(self, rows: bytes) -> None:
+        """Record rows of the client's loop."""
+        if self._recorder is None or self.client is None:
+            return
+        body = self.client.body
+        self._recorder.keep(rows, ZERO if body is None else body.origin)
+        if (t := last_row(rows).t) >= self._noted + CLOCKS:
+            self._noted = t
+            self._recorder.note(self.client.clocks())
+
+    async def finish(self) -> OutputError | None:
+        """Finish the recording, and say what was recorded; return what has gone wrong with it."""
+        if self._recorder is None:
+            return None
+        if self.client is not None:
+            self._recorder.note(self.client.clocks())
+        try:
+            self._tell(await asyncio.to_thread(self._recorder.finish))
+        except OutputError as lost:
+            return lost
+        return None
+
+    def _tell_from_thread(self, news: str) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+            self._loop.call_soon_threadsafe(self._tell, news)
 
 
 async def _show(

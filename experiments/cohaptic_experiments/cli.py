@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cohaptic.errors import SettingError
+from cohaptic.cli.output import Overwrite
 from cohaptic_experiments.catalogue import Experiment, choose, extra_libraries, in_words, load
 from cohaptic_experiments.outcome import Options, Outcome
-from cohaptic_experiments.report import progress_bar, show, write
+from cohaptic_experiments.report import Files, files, progress_bar, show, write
 
 
 def experiment(
@@ -19,6 +19,7 @@ def experiment(
     out: Annotated[Path, typer.Option(help="Folder for figures, data and summaries.")] = Path(
         "results"
     ),
+    overwrite: Overwrite = False,
     seed: Annotated[int, typer.Option(min=0, help="Of everything that is random.")] = 0,
     quick: Annotated[bool, typer.Option(help="Shorter and coarser, to see that it works.")] = False,
     trials: Annotated[
@@ -37,17 +38,13 @@ def experiment(
     that something does not hold.
     """
     names = choose(name)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = f"{out} ({error.strerror or error})"
-        raise SettingError("--out", problem, "a folder that can be written") from error
+    written = {each: files(out / each, overwrite=overwrite) for each in names}
     options = Options(seed, quick, trials, trial, cluster)
     console = Console()
     failed: list[str] = []
     for each in names:
         chosen = load(each)
-        outcome = _run(chosen, options, out / each)
+        outcome = _run(chosen, options, written[each])
         console.print(show(chosen, outcome))
         if not outcome.holds:
             failed.append(each)
@@ -57,7 +54,7 @@ def experiment(
         raise typer.Exit(1)
 
 
-def _run(chosen: Experiment, options: Options, folder: Path) -> Outcome:
+def _run(chosen: Experiment, options: Options, to: Files) -> Outcome:
     """Run one experiment under a progress bar, and write its outcome."""
     with extra_libraries(), progress_bar() as bar:
         from cohaptic_experiments.plot_style import styled
@@ -69,5 +66,5 @@ def _run(chosen: Experiment, options: Options, folder: Path) -> Outcome:
 
         with styled():
             outcome = chosen.run(options, progress)
-            write(chosen, options, outcome, folder)
+            write(chosen, options, outcome, to)
     return outcome

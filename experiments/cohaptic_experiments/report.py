@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -13,6 +15,8 @@ from rich.table import Table as Shown
 from rich.text import Text
 
 from cohaptic import __version__
+from cohaptic.cli.output import Output, new_output
+from cohaptic.errors import SettingError
 from cohaptic_experiments.catalogue import Experiment
 from cohaptic_experiments.outcome import Check, Number, Options, Outcome
 
@@ -25,23 +29,57 @@ def progress_bar() -> Progress:
     )  # fmt: skip
 
 
-def write(experiment: Experiment, options: Options, outcome: Outcome, folder: Path) -> None:
+class Files(NamedTuple):
+    """The files of one experiment."""
+
+    figure: Output
+    data: Output
+    summary: Output
+
+
+def files(folder: Path, *, overwrite: bool) -> Files:
+    """Return the files of an experiment, before it is run.
+
+    Args:
+        folder: Folder of this experiment; made when it is not there.
+        overwrite: Whether the files may replace others.
+
+    Raises:
+        SettingError: One of them exists and must not be replaced, or they cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"{folder} ({error.strerror or error})"
+        raise SettingError("--out", problem, "a folder that can be written") from error
+    found = [new_output("--out", folder / name, overwrite=overwrite) for name in _NAMES]
+    return Files(*filter(None, found))
+
+
+_NAMES = ("figure.png", "data.csv", "summary.json")
+
+
+def write(experiment: Experiment, options: Options, outcome: Outcome, to: Files) -> None:
     """Write figure.png, data.csv and summary.json.
 
     Args:
         experiment: The experiment.
         options: Those of the run.
         outcome: Outcome of the experiment.
-        folder: Folder of this experiment; made when it is not there.
+        to: The files.
+
+    Raises:
+        OutputError: One of them cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    outcome.figure.savefig(folder / "figure.png")  # pyright: ignore[reportUnknownMemberType]
-    with (folder / "data.csv").open("w", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow(outcome.table.columns)
-        rows.writerows([_cell(value) for value in row] for row in outcome.table.rows)
+    figure = outcome.figure
+    to.figure.write_by(lambda png: figure.savefig(png, format="png"))  # pyright: ignore[reportUnknownMemberType]
+    table = io.StringIO()
+    rows = csv.writer(table)
+    rows.writerow(outcome.table.columns)
+    rows.writerows([_cell(value) for value in row] for row in outcome.table.rows)
+    to.data.write(table.getvalue())
     text = json.dumps(summary(experiment, options, outcome), indent=2, allow_nan=False)
-    (folder / "summary.json").write_text(text + "\n")
+    to.summary.write(text + "\n")
 
 
 def summary(experiment: Experiment, options: Options, outcome: Outcome) -> dict[str, object]:

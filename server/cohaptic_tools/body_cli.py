@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from cohaptic.cli.app import ChapterCommand
+from cohaptic.cli.output import Overwrite
 from cohaptic_server.cli.object_options import ObjectOptions, Users, takes_object
 
 body = typer.Typer(help="Prepare an object from a file, or inspect it.", no_args_is_help=True)
@@ -51,8 +52,9 @@ def inspect(
     out: Annotated[
         Path | None, typer.Option(help="Draw the stiffness over the surface to this PNG.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Say what a file became: mesh, mass, stiffness, cost, repairs."""
     from cohaptic_tools.inspection.object_files import show_object
 
-    show_object(file, options, users, hz, out)
+    show_object(file, options, users, hz, out, overwrite=overwrite)

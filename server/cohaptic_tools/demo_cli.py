@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from cohaptic.cli.output import Overwrite
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.touchable import BALLOON
@@ -76,6 +77,7 @@ def demo(
     options: ObjectOptions,
     json: Json = None,
     keep: Keep = None,
+    overwrite: Overwrite = False,
     no_browser: NoBrowser = False,
     strict: Strict = False,
 ) -> None:
@@ -101,7 +103,8 @@ def demo(
     )  # fmt: skip
     browser = not no_browser
     result = demonstrate(
-        scene, simulation_hz, body, options, json, keep, nonlinear=nonlinear, browser=browser
-    )
+        scene, simulation_hz, body, options, json, keep,
+        overwrite=overwrite, nonlinear=nonlinear, browser=browser,
+    )  # fmt: skip
     if not (result.proves_it if strict else result.shows_it):
         sys.exit(1)

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from cohaptic.clock import SystemClock as SystemClock
     from cohaptic.control.law import Law as Law
     from cohaptic.protocol.messages import FixedGains as FixedGains
+    from cohaptic.recording.archive import Recording as Recording
+    from cohaptic.recording.archive import read_recording as read_recording
+    from cohaptic.recording.recorder import Recorder as Recorder
     from cohaptic.simulated.delay_line import LinkSettings as LinkSettings
     from cohaptic.simulated.hand import Hand as Hand
     from cohaptic.simulated.hand import HandScript as HandScript
@@ -55,6 +58,8 @@ __all__ = [
     "LinkSettings",
     "LocalProtocolError",
     "ProtocolError",
+    "Recorder",
+    "Recording",
     "RemoteProtocolError",
     "Rhythm",
     "ServerLost",
@@ -62,6 +67,7 @@ __all__ = [
     "SystemClock",
     "TouchStatus",
     "__version__",
+    "read_recording",
 ]
 
 # The module that defines each public name.
@@ -70,6 +76,9 @@ _HOMES = {
     "SystemClock": "cohaptic.clock",
     "Law": "cohaptic.control.law",
     "FixedGains": "cohaptic.protocol.messages",
+    "Recording": "cohaptic.recording.archive",
+    "read_recording": "cohaptic.recording.archive",
+    "Recorder": "cohaptic.recording.recorder",
     "LinkSettings": "cohaptic.simulated.delay_line",
     "Hand": "cohaptic.simulated.hand",
     "HandScript": "cohaptic.simulated.hand",

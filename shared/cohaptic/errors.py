@@ -11,6 +11,7 @@
         AnotherObject              the server no longer has the object that the client touched
         BodyError                  an elastic body cannot be built or solved
             HeldError              too few or too many vertices of a body are fixed
+        OutputError                a file of results cannot be written to the end
         LinkOverflow               a simulated link would hold more messages than its limit
 
 Each exception stores its values in fields and makes its sentence from these, so that a log can
@@ -141,6 +142,25 @@ class BodyError(CohapticError):
 
 class HeldError(BodyError):
     """So few vertices of a body are fixed that it could move as a whole, or all are fixed."""
+
+
+class OutputError(CohapticError):
+    """A file of results or a recording cannot be written, or not to its end.
+
+    Args:
+        path: Path of the file.
+        problem: Phrase that says what happened.
+        kept: Sentence that says where what there is can be found; empty for nowhere.
+    """
+
+    def __init__(self, path: object, problem: str, kept: str = "") -> None:
+        super().__init__(path, problem, kept)
+        self.path = path
+        self.problem = problem
+        self.kept = kept
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.problem}" + (f"; {self.kept}" if self.kept else "")
 
 
 class LinkOverflow(CohapticError):

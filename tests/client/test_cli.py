@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import re
 import signal
 import socket
@@ -75,8 +76,11 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ),
         (
             ["--record", "/nowhere/x.npz"],
-            "--record is /nowhere/x.npz; it must be a file in a folder that exists: not /nowhere",
+            "--record is /nowhere/x.npz; it must be a file that ends with .npz in a folder that"
+            " exists: not /nowhere",
         ),
+        (["--record", "eva.csv"], "--record is eva.csv; it must be a file that ends with .npz"),
+        (["--record", "eva"], "--record is eva; it must be a file that ends with .npz"),
     ],
 )
 def test_a_bad_value_is_one_sentence_before_anything_is_tried(
@@ -90,12 +94,37 @@ def test_a_bad_address_is_one_sentence(capsys: pytest.CaptureFixture[str], url: 
     assert complaint(capsys, url) == f"{url}: not an address; expected ws://HOST:PORT"
 
 
-def test_no_server_is_one_sentence_and_a_recording_without_rows_all_the_same(
+@pytest.mark.parametrize("earlier", [b"an earlier one", None])
+def test_who_never_gets_in_records_nothing_and_replaces_nothing(
+    nobody: str, tmp_path: Path, earlier: bytes | None
+) -> None:
+    path = tmp_path / "x.npz"
+    if earlier is not None:
+        path.write_bytes(earlier)
+    command = [sys.executable, "-m", "cohaptic", "touch", nobody, "--wait", "0"]
+    command += ["--record", str(path), "--overwrite"]
+    done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert done.returncode == 2
+    told, sentence = done.stderr.splitlines()
+    assert told.startswith(f"guest: {path}: nothing was recorded")
+    assert sentence == f"cohaptic: {nobody}: no server answers; start one with: cohaptic serve"
+    assert [p.read_bytes() for p in tmp_path.iterdir()] == [earlier] * (earlier is not None)
+
+
+def test_a_recording_is_a_new_plain_file(
     capsys: pytest.CaptureFixture[str], nobody: str, tmp_path: Path
 ) -> None:
-    sentence = complaint(capsys, nobody, "--wait", "0", "--record", str(tmp_path / "x.npz"))
-    assert sentence == f"{nobody}: no server answers; start one with: cohaptic serve"
-    assert (tmp_path / "x.npz").exists()
+    path = tmp_path / "x.npz"
+    path.write_bytes(b"an earlier one")
+    refused = complaint(capsys, nobody, "--wait", "0", "--record", str(path))
+    assert "and this one exists: choose another name, or replace it by --overwrite" in refused
+    assert path.read_bytes() == b"an earlier one"
+    (tmp_path / "left.npz.part").write_bytes(b"rows")
+    refused = complaint(capsys, nobody, "--wait", "0", "--record", str(tmp_path / "left.npz"))
+    assert "cohaptic recording --finish" in refused
+    os.mkfifo(tmp_path / "pipe.npz")
+    refused = complaint(capsys, nobody, "--record", str(tmp_path / "pipe.npz"), "--overwrite")
+    assert refused.endswith("a file, and it is a device or a pipe")
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
 
+from cohaptic.recording.archive import write_archive
+from cohaptic.recording.journal import Clocks, Header
+from cohaptic.recording.outline import Outline
+from cohaptic.recording.recorder import Recorder
 from cohaptic.simulated.hand import HandState, move
 from cohaptic.status.row import COLUMNS
 from cohaptic.vec import ZERO, Vec3
-from cohaptic_client.recorder import Recorder
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe
@@ -92,10 +96,20 @@ def dragged(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[R
 
 
 def save(recording: Recording, folder: Path, to_wall: float = 0.0) -> Path:
-    """Write a recording as a client does."""
+    """Write a recording as a client does; one without a row, too, which a client does not."""
     path = folder / f"{recording.name}.npz"
-    recorder = Recorder(1.0 / STEP)
+    if not recording.columns["t"].size:
+        outline = Outline(
+            Header(recording.name, COLUMNS, 1.0 / STEP), clocks=[Clocks(0.0, to_wall)]
+        )
+        with path.open("wb") as file:
+            write_archive(io.BytesIO(), outline, file)
+        return path
+    recorder = Recorder(
+        path, name=recording.name, loop_hz=1.0 / STEP, overwrite=True, tell=lambda words: None
+    )
     table = np.array([recording.columns[column] for column in COLUMNS]).T
     recorder.keep(table.astype("<f8").tobytes())
-    recorder.save(path, name=recording.name, to_wall=to_wall)
+    recorder.note(Clocks(0.0, to_wall))
+    recorder.finish()
     return path

@@ -137,7 +137,8 @@ class Player:
         done = self._run(words)
         if order == ["touch"] and done.returncode == 0 and not _TOUCHED.search(done.stdout):
             # A busy machine needs more than these seconds until a hand is at the surface.
-            done = self._run([*words, "--duration", str(6 * TOUCH)])
+            again = ["--overwrite"] if "--record" in words else []
+            done = self._run([*words, "--duration", str(6 * TOUCH), *again])
         # The doctor's status is its verdict on this machine.
         well = (0, 1) if order == ["doctor"] else (0,)
         assert done.returncode in well, f"{command}\n{done.stdout[-2000:]}"

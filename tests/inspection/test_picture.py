@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from cohaptic.errors import BodyError
+from cohaptic.errors import BodyError, OutputError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
@@ -44,7 +44,7 @@ def test_without_matplotlib_it_is_said_how_to_get_it(
 
 def test_a_picture_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
-    with pytest.raises(BodyError, match="the picture cannot be written"):
+    with pytest.raises(OutputError, match="it cannot be written"):
         draw(tmp_path / "no" / "a.png", MESH, 1.0 + HEIGHT, HELD, title="", notes="")
 
 
@@ -113,7 +113,7 @@ def test_a_surface_far_larger_than_the_object_leaves_the_object_in_sight(tmp_pat
     assert green[:, : int(0.85 * image.shape[1])].mean() > 0.02
 
 
-def texts(monkeypatch: pytest.MonkeyPatch, axes: str) -> list[dict[str, Any]]:
+def texts(monkeypatch: pytest.MonkeyPatch, folder: Path, axes: str) -> list[dict[str, Any]]:
     """The texts in each view, with their places in it."""
     figure = pytest.importorskip("matplotlib.figure", reason="pip install 'cohaptic[objects]'")
     kept: list[Any] = []
@@ -123,23 +123,23 @@ def texts(monkeypatch: pytest.MonkeyPatch, axes: str) -> list[dict[str, Any]]:
 
     monkeypatch.setattr(figure.Figure, "savefig", keep)
     stiffness = 100.0 + 4000.0 * (HEIGHT + 0.06)
-    draw(Path("a.png"), MESH, stiffness, HELD, title="", notes="", axes_of_file=axes)
+    draw(folder / "a.png", MESH, stiffness, HELD, title="", notes="", axes_of_file=axes)
     return [{text.get_text(): text for text in view.texts} for view in kept[0].axes[:4]]
 
 
 def test_an_object_without_axes_of_a_patient_has_no_letters(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    behind, front, above, below = texts(monkeypatch, "")
+    behind, front, above, below = texts(monkeypatch, tmp_path, "")
     assert [set(each) for each in (behind, front, below)] == [{"front"}, {"back"}, {"below"}]
     assert len(above) == 2  # its name, and the length of the scale bar
 
 
 @pytest.mark.parametrize("axes", ["ras", "lps"])
 def test_letters_stand_at_the_ends_of_the_axes_of_a_patient(
-    monkeypatch: pytest.MonkeyPatch, axes: str
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, axes: str
 ) -> None:
-    found = texts(monkeypatch, axes)
+    found = texts(monkeypatch, tmp_path, axes)
     right, forwards = (1.0, 1.0) if axes == "ras" else (-1.0, -1.0)
     for name, view in zip(("front", "back", "above", "below"), found, strict=True):
         place = {letter: np.array(text.get_position()) for letter, text in view.items()}

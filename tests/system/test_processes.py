@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from cohaptic.clock import SystemClock
+from cohaptic.recording.part import part_of
 from cohaptic.simulated.hand import Hand
 from cohaptic.status.report import TouchStatus
 from cohaptic_client.loop.arrival import LONGEST_PATIENCE
@@ -132,6 +133,8 @@ def test_a_killed_client_jolts_nobody_and_can_be_replaced(tmp_path: Path) -> Non
         wait_until(stage, lambda s: s["right"].felt_from_others < 0.1)
         threading.Event().wait(0.5)
         stage.users["left"].wait()
+        part = part_of(stage.recording("left"))  # no recording takes the name of what is left
+        part.rename(part.with_name("killed.npz.part"))
 
         stage.add_user(0)
         wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cohaptic.cli.app import ChapterCommand
-from cohaptic.cli.output import check_output
+from cohaptic.cli.output import Overwrite, new_output
 from cohaptic.control.law import Law
 
 bench = typer.Typer(help="Measure what the network does to touch.", no_args_is_help=True)
@@ -19,6 +19,7 @@ def measure() -> None:
     """Measure what the network does to touch."""
 
 
+# Long, because each option of the command is a parameter.
 @bench.command(cls=ChapterCommand)
 def transparency(
     law: Annotated[
@@ -56,6 +57,7 @@ def transparency(
     ] = False,
     json: Annotated[Path | None, typer.Option(help="Write the results to this file.")] = None,
     out: Annotated[Path | None, typer.Option(help="Draw the results to this PNG.")] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Measure what one hand feels of another, and how late.
 
@@ -64,8 +66,8 @@ def transparency(
     presses. All is divided by the truth: the same hands, simulated without a network. Options may
     be given several times; all combinations are measured.
     """
-    check_output("--json", json)
-    check_output("--out", out, ".png")
+    json_output = new_output("--json", json, overwrite=overwrite)
+    picture = new_output("--out", out, ".png", overwrite=overwrite)
     from cohaptic_experiments.transparency.command import Grid, read_hand, run
     from cohaptic_experiments.transparency.setting import USUAL
 
@@ -79,4 +81,4 @@ def transparency(
         tuple(map(read_hand, hand)) if hand else (USUAL,),
         together,
     )
-    run(grid, budget=budget, json_file=json, picture_file=out)
+    run(grid, budget=budget, json_file=json_output, picture_file=picture)

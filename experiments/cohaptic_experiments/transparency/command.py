@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import json
 from dataclasses import dataclass
-from pathlib import Path
 
 from rich.console import Console
 
 from cohaptic import __version__
+from cohaptic.cli.output import Output
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.simulated.delay_line import LinkSettings
@@ -86,7 +86,7 @@ def read_hand(text: str) -> Hand:
     return Hand(mass, damping, stiffness)
 
 
-def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path | None) -> None:
+def run(grid: Grid, *, budget: bool, json_file: Output | None, picture_file: Output | None) -> None:
     """Measure a grid, and show, write and draw the results."""
     body, console = Balloon(), Console()
     with progress_bar() as bar:
@@ -100,14 +100,15 @@ def run(grid: Grid, *, budget: bool, json_file: Path | None, picture_file: Path 
             console.print(table)
     if json_file is not None:
         content = {"version": __version__, "rows": [as_json(r) for r in rows]}
-        json_file.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
+        json_file.write(json.dumps(content, indent=2, allow_nan=False) + "\n")
     if picture_file is not None:
         _draw(rows, picture_file)
 
 
-def _draw(rows: list[Row], file: Path) -> None:
+def _draw(rows: list[Row], file: Output) -> None:
     with extra_libraries():
         from cohaptic_experiments.plot_style import styled
 
         with styled():
-            picture(rows).savefig(file)  # pyright: ignore[reportUnknownMemberType]
+            drawn = picture(rows)
+            file.write_by(lambda png: drawn.savefig(png, format="png"))  # pyright: ignore[reportUnknownMemberType]

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from cohaptic.recording.archive import read_recording
 from cohaptic_server.numeric import Floats
 from cohaptic_tools.demo.scene import MEASURE
 
@@ -37,10 +38,10 @@ class Recording:
     @classmethod
     def load(cls, path: Path) -> Recording:
         """Load a file that `cohaptic touch --record` has written."""
-        with np.load(path) as file:
-            columns = dict(zip(file["columns"].tolist(), file["rows"].T, strict=True))
-            columns["t"] = columns["t"] + float(file["to_wall"])
-            return cls(str(file["name"]), columns)
+        found = read_recording(path)
+        columns = dict(zip(found.outline.header.columns, found.rows.T, strict=True))
+        columns["t"] = columns["t"] + found.to_wall
+        return cls(found.outline.header.name, columns)
 
 
 @dataclass(frozen=True, eq=False)

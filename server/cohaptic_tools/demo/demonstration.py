@@ -14,7 +14,9 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
-from cohaptic.cli.output import check_output
+from cohaptic.cli.output import new_output
+from cohaptic.errors import SettingError
+from cohaptic.recording.part import Part
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
@@ -42,6 +44,7 @@ def demonstrate(
     json: Path | None,
     keep: Path | None,
     *,
+    overwrite: bool,
     nonlinear: bool,
     browser: bool,
 ) -> DemoResult:
@@ -54,6 +57,7 @@ def demonstrate(
         options: Options of an object from a file.
         json: Path of the file for the result; None writes no file.
         keep: Folder in which recordings and logs stay; None deletes them at the end.
+        overwrite: Whether the result and the recordings may replace files.
         nonlinear: Whether the body is nonlinear (finite deformation).
         browser: Whether to open the web page of the server.
 
@@ -63,8 +67,10 @@ def demonstrate(
     console = Console()
     if scene.duration is None and not console.is_terminal:
         scene = replace(scene, duration=_WITHOUT_TERMINAL)
-    check_output("--json", json)
+    output = new_output("--json", json, overwrite=overwrite)
     check_body(scene, body)
+    if keep is not None:
+        _check_kept(keep, scene, overwrite=overwrite)
     if not (options.auto or options.given.keys() & {"fix", "fix_mesh"}) and is_file(body):
         options = replace(options, given={**options.given, "fix": FIX})
     rate, words = rate_for(measure(), scene.users, hz)
@@ -81,11 +87,15 @@ def demonstrate(
     if words:
         console.print(words, highlight=False)
     serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=scene.users)
-    result = _perform(scene, touched, serve_arguments, console, keep, browser=browser)
+    result = _perform(
+        scene, touched, serve_arguments, console, keep, overwrite=overwrite, browser=browser
+    )
     console.print(show(result))
-    if json is not None:
-        json.write_text(result.model_dump_json(indent=2) + "\n")
+    if output is not None:
+        output.write(result.model_dump_json(indent=2) + "\n")
         console.print(f"written to {json}", highlight=False)
+    if keep is not None:
+        console.print(f"recordings and logs are in {keep}", highlight=False)
     return result
 
 
@@ -96,6 +106,7 @@ def _perform(
     console: Console,
     keep: Path | None,
     *,
+    overwrite: bool,
     browser: bool,
 ) -> DemoResult:
     """Run the processes of a scene until its end, and return the evaluated recordings."""
@@ -105,7 +116,7 @@ def _perform(
         def tell(words: str) -> None:
             console.print(words, highlight=False)
 
-        with Stage(scene, folder, serve_arguments, tell) as stage:
+        with Stage(scene, folder, serve_arguments, tell, overwrite=overwrite) as stage:
             stop = _stop_on_interrupt()
             address = page_address(stage.url)
             tell(f"page {address}")
@@ -114,18 +125,36 @@ def _perform(
             statuses, faults = watch(stage, scene, console, stop)
         with console.status("comparing with the truth"):
             recordings = [stage.recording(name) for name in scene.names]
-            missing = [path.stem for path in recordings if not path.exists()]
+            missing = [name for name in scene.names if not stage.recorded(name)]
             if missing:
                 words = "; ".join(f"{name}: {stage.users[name].words()}" for name in missing)
                 raise DemoFailed(f"no recording of {', '.join(missing)} ({words})")
             return evaluate(scene, body, recordings, statuses, faults)
 
 
+def _check_kept(keep: Path, scene: Scene, *, overwrite: bool) -> None:
+    """Refuse a folder that cannot be made, or has recordings or logs of an earlier demonstration.
+
+    Raises:
+        SettingError: It cannot be used, and the error says why.
+    """
+    try:
+        keep.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"{keep} ({error.strerror or error})"
+        raise SettingError("--keep", problem, "a folder that can be written") from error
+    recordings = [keep / f"{name}.npz" for name in scene.names]
+    logs = [keep / f"{name}.log" for name in ("server", *scene.names)]
+    for path in (*recordings, *logs):
+        new_output("--keep", path, overwrite=overwrite)
+    for path in recordings:
+        Part.claim("--keep", path).remove()
+
+
 @contextlib.contextmanager
 def _recordings_folder(keep: Path | None) -> Generator[Path, None, None]:
     """Yield the folder for recordings and logs: `keep`, or a temporary folder if it is None."""
     if keep is not None:
-        keep.mkdir(parents=True, exist_ok=True)
         yield keep
         return
     with tempfile.TemporaryDirectory(prefix="cohaptic-demo-") as folder:

@@ -18,6 +18,7 @@ from types import TracebackType
 from pydantic import ValidationError
 
 from cohaptic.errors import CohapticError
+from cohaptic.recording.part import part_of
 from cohaptic.simulated.hand import HandScript
 from cohaptic.status.report import TouchStatus
 from cohaptic.vec import Vec3, add
@@ -26,6 +27,9 @@ from cohaptic_tools.demo.scene import Scene
 _START = 30.0  # s between two reports that a process is still starting
 _JOIN = 20.0  # s for which a client tries to reach the server
 _END = 8.0  # s within which a process must end by itself
+# Bytes of a part that a client turns into a .npz in a second, with all clients at it on a slow
+# machine: a tenth of what one alone does.
+_TURNED = 1.5e6
 
 
 class DemoFailed(CohapticError):
@@ -107,11 +111,15 @@ class Process:
         with contextlib.suppress(OSError):
             self._process.stdin.close()
 
-    def wait(self) -> None:
-        """Close the lifeline and wait for the end; kill the process if it does not end in time."""
+    def wait(self, longest: float = _END) -> None:
+        """Close the lifeline and wait for the end; kill the process if it does not end in time.
+
+        Args:
+            longest: Time within which the process must end by itself [s].
+        """
         self.let_end()
         try:
-            self._process.wait(_END)
+            self._process.wait(longest)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -128,6 +136,7 @@ class Stage:
         folder: Folder for recordings and logs.
         body: Options of `cohaptic serve` that describe the touched body.
         tell: Called with a sentence if the start of the server takes long.
+        overwrite: Whether recordings may replace those that are in the folder.
 
     Attributes:
         users: Processes of the clients, by name.
@@ -141,8 +150,12 @@ class Stage:
         folder: Path,
         body: Sequence[str] = (),
         tell: Callable[[str], None] = lambda words: None,
+        *,
+        overwrite: bool = False,
     ) -> None:
         self._scene, self._folder, self._tell = scene, folder, tell
+        self._overwrite = ["--overwrite"] if overwrite else []
+        self._before = {name: _identity(self.recording(name)) for name in scene.names}
         self.users: dict[str, Process] = {}
         self.server = Process(
             "serve", "--port", "0", "--quiet", "--simulation-hz", f"{scene.simulation_hz:g}",
@@ -191,7 +204,7 @@ class Stage:
             "--rhythm-s", repr(script.rhythm.period if script.rhythm else 0.0),
             "--drag-mm", repr(1e3 * script.drag),
             "--friction", repr(scene.friction),
-            "--record", str(self.recording(name)),
+            "--record", str(self.recording(name)), *self._overwrite,
             "--json-lines",
             log=self._folder / f"{name}.log",
         )  # fmt: skip
@@ -201,6 +214,10 @@ class Stage:
     def recording(self, name: str) -> Path:
         """Return the path of a user's recording, which the client writes at its end."""
         return self._folder / f"{name}.npz"
+
+    def recorded(self, name: str) -> bool:
+        """Return whether a user's recording is there, and not that of an earlier demonstration."""
+        return _identity(self.recording(name)) not in (None, self._before[name])
 
     def statuses(self) -> list[TouchStatus]:
         """Return the current status of each user."""
@@ -219,9 +236,20 @@ class Stage:
         """End every client, then the server."""
         for process in self.users.values():
             process.let_end()
-        for process in self.users.values():
-            process.wait()
+        for name, process in self.users.items():
+            part = part_of(self.recording(name))
+            size = part.stat().st_size if part.exists() else 0
+            process.wait(_END + size / _TURNED)
         self.server.wait()
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Return what tells one file of a name from the next; None if there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_mtime_ns
 
 
 def placement_options(script: HandScript, origin: Vec3) -> list[str]:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cohaptic.cli.output import check_output
+from cohaptic.cli.output import new_output
 from cohaptic.clock import SystemClock
 from cohaptic.errors import one_line
 from cohaptic_server.cli.object_options import ObjectOptions
@@ -61,7 +61,13 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
 
 
 def show_object(
-    file: Path, options: ObjectOptions, users: int | None, hz: float, out: Path | None
+    file: Path,
+    options: ObjectOptions,
+    users: int | None,
+    hz: float,
+    out: Path | None,
+    *,
+    overwrite: bool,
 ) -> None:
     """Print the properties of the object in a file, and draw it.
 
@@ -72,12 +78,14 @@ def show_object(
             missing.
         hz: Ticks per second with these users.
         out: Path of the picture; None for no picture.
+        overwrite: Whether the pictures may replace files.
 
     Raises:
         CohapticError: An option is out of its range, or the file contains no object that can be
             touched.
     """
-    check_output("--out", out, ".png")
+    for picture in () if out is None else (out, _sections_of(out)):
+        new_output("--out", picture, ".png", overwrite=overwrite)
     if is_scan(file) and "label" not in options.given and not options.auto:
         check_file(file)
         labels = read_scan(file)
@@ -97,7 +105,7 @@ def show_object(
         )
         if out is not None:
             progress("picture", 0.0)
-            written = _draw(out, source, inspection)
+            written = _draw(out, source, inspection, overwrite=overwrite)
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(style="dim")
     for heading, sentence in inspection.lines(source):
@@ -106,6 +114,11 @@ def show_object(
     console.print(table)
     for picture in written:
         console.print(f"written to {_shown(picture)}", markup=False)
+
+
+def _sections_of(out: Path) -> Path:
+    """Return the path of the second picture, of an object with parts."""
+    return out.with_name(f"{out.stem}-parts{out.suffix}")
 
 
 def _shown(path: Path) -> str:
@@ -132,7 +145,7 @@ def _list_labels(file: Path, labels: LabelMap) -> None:
     )
 
 
-def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
+def _draw(out: Path, source: ObjectFile, inspection: Inspection, *, overwrite: bool) -> list[Path]:
     """Draw the stiffness and, if there are parts, sections through them; return the paths."""
     fixed = ~np.isfinite(inspection.stiffness)
     m = source.material
@@ -148,13 +161,15 @@ def _draw(out: Path, source: ObjectFile, inspection: Inspection) -> list[Path]:
     holding = None if surface is None else (surface.placed() - mesh.origin, surface.faces)
     draw(
         out, mesh, inspection.stiffness, fixed, title=name, notes=notes, holding=holding,
-        axes_of_file=axes,
+        axes_of_file=axes, overwrite=overwrite,
     )  # fmt: skip
     if inspection.parts is None:
         return [out]
-    sections = out.with_name(f"{out.stem}-parts{out.suffix}")
+    sections = _sections_of(out)
     words = part_words(source, inspection.parts)
     tets = inspection.solid.shape.tets
     tets = replace(tets, vertices=tets.vertices + tets.origin)  # axes as in the file
-    draw_sections(sections, tets, inspection.parts, words, title=name, axes_of_file=axes)
+    draw_sections(
+        sections, tets, inspection.parts, words, title=name, axes_of_file=axes, overwrite=overwrite
+    )
     return [out, sections]

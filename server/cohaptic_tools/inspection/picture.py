@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import BodyError
+from cohaptic.runtime.new_file import write_new
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 
@@ -65,6 +66,7 @@ def draw(
     notes: str,
     holding: tuple[Floats, Ints] | None = None,
     axes_of_file: str = "",
+    overwrite: bool = False,
 ) -> None:
     """Draw the stiffness of a surface to a PNG file.
 
@@ -78,9 +80,11 @@ def draw(
         holding: Vertices, shape (m, 3) [m] in the frame of `mesh`, and triangles, shape (f, 3), of
             the surface that holds the object; None if there is none.
         axes_of_file: Axes of a patient that the mesh has, `ras` or `lps`; empty for none.
+        overwrite: Whether to replace a file of that name.
 
     Raises:
-        BodyError: matplotlib is not installed, or the file cannot be written.
+        BodyError: matplotlib is not installed.
+        OutputError: The file cannot be written.
     """
     try:
         from matplotlib import colormaps
@@ -103,10 +107,7 @@ def draw(
         0.03, 0.955, title, fontsize=14, color=_INK, weight="bold", va="center", parse_math=False
     )
     figure.text(0.03, 0.915, notes, fontsize=9, color=_DIM, va="center", parse_math=False)
-    try:
-        figure.savefig(path, dpi=160)
-    except (OSError, ValueError) as error:
-        raise BodyError(f"{path}: the picture cannot be written ({error})") from error
+    write_new(path, lambda file: figure.savefig(file, format="png", dpi=160), overwrite=overwrite)
 
 
 def _views(

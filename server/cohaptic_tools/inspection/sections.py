@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cohaptic.errors import BodyError
+from cohaptic.runtime.new_file import write_new
 from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, volumes
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.parts.parts import Parts
@@ -32,6 +33,7 @@ def draw_sections(
     *,
     title: str,
     axes_of_file: str = "",
+    overwrite: bool = False,
 ) -> None:
     """Draw sections normal to x, y and z, each through the middle of a small part, to a PNG file.
 
@@ -42,9 +44,11 @@ def draw_sections(
         words: Texts of the legend, one for each part.
         title: Title of the picture.
         axes_of_file: Axes of a patient that the mesh has, `ras` or `lps`; empty for none.
+        overwrite: Whether to replace a file of that name.
 
     Raises:
-        BodyError: matplotlib is not installed, or the file cannot be written.
+        BodyError: matplotlib is not installed.
+        OutputError: The file cannot be written.
     """
     try:
         from matplotlib.collections import PolyCollection
@@ -58,8 +62,7 @@ def draw_sections(
     # Colours are assigned by size, so that the largest part has the pale first colour.
     order: list[int] = np.argsort(-sizes, kind="stable").tolist()
     colors = [_COLORS[order.index(k) % len(_COLORS)] for k in range(len(order))]
-    # Each section goes through one of these parts: all but the largest, the smallest first.
-    within = order[:0:-1] or order
+    within = order[:0:-1] or order  # parts to be cut: all but the largest, the smallest first
     middles = [_middle(tets, parts.of == within[k % len(within)]) for k in range(3)]
     figure = Figure(figsize=(10.0, 4.6), facecolor="white")
     names = _axis_names(axes_of_file)
@@ -69,8 +72,7 @@ def draw_sections(
         across, up = [other for other in range(3) if other != axis]
         polygons, owners = section(tets, axis, float(middle[axis]))
         shown = [1e3 * polygon[:, [across, up]] for polygon in polygons]
-        owned: list[int] = parts.of[owners].tolist()
-        fill = [colors[part] for part in owned]
+        fill = [colors[int(part)] for part in parts.of[owners]]
         axes.add_collection(PolyCollection(shown, facecolors=fill, edgecolors=fill, linewidths=0.3))
         axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
         axes.margins(0.05)
@@ -79,26 +81,22 @@ def draw_sections(
         axes.set_ylabel(names[up], fontsize=9, color=_INK, labelpad=1)
         axes.tick_params(labelsize=8, colors=_DIM)
         axes.set_title(f"{'xyz'[axis]} = {1e3 * middle[axis]:.1f} mm", fontsize=9, color=_DIM)
-        for spine in axes.spines.values():
-            spine.set_visible(False)
+        axes.spines[:].set_visible(False)
     handles = [Patch(color=colors[k], label=words[k].replace("$", r"\$")) for k in order[:_LISTED]]
     figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=9)
-    _save(figure, path, title)
+    _save(figure, path, title, overwrite=overwrite)
 
 
-def _save(figure: Figure, path: Path, title: str) -> None:
+def _save(figure: Figure, path: Path, title: str, *, overwrite: bool) -> None:
     """Write a title over a figure, and the figure to a PNG file.
 
     Raises:
-        BodyError: The file cannot be written.
+        OutputError: The file cannot be written.
     """
     figure.text(
         0.03, 0.93, title, fontsize=14, color=_INK, weight="bold", va="center", parse_math=False
     )
-    try:
-        figure.savefig(path, dpi=160)
-    except (OSError, ValueError) as error:
-        raise BodyError(f"{path}: the picture cannot be written ({error})") from error
+    write_new(path, lambda file: figure.savefig(file, format="png", dpi=160), overwrite=overwrite)
 
 
 def _axis_names(axes_of_file: str) -> list[str]:

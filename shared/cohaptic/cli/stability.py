@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cohaptic.cli.output import check_output
+from cohaptic.cli.output import Overwrite, new_output
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import SettingError, one_line
 
@@ -51,7 +51,7 @@ def stability(
         str | None,
         typer.Option(
             help="With --compliance: loop delay of each user [s], as JSON: from a force to the "
-            "surface that answers it, with sampling and the ramp between patches."
+            "surface that answers it, ramp included."
         ),
     ] = None,
     lag: Annotated[
@@ -68,6 +68,7 @@ def stability(
     json_to: Annotated[
         str | None, typer.Option("--json", help="Write JSON to this file; - prints it.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Say whether a local model is stable, and for which gains.
 
@@ -75,7 +76,8 @@ def stability(
     For other laws the whole loop is judged, beside the paper's conditions (docs/science.md). With
     --compliance: several contacts, at any delay, and safe gains. With --delays too: the whole room.
     """
-    check_output("--json", None if json_to in (None, "-") else Path(json_to))
+    path = None if json_to is None or json_to == "-" else Path(json_to)
+    output = new_output("--json", path, overwrite=overwrite)
     import numpy as np
 
     from cohaptic.cli.stability_answers import alone, area_corners, room, several
@@ -109,8 +111,8 @@ def stability(
     text = json.dumps(answer, indent=2)
     if json_to == "-":
         typer.echo(text)
-    elif json_to is not None:
-        Path(json_to).write_text(text + "\n")
+    elif output is not None:
+        output.write(text + "\n")
     else:
         _show(answer)
 

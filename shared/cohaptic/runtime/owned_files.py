@@ -31,6 +31,28 @@ def own(file: int) -> None:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
 
 
+def take(file: int) -> bool | None:
+    """Lock an open file for this descriptor alone, until it is closed.
+
+    Args:
+        file: Descriptor of the file.
+
+    Returns:
+        Whether no other has locked it; None where there are no locks, as on Windows.
+    """
+    if sys.platform == "win32":
+        return None
+    import fcntl
+
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # the file system may have no locks
+        return None
+    return True
+
+
 def remove_leftovers(folder: Path, prefix: str, suffix: str, now: float, beside: str = "") -> int:
     """Remove this user's files that no process has locked any more, and return their number.
 

@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+import io
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cohaptic.recording.journal import (
+    Clocks,
+    Damage,
+    Entry,
+    Header,
+    RowBlock,
+    clocks_block,
+    entries,
+    header_block,
+    rows_block,
+)
+from cohaptic.status.row import COLUMNS, ROW
+from tests.examples_of_laws import examples
+from tests.shared.recording.rows import rows
+
+HEADER = Header("änn\n", COLUMNS, 1000.0)
+FEW = examples(60)
+
+
+def encoded(entry: Entry) -> bytes:
+    match entry:
+        case Header():
+            return header_block(entry)
+        case RowBlock():
+            return rows_block(entry)
+        case Clocks():
+            return clocks_block(entry)
+        case Damage():
+            raise AssertionError
+
+
+def read(data: bytes) -> list[Entry]:
+    return list(entries(io.BytesIO(data)))
+
+
+@st.composite
+def journals(draw: st.DrawFn) -> list[Entry]:
+    found: list[Entry] = [HEADER]
+    start = 0
+    for count in draw(st.lists(st.integers(0, 20), min_size=1, max_size=6)):
+        found.append(RowBlock((float(start), 0.0, -1.0), rows(start, start + count)))
+        if draw(st.booleans()):
+            found.append(Clocks(float(start), 2.0, 3.0, 4.0, 5.0))
+        start += count
+    return found
+
+
+@given(journals())
+@settings(max_examples=FEW)
+def test_what_was_written_is_read(journal: list[Entry]) -> None:
+    assert read(b"".join(map(encoded, journal))) == journal
+
+
+def test_a_clock_that_nobody_knows_stays_unknown() -> None:
+    (found,) = read(clocks_block(Clocks(1.0, 2.0)))
+    assert isinstance(found, Clocks)
+    assert math.isnan(found.to_server)
+
+
+@given(journals(), st.data())
+@settings(max_examples=FEW)
+def test_a_file_that_was_cut_short_has_a_prefix(journal: list[Entry], data: st.DataObject) -> None:
+    """As a killed process or a full disk leaves it: all whole blocks, and a note of the rest."""
+    blocks = [encoded(entry) for entry in journal]
+    whole = b"".join(blocks)
+    cut = data.draw(st.integers(0, len(whole) - 1))
+    found = read(whole[:cut])
+    ends = [sum(map(len, blocks[: k + 1])) for k in range(len(blocks))]
+    kept = sum(end <= cut for end in ends)
+    rest = cut - ([0, *ends][kept])
+    assert found == [*journal[:kept], *([Damage(rest, at_end=True)] if rest else [])]
+
+
+@given(journals(), st.data())
+@settings(max_examples=FEW)
+def test_a_byte_that_has_changed_is_noticed_and_costs_one_block(
+    journal: list[Entry], data: st.DataObject
+) -> None:
+    blocks = [bytearray(encoded(entry)) for entry in journal]
+    k = data.draw(st.integers(0, len(blocks) - 1))
+    blocks[k][data.draw(st.integers(0, len(blocks[k]) - 1))] ^= data.draw(st.integers(1, 255))
+    damage = Damage(len(blocks[k]), at_end=k == len(blocks) - 1)
+    assert read(b"".join(blocks)) == [*journal[:k], damage, *journal[k + 1 :]]
+
+
+@given(st.binary(max_size=300))
+@settings(max_examples=FEW)
+def test_what_is_no_journal_is_damage_only(data: bytes) -> None:
+    assert read(data) == ([Damage(len(data), at_end=True)] if data else [])
+
+
+def test_a_length_that_is_a_lie_takes_no_memory() -> None:
+    block = bytearray(rows_block(RowBlock((0.0, 0.0, 0.0), rows(0, 3))))
+    block[5:9] = b"\xff\xff\xff\xff"
+    assert read(bytes(block)) == [Damage(len(block), at_end=True)]
+
+
+def test_a_mark_across_two_reads_is_found() -> None:
+    good = rows_block(RowBlock((0.0, 0.0, 0.0), rows(0, 1)))
+    for size in range(64 * 1024 - 4, 64 * 1024 + 4):
+        assert read(bytes(size) + good)[1:] == read(good)
+    assert len(rows(0, 1)) == ROW.size
