@@ -89,7 +89,7 @@ def play(body: Body, scene: Scene, trips: float = HELD_ON_TRIPS) -> Row:
     force = np.array([user.force for user in session.users.values()])
     felt = np.array([user.felt for user in session.users.values()])
     expected = [reference(scene, body, pressed=pressed) for pressed in (False, True)]
-    verdicts = judge(force, stretches, measured, INFO.max_force)
+    verdicts = judge(force, stretches, [True] * len(stretches), measured, INFO.max_force)
     ends = [measured(stretch) for stretch in stretches]
     on = HELD_ON + trips * 2.0 * scene.delay
     session.run(on)

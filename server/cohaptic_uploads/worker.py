@@ -23,7 +23,7 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError, HeldError, SettingError, one_line
 from cohaptic_server.objects.memory_limit import damaged
-from cohaptic_server.objects.store.cache import UnkeptError, insist
+from cohaptic_server.objects.store.cache import UnkeptError, insisting
 from cohaptic_server.touchable import kind_of
 from cohaptic_uploads.confine import confine
 from cohaptic_uploads.kept_files import MARK, give_up, keep
@@ -45,13 +45,13 @@ def main() -> None:
     limits: dict[str, Any] = json.loads(sys.argv[1])
     tempfile.tempdir = limits["folder"]  # the folder of this upload, which the server removes
     confine(limits["memory"], limits["cpu"], limits["memory"])
-    insist()
     incoming, outgoing = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
     try:
-        _serve(incoming, outgoing, limits)
+        with insisting():
+            _serve(incoming, outgoing, limits)
     except PipeEnded:
         pass  # the server no longer needs this process
     except (OSError, UnkeptError) as error:

@@ -71,22 +71,9 @@ def demonstrate(
     check_body(scene, body)
     if keep is not None:
         _check_kept(keep, scene, overwrite=overwrite)
-    if not (options.auto or options.given.keys() & {"fix", "fix_mesh"}) and is_file(body):
-        options = replace(options, given={**options.given, "fix": FIX})
-    rate, words = rate_for(measure(), scene.users, hz)
-    scene = replace(scene, simulation_hz=rate)
-    told = [words] if words else []
-    with progress_bar(f"preparing {body}") as progress:
-        source = options.of(Path(body))
-        if is_file(body):
-            demand = Demand(scene.users, scene.simulation_hz, nonlinear)
-            source = resolved(source.path, options, progress, told.append, demand)
-        touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
-    for sentence in told:
-        console.print(sentence, highlight=False)
-    if words:
-        console.print(words, highlight=False)
-    serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=scene.users)
+    touched, scene, serve_arguments = _prepared(
+        scene, hz, body, options, console, nonlinear=nonlinear
+    )
     result = _perform(
         scene, touched, serve_arguments, console, keep, overwrite=overwrite, browser=browser
     )
@@ -97,6 +84,34 @@ def demonstrate(
     if keep is not None:
         console.print(f"recordings and logs are in {keep}", highlight=False)
     return result
+
+
+def _prepared(
+    scene: Scene,
+    hz: float | None,
+    body: str,
+    options: ObjectOptions,
+    console: Console,
+    *,
+    nonlinear: bool,
+) -> tuple[Body, Scene, list[str]]:
+    """Return the body, the scene with its rate and places, and the options of the server."""
+    if not (options.auto or options.given.keys() & {"fix", "fix_mesh"}) and is_file(body):
+        options = replace(options, given={**options.given, "fix": FIX})
+    rate, words = rate_for(measure(), scene.users, hz)
+    scene = replace(scene, simulation_hz=rate)
+    told = [words]
+    with progress_bar(f"preparing {body}") as progress:
+        source = options.of(Path(body))
+        if is_file(body):
+            demand = Demand(scene.users, scene.simulation_hz, nonlinear)
+            source = resolved(source.path, options, progress, told.append, demand)
+        touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
+    for sentence in (*told, words):
+        if sentence:
+            console.print(sentence, highlight=False)
+    serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=scene.users)
+    return touched, scene, serve_arguments
 
 
 def _perform(

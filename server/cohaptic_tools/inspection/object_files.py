@@ -22,7 +22,7 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import check_file
 from cohaptic_server.objects.scan.label_map import LabelMap
 from cohaptic_server.objects.scan.read import is_scan, read_scan
-from cohaptic_server.objects.store.cache import cache_folder, insist
+from cohaptic_server.objects.store.cache import cache_folder, insisting
 from cohaptic_server.process_memory import peak_memory
 from cohaptic_tools.inspection.inspection import Inspection, inspect_object, part_words
 from cohaptic_tools.inspection.picture import draw
@@ -42,10 +42,9 @@ def prepare_object(file: Path, options: ObjectOptions, users: int | None, hz: fl
         CohapticError: An option is out of its range, the file contains no object that can be
             touched, or the object cannot be stored.
     """
-    insist()
     clock = SystemClock()
     start = clock.now()
-    with progress_bar(f"preparing {file.name}") as progress:
+    with insisting(), progress_bar(f"preparing {file.name}") as progress:
         source = resolved(file, options, progress, print, wanted(users, hz))
         built = build(source, progress)
     solid, peak = built.solid, peak_memory()

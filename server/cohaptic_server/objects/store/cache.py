@@ -12,7 +12,7 @@ files by measurement (docs/design/objects.md).
 
 If the folder exceeds its limit, the least recently used files are deleted. A damaged file is
 computed again, with a warning. If the folder cannot be written, the next start computes the file
-again; this is an error only after a call of `insist`. Machines may share entries (`shared`).
+again; this is an error only within `insisting`. Machines may share entries (`shared`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import shutil
 import struct
 import tempfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from functools import cache
 from io import BufferedReader
 from math import prod
@@ -199,14 +199,18 @@ class UnkeptError(CohapticError):
     """A prepared object cannot be stored."""
 
 
-def insist() -> None:
-    """Raise an error from now on, instead of a warning, if this process cannot store an entry.
+@contextlib.contextmanager
+def insisting() -> Generator[None, None, None]:
+    """Context in which an entry that this process cannot store is an error instead of a warning.
 
-    A process that prepares an object for another one calls this: without the entry the other
-    process would have to repeat the preparation.
+    It is for a preparation whose aim is the entry: without it the next process would repeat all.
     """
     global _insisting
-    _insisting = True
+    before, _insisting = _insisting, True
+    try:
+        yield
+    finally:
+        _insisting = before
 
 
 # Folder of the cache for an account that has none: below a file nothing can be made or found.
@@ -300,7 +304,7 @@ def save_entry(
         for_all: Whether machines share it.
 
     Raises:
-        UnkeptError: The entry cannot be written, and this process has called `insist`.
+        UnkeptError: The entry cannot be written, within `insisting`.
     """
     nowhere = path.parent == NOWHERE
     try:
