@@ -171,21 +171,7 @@ def evaluate(
     late = in_stretches(loaded, timeline.t, held or [slice(0, timeline.t.size)], period)
     blamed = [most(of_all).blame(period, scene.jitter) for of_all in zip(*late, strict=True)]
     punctual = [blame is None for blame in blamed]
-    of_pressed, of_off = (
-        judge(timeline.force, stretches, on_time, measured, MAX_FORCE)
-        for stretches, on_time in (
-            (pressed, punctual[: len(pressed)]),
-            (off, punctual[len(pressed) :] if off else []),
-        )
-    )
-    # A demonstration whose presses were not judged says nothing, whatever the hands did before.
-    rests = [None if p is None else worst((p, o)) for p, o in zip(of_pressed, of_off, strict=True)]
-    if scene.duration is not None and scene.duration < scene.enough:
-        # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and
-        # every force seems to creep. Only two verdicts hold: the force rests, or is at the limit.
-        tops = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
-        tops &= all(punctual)
-        rests = [r if r is Rest.RESTS or top else None for r, top in zip(rests, tops, strict=True)]
+    rests = _rests(scene, timeline, pressed, off, punctual)
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
         _user(
@@ -215,6 +201,34 @@ def evaluate(
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )
+
+
+def _rests(
+    scene: Scene,
+    timeline: Timeline,
+    pressed: Sequence[slice],
+    off: Sequence[slice],
+    punctual: Sequence[bool],
+) -> list[Rest | None]:
+    """Return a verdict on each hand's force; None if no press shows how it ends.
+
+    Args:
+        punctual: Whether everything came on time in each stretch: `pressed`, then `off`.
+    """
+    split = len(pressed)
+    on_time = punctual[:split], punctual[split : split + len(off)]
+    of_pressed, of_off = (
+        judge(timeline.force, stretches, known, measured, MAX_FORCE)
+        for stretches, known in zip((pressed, off), on_time, strict=True)
+    )
+    rests = [None if p is None else worst((p, o)) for p, o in zip(of_pressed, of_off, strict=True)]
+    if scene.duration is None or scene.duration >= scene.enough:
+        return rests
+    # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and every
+    # force seems to creep. Only two verdicts hold: the force rests, or is at the limit.
+    tops = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
+    tops &= all(punctual)
+    return [r if r is Rest.RESTS or top else None for r, top in zip(rests, tops, strict=True)]
 
 
 def _lag(timeline: Timeline, pressed: Sequence[slice], statuses: Sequence[TouchStatus]) -> float:
