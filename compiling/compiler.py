@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import shlex
 import shutil
+import subprocess
 import sys
 import sysconfig
+import tempfile
 from pathlib import Path
 
 # What the build asks pip for where it compiles.
 TOOLS = ["cython>=3.1,<4", "mypy[mypyc]>=1.18", "setuptools>=68"]
+_PATIENCE = 30.0  # s for a line of C, on a machine that installs meanwhile
 # Where Visual Studio's installer, and so every Visual C++ of it, can be found.
 VSWHERE = "Microsoft Visual Studio/Installer/vswhere.exe"
 
@@ -23,10 +26,21 @@ def missing() -> str:
         programs = Path(os.environ.get("PROGRAMFILES(X86)", "C:/Program Files (x86)"))
         there = shutil.which("cl") or (programs / VSWHERE).is_file()
         return "" if there else "Visual C++ is not installed"
-    compiler = os.environ.get("CC") or str(sysconfig.get_config_var("CC") or "cc")
-    if shutil.which(shlex.split(compiler)[0]) is None:
-        return f"there is no C compiler ({compiler})"
     headers = {sysconfig.get_path("include"), sysconfig.get_path("platinclude")}
     if not any(Path(path, "Python.h").is_file() for path in headers):
         return "Python's header files are missing (on Debian: python3-dev)"
-    return ""
+    compiler = os.environ.get("CC") or str(sysconfig.get_config_var("CC") or "cc")
+    return "" if _works(shlex.split(compiler)) else f"there is no C compiler ({compiler})"
+
+
+def _works(compiler: list[str]) -> bool:
+    """Whether a compiler makes an object of a line of C: some are there and no more than a hint."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, made = Path(folder, "line.c"), Path(folder, "line.o")
+        source.write_text("int line;\n")
+        command = [*compiler, "-c", str(source), "-o", str(made)]
+        try:
+            subprocess.run(command, capture_output=True, check=False, timeout=_PATIENCE)
+        except (OSError, subprocess.TimeoutExpired):
+            return False
+        return made.is_file()
