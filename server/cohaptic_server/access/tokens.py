@@ -166,9 +166,13 @@ def _payload(token: str, key: Key) -> dict[str, Any]:
     return said
 
 
+# Short enough for the reason of a close, 123 bytes.
+_OLD = "ask for a new invitation; if that is old too, the clock of the inviting machine is late"
+
+
 def _check_times(claims: Claims, now: float) -> None:
     if now >= claims.exp + LEEWAY:
-        raise Denied(f"the token ended {_ago(now - claims.exp)} ago")
+        raise Denied(f"the token ended {_ago(now - claims.exp)} ago", _OLD)
     begins = max(claims.iat, claims.nbf or 0.0)
     if now < begins - LEEWAY:
         wait = "wait, or set the clocks of both machines"

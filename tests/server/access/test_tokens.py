@@ -51,6 +51,11 @@ def test_a_token_ends_and_begins_within_the_leeway() -> None:
     verify(ends, RING, NOW + 60.0 + LEEWAY - 1.0)
     assert "ended 10 s ago: ask" in refused(ends, NOW + 60.0 + LEEWAY)
     assert "ended 2 days ago" in refused(ends, NOW + 2.1 * 86400.0)
+    # The next one is as old where the clock of the machine that invites is late; all of it fits
+    # into the reason of a close.
+    old = refused(ends, NOW + 59.0 * 86400.0)
+    assert "the clock of the inviting machine is late" in old
+    assert len(old.encode()) <= 123
     begins = token(nbf=NOW + 60.0)
     verify(begins, RING, NOW + 60.0 - LEEWAY)
     assert "begins in 2 minutes" in refused(token(nbf=NOW + 120.0))
