@@ -290,6 +290,24 @@ def test_a_force_that_swings_while_patches_come_late_is_not_the_law_s(
         assert result.users[1].patch_late_ms == pytest.approx(45.0, abs=17.0)
 
 
+def test_a_press_in_which_something_came_late_is_not_measured_beside_one_on_time(
+    small_balloon: Balloon, tmp_path: Path
+) -> None:
+    """Of two presses the second has a late patch, and half of the force."""
+    scene = replace(SCENE, duration=14.0)
+    left, right = played(scene, small_balloon, seconds=13.6, delay=DELAY)
+    t = right.columns["t"] - right.columns["t"][0]
+    right.columns["felt_from_others"] *= np.where(t > 7.0, 0.5, 1.0)
+    both = judged(small_balloon, [left, right], tmp_path, scene=scene)
+    assert both.presses == 2
+    assert both.users[1].force_error == pytest.approx(0.25, abs=0.02)
+    tick = right.columns["tick"]
+    tick[(t > 10.0) & (t < 10.1)] = tick[t > 10.0][0]
+    late = judged(small_balloon, [left, right], tmp_path, scene=scene)
+    assert late.presses == 1
+    assert late.users[1].force_error == pytest.approx(0.0, abs=SAME)
+
+
 def test_a_link_that_wavers_is_blamed_before_the_law_and_the_machine(
     small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
 ) -> None:

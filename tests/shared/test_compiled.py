@@ -56,6 +56,7 @@ def test_what_was_compiled_is_used(root: Path) -> None:
     found = used_in(root)
     assert [sorted(group) for group in found["used"]] == [SHARED + KERNELS, LOOP]
     assert found["kernels"] == found["loop"] == "compiled"
+    assert found["why_plain"] == ["", ""]
     assert found["plain"] == []
 
 
@@ -64,6 +65,8 @@ def test_a_kernel_whose_source_has_changed_is_plain(root: Path) -> None:
     found = used_in(root)
     assert found["plain"] == ["cohaptic_server.mean"]
     assert "compiled, except: cohaptic_server/mean.py has changed" in found["kernels"]
+    assert found["why_plain"][0].startswith("cohaptic_server/mean.py has changed")
+    assert found["why_plain"][1] == ""
     assert found["loop"] == "compiled"
 
 
@@ -125,6 +128,7 @@ def test_the_environment_can_ask_for_plain_python(root: Path) -> None:
     found = used_in(root, COHAPTIC_PLAIN="1")
     assert sorted(found["plain"]) == ALL
     assert found["kernels"] == found["loop"] == "plain Python: COHAPTIC_PLAIN is set"
+    assert found["why_plain"] == ["COHAPTIC_PLAIN is set"] * 2
     assert used_in(root, COHAPTIC_PLAIN="0")["plain"] == []
 
 
@@ -145,6 +149,7 @@ def test_without_a_manifest_that_can_be_read_everything_is_plain(
     assert sorted(found["plain"]) == ALL
     assert found["kernels"].startswith("plain Python: ")
     assert "compiled modules" in found["kernels"]
+    assert found["why_plain"][0]
 
 
 @pytest.mark.parametrize("module", ["cohaptic_server.total", "cohaptic_loop__mypyc"])

@@ -4,6 +4,7 @@ scene.py          defines where the hands are and what they do, and their equili
 places.py         finds places on any surface at which hands feel each other
 felt.py           defines when hands feel each other, and predicts it
 settled.py        chooses places and a depth at which the hands come to rest
+capacity.py       predicts how many hands the machine bears, and at which rate
 set_up.py         builds the body and places the hands on it
 processes.py      starts and ends the server and the clients
 live_view.py      shows all users live
@@ -12,6 +13,7 @@ demonstration.py  performs a demonstration with these parts
 analysis.py       puts recordings on one time grid, and finds the windows to measure
 comparison.py     compares the measured force on each hand with its reference
 lateness.py       measures the delay of a force
+punctuality.py    tells whether patches and haptic periods came on time
 rest.py           judges whether a force rests, creeps or oscillates
 result.py         evaluates the recordings; the result is a value, and JSON
 summary.py        shows the result as a table on the terminal

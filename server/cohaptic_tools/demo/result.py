@@ -164,14 +164,15 @@ def evaluate(
     pressed = stretches(timeline, pressed=True, expected=expected)
     off = stretches(timeline, pressed=False, expected=expected)
     windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
-    compared = compare(scene, body, timeline, pressed, off, windows)
-    period = 1.0 / scene.simulation_hz
     held = [*pressed, *off]
-    # Without a stretch, as where hands were thrown, the whole demonstration stands for it.
-    late = in_stretches(loaded, timeline.t, held or [slice(0, timeline.t.size)], period)
-    blamed = [most(of_all).blame(period, scene.jitter) for of_all in zip(*late, strict=True)]
+    late, blamed = _late(scene, loaded, timeline, held)
     punctual = [blame is None for blame in blamed]
     rests = _rests(scene, timeline, pressed, off, punctual)
+    # Where something came late a force need not be where it rests; if that is all, it has to do.
+    on_time = [s for s, known in zip(held, punctual, strict=False) if known]
+    pressed = [s for s in pressed if s in on_time] or pressed
+    off = [s for s in off if s in on_time] or off
+    compared = compare(scene, body, timeline, pressed, off, windows)
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
         _user(
@@ -201,6 +202,18 @@ def evaluate(
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )
+
+
+def _late(
+    scene: Scene, loaded: Sequence[Recording], timeline: Timeline, held: Sequence[slice]
+) -> tuple[list[list[Lateness]], list[Blame | None]]:
+    """Return the lateness of each user in each stretch, and what it is blamed on in each stretch.
+
+    Without a stretch, as where hands were thrown, the whole demonstration stands for it.
+    """
+    period = 1.0 / scene.simulation_hz
+    late = in_stretches(loaded, timeline.t, held or [slice(0, timeline.t.size)], period)
+    return late, [most(of_all).blame(period, scene.jitter) for of_all in zip(*late, strict=True)]
 
 
 def _rests(
