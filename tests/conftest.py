@@ -76,6 +76,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Schedul
     return FewBrowsers(config, log) if config.getoption("dist") == "loadscope" else None
 
 
+def pytest_make_parametrize_id(val: object, argname: str) -> str | None:
+    """Name bytes by their argument and place, and leave other values to pytest.
+
+    Packed bytes may hold the second in which they were packed: two processes that collect the same
+    tests would have other names for them, and none would run.
+    """
+    return argname if isinstance(val, bytes) else None
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup() -> None:
     """Before any fixture: the first test of a module answers for what its fixtures start."""
