@@ -36,17 +36,19 @@ $(VENV)/.made:
 PAGE   := $(shell find $(addprefix web/,src index.html package.json package-lock.json vite.config.ts) -type f)
 
 # What the package needs is fetched, unpacked and imported once, for its bytecode, while the package
-# is built, which takes as long. Modules are compiled meanwhile if the demo is to run: as plain Python
-# its server and hands take three times as much of the processor. COHAPTIC_COMPILE=0 leaves that out.
+# is built, which takes as long. What the demo spends its time in is compiled meanwhile, if it is to
+# run: as plain Python it takes three times as much of the processor. The rest is compiled at the next
+# start, or at once for another object. COHAPTIC_COMPILE=0 leaves all of that out.
 export NEEDED = import tomllib; \
   print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["dependencies"], sep="\n")
 export IMPORTED = import cohaptic_tools.demo.demonstration, cohaptic_server.cli.serving, cohaptic_client.touching
-COMPILED := [ "$$COHAPTIC_COMPILE" = 0 ] || $(BIN)/python -m compiling || true
+COMPILED := [ "$$COHAPTIC_COMPILE" = 0 ] || $(BIN)/python -m compiling
+ALL      := $(wildcard $(VENV)/.installed)$(findstring --body,$(ARGS))$(findstring --nonlinear,$(ARGS))
 $(VENV)/.installed: $(VENV)/.made pyproject.toml constraints.txt $(PAGE)
 	@$(BIN)/python -c "$$NEEDED" >$(VENV)/.needed
 	@{ $(PIP) $(PINNED) -r $(VENV)/.needed && PYTHONPATH=shared:server:client $(BIN)/python -c "$$IMPORTED"; } & \
-	  others=$$!; { $(if $(filter demo,$(MAKECMDGOALS)),$(COMPILED),true); } & compiled=$$!; \
-	  $(PIP) --no-deps -e . && wait $$others; failed=$$?; wait $$compiled; exit $$failed
+	  others=$$!; { $(if $(filter demo,$(MAKECMDGOALS)),$(COMPILED) --first,true); } & compiled=$$!; \
+	  $(PIP) --no-deps -e . && wait $$others; failed=$$?; wait $$compiled || true; exit $$failed
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml constraints.txt
@@ -62,7 +64,7 @@ $(VENV)/.docs: $(VENV)/.made pyproject.toml constraints.txt
 	@touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed  ## two users on one balloon; ARGS="--duration 10 --delay-ms 250"
-	@$(COMPILED)
+	@$(if $(ALL),$(COMPILED) || true)
 	@$(BIN)/cohaptic demo $(ARGS)
 
 # Where there is no compiler the tests run on plain Python, and those that compare the two are skipped.

@@ -28,7 +28,7 @@ SUFFIX = EXTENSION_SUFFIXES[0]
 PYTHON = SUFFIX.strip(".").rpartition(".")[0]  # as in `cohaptic.compiled`
 MANIFEST = "manifest.json"
 # Kernels that one process compiles: starting it takes as long as two of them.
-BATCH = 4
+BATCH = 6
 Entry = dict[str, Any]
 
 
@@ -41,10 +41,16 @@ def folder(root: Path) -> Path:
     return root / HOME / PYTHON
 
 
-def stale(root: Path) -> list[Unit]:
-    """Units that were never compiled, or from other sources, or in another way."""
+def stale(root: Path, *, first: bool = False) -> list[Unit]:
+    """Units that were never compiled, or from other sources, or in another way.
+
+    Args:
+        root: A checkout.
+        first: Only those that are compiled before all others.
+    """
     recipe, known = _recipe(), _read(root)
-    return [unit for unit in units(root) if not _fits(unit, known.get(_key(unit, recipe)))]
+    asked = (unit for unit in units(root) if unit.first or not first)
+    return [unit for unit in asked if not _fits(unit, known.get(_key(unit, recipe)))]
 
 
 def _fits(unit: Unit, entry: Entry | None) -> bool:
@@ -52,7 +58,11 @@ def _fits(unit: Unit, entry: Entry | None) -> bool:
 
 
 def build(
-    root: Path, *, again: bool = False, progress: Callable[[int, int], None] = lambda done, of: None
+    root: Path,
+    *,
+    first: bool = False,
+    again: bool = False,
+    progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> int:
     """Compile stale units, as many at a time as there are cores, and put each in place once done.
 
@@ -61,7 +71,8 @@ def build(
 
     Args:
         root: A checkout.
-        again: Compile the others too.
+        first: Compile only those that are compiled before all others.
+        again: Compile also what is not stale.
         progress: Called after each batch with the numbers of finished units and of all.
 
     Returns:
@@ -73,7 +84,7 @@ def build(
     recipe, known = _recipe(), {} if again else _read(root)
     every = units(root)
     done = [unit for unit in every if _fits(unit, known.get(_key(unit, recipe)))]
-    todo = [unit for unit in every if unit not in done]
+    todo = [unit for unit in every if unit not in done and (unit.first or not first)]
     entries = {key: known[key] for unit in done for key in [_key(unit, recipe)]}
     folder(root).mkdir(parents=True, exist_ok=True)
     problems: list[str] = []
@@ -240,9 +251,11 @@ def _write(root: Path, every: list[Unit], entries: dict[str, Entry], recipe: int
                 **entries[key]["files"],
                 **{f: n for u in unit.uses for f, n in built[u].items()},
             }
-            groups[unit.group].append({**entries[key], "files": files, "key": key})
+            entry = {**entries[key], "files": files, "key": key, "first": unit.first}
+            groups[unit.group].append(entry)
         else:
             failed = {"modules": {name: ("", None) for name in unit.modules}, "failed": True}
+            failed["first"] = unit.first
             groups[unit.group].append({**failed, "files": {}, "sources": {}, "key": ""})
     _replace(folder(root) / MANIFEST, json.dumps({"groups": groups}, indent=1))
     return {file for group in groups.values() for entry in group for file in entry["files"]}

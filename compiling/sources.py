@@ -29,6 +29,8 @@ class Unit:
         sources: CRC-32 of every file that the result depends on, by its path from the package on.
         library: What holds the code of all the modules; None where each holds its own.
         uses: Modules of other units that this one is linked to.
+        first: Whether a demo's ticks and periods spend their time in it, so that it is compiled
+            before all others.
     """
 
     group: str
@@ -36,14 +38,18 @@ class Unit:
     sources: dict[str, int]
     library: str | None = None
     uses: tuple[str, ...] = ()
+    first: bool = True
 
 
 def units(root: Path) -> list[Unit]:
-    """Everything in a checkout that can be compiled; what takes longest comes first."""
+    """Everything in a checkout that can be compiled, in the order in which it should be."""
     settings = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
-    loop = tuple(settings["tool"]["cohaptic"]["compile"]["loop"])
+    asked = settings["tool"]["cohaptic"]["compile"]
+    loop = tuple(asked["loop"])
     followed = _checksums(root, imported(root, loop).values())
-    return [Unit("loop", loop, followed, f"{LOOP_LIBRARY}__mypyc"), *_kernels(root)]
+    kernels = sorted(_kernels(root, asked["first"]), key=lambda unit: not unit.first)
+    # The loop takes longest: what is begun last should be short.
+    return [Unit("loop", loop, followed, f"{LOOP_LIBRARY}__mypyc"), *kernels]
 
 
 def imported(root: Path, modules: Iterable[str]) -> dict[str, Path]:
@@ -89,7 +95,7 @@ def _imports(path: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def _kernels(root: Path) -> Iterator[Unit]:
+def _kernels(root: Path, first: list[str]) -> Iterator[Unit]:
     """Each module with a declaration file beside, and before them what they share."""
     declared: dict[str, Path] = {}
     for package, folder in PACKAGES.items():
@@ -97,6 +103,8 @@ def _kernels(root: Path) -> Iterator[Unit]:
             declared[short(root, path).removesuffix(".pxd").replace("/", ".")] = path
     # One without a module of its name is included in the kernels that use it.
     compiled = [name for name, path in declared.items() if path.with_suffix(".py").is_file()]
+    listed = declared.keys() & first
+    early = {other for name in listed for other in (name, *_cimported(name, declared))}
     if compiled:
         yield Unit("kernels", (KERNEL_LIBRARY,), {})
     for name in compiled:
@@ -108,7 +116,7 @@ def _kernels(root: Path) -> Iterator[Unit]:
             if file.is_file()
         ]
         uses = (KERNEL_LIBRARY, *sorted(linked.intersection(compiled)))
-        yield Unit("kernels", (name,), _checksums(root, files), uses=uses)
+        yield Unit("kernels", (name,), _checksums(root, files), uses=uses, first=name in early)
 
 
 def _cimported(name: str, declared: dict[str, Path]) -> set[str]:

@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 FILES = {
     "pyproject.toml": """
 [tool.cohaptic.compile]
+first = ["cohaptic_server.mean"]
 loop = ["cohaptic.vec", "cohaptic_client.tip"]
 """,
     "server/cohaptic_server/__init__.py": "",

@@ -96,7 +96,9 @@ def describe(group: str) -> str:
 
 
 def why_plain(group: str, folder: Path = FOLDER) -> str:
-    """Return why a new process would run modules of a group as plain Python; empty if it would not.
+    """Return why a new process would run as plain Python what every session needs, or "".
+
+    Modules that only some bodies need may be plain all the same; `describe` names these too.
 
     Args:
         group: "kernels" or "loop".
@@ -106,7 +108,8 @@ def why_plain(group: str, folder: Path = FOLDER) -> str:
     if isinstance(units, str):
         return units
     try:
-        return next(filter(None, (_misfit(unit, folder / PYTHON) for unit in units)), "")
+        needed = (unit for unit in units if unit["first"])
+        return next(filter(None, (_misfit(unit, folder / PYTHON) for unit in needed)), "")
     except (KeyError, TypeError, AttributeError):
         return UNREADABLE
 

@@ -124,6 +124,18 @@ def test_a_build_that_is_ended_keeps_what_it_has_finished_and_the_next_goes_on_f
     assert found["kernels"] == "compiled"
 
 
+def test_the_demo_starts_when_what_it_needs_is_compiled(root: Path) -> None:
+    shutil.rmtree(folder(root))
+    assert build(root, first=True) == 4  # what kernels share, `mean`, `total` and the loop
+    assert stale(root, first=True) == []
+    found = used_in(root)
+    assert found["plain"] == []
+    assert found["why_plain"] == ["", ""]
+    assert "except: cohaptic.control.mesh_fit was not compiled" in found["kernels"]
+    assert build(root) == 1
+    assert used_in(root)["kernels"] == "compiled"
+
+
 def test_the_environment_can_ask_for_plain_python(root: Path) -> None:
     found = used_in(root, COHAPTIC_PLAIN="1")
     assert sorted(found["plain"]) == ALL
@@ -214,7 +226,7 @@ def test_a_declaration_without_a_module_is_a_source_of_the_kernels_that_use_it(
     """It is no kernel itself; when it changes, they are compiled again."""
     folder = tmp_path / "server/cohaptic_server"
     folder.mkdir(parents=True)
-    (tmp_path / "pyproject.toml").write_text("[tool.cohaptic.compile]\nloop = []\n")
+    (tmp_path / "pyproject.toml").write_text("[tool.cohaptic.compile]\nfirst = []\nloop = []\n")
     (folder / "sums.py").write_text("def total(x): ...\n")
     (folder / "sums.pxd").write_text("cimport cohaptic_server.calls as calls\n")
     (folder / "calls.pxd").write_text("cdef inline int one() noexcept nogil:\n    return 1\n")

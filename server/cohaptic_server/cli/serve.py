@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cohaptic.compiled import describe, use
+from cohaptic.compiled import describe, is_complete
 from cohaptic.errors import SettingError
 from cohaptic.room_address import base_path as read_base_path
 from cohaptic_server.cli.access_options import AccessOptions, takes_access
@@ -210,7 +210,7 @@ def serve(
         raise SettingError("--users", users, f"at most --max-users, {max_users}")
     # Checked at the start, since the error would otherwise come when the first visitor brings a
     # file.
-    if allow_upload and nonlinear and not use("kernels"):
+    if allow_upload and nonlinear and not is_complete("kernels"):
         without = f"given without --nonlinear here: {describe('kernels')}"
         raise SettingError("--allow-upload", "given with --nonlinear", without)
     from cohaptic_server.cli.serving import serve_object

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
-from cohaptic.compiled import describe, use
+from cohaptic.compiled import describe, is_complete
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic_server.bodies.body import Body
@@ -80,7 +80,7 @@ def build_body(
         BodyError: The file does not hold an object that can be touched.
         ExtensionError: The package that adds the body is broken.
     """
-    if nonlinear and not use("kernels"):
+    if nonlinear and not is_complete("kernels"):
         # Without compiled modules the loops over elements would take a second in each tick.
         limit = f"linear here: a nonlinear one needs compiled modules ({describe('kernels')})"
         raise SettingError("body with --nonlinear", repr(name), limit)
