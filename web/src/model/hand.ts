@@ -101,6 +101,9 @@ export interface TouchState {
   /** Haptic periods per second, and periods lost because the Worker was held up. */
   readonly loop_hz: number;
   readonly missed: number;
+  /** Longest recent delay of a tick of the server, and longest recent time in which the Worker ran no period [s]. */
+  readonly tick_late: number;
+  readonly loop_stall: number;
   /** Periods since the last report, 4 numbers for each: t [s], |force| [N], depth [m], force from others [N]. */
   readonly trace: Float64Array;
 }
@@ -113,6 +116,9 @@ export interface OwnLink {
   readonly page_wait: number;
   /** Step of the clock that the browser gives the hand [s]; 0 where it is finer than needed. */
   readonly clock_step: number;
+  /** As in `TouchState`. */
+  readonly tick_late: number;
+  readonly loop_stall: number;
 }
 
 /** A hand in the room. Made by `startTouch` (`touch/handle.ts`). */

@@ -18,7 +18,8 @@ import { step } from "./loop/step";
 import { type Pacer, reported, sent, WORKER_WAIT } from "./network/pacing";
 import { Requests } from "./network/requests";
 import { TouchSession } from "./network/session";
-import { measured, UNTIMED } from "./network/timing";
+import { measured, type Ticked, tickLate, UNTIMED } from "./network/timing";
+import { Longest } from "./longest";
 import { type Connection, reportOf } from "./report";
 
 /** The server refused this client, with a reason. */
@@ -51,6 +52,7 @@ export class TouchEngine {
   private session = new TouchSession();
   private pacer: Pacer | null = null;
   private timing = UNTIMED;
+  private ticked: Ticked | null = null; // newest tick on this connection
   private seq = 0;
   private welcome: Welcome | null = null;
   private taken_in = false;
@@ -58,6 +60,8 @@ export class TouchEngine {
   private leaving = false;
   private token: string | undefined; // token of the session, when the server has begun one
   private trace: number[] = [];
+  private readonly stalls = new Longest();
+  private readonly lateTicks = new Longest();
   private periods = 0;
   private reported_at: number;
 
@@ -88,7 +92,9 @@ export class TouchEngine {
     this.session = new TouchSession();
     this.seq = 0;
     this.pacer = null;
-    this.timing = UNTIMED; // another server may have another clock
+    // Another server may have another clock.
+    this.timing = UNTIMED;
+    this.ticked = null;
     this.requests.greet();
     return TouchSession.greeting(this.asked, CURSOR);
   }
@@ -129,6 +135,8 @@ export class TouchEngine {
     const event = this.session.receive(data);
     if (event.type === "patch") {
       if (this.settings === null || this.leaving || this.object_gone) return null;
+      this.lateTicks.note(tickLate(this.ticked, event.patch, this.settings.simulation_period), now);
+      this.ticked = event.patch;
       this.loop = receive(this.loop, event.patch, now, this.settings);
       const { seq, t_client, sample_wait } = event.patch;
       if (seq === 0 || this.pacer === null) return null;
@@ -211,6 +219,7 @@ export class TouchEngine {
 
   /** Run the periods that are due; returns the sample to send now, or null. */
   advance(now: number): Uint8Array<ArrayBuffer> | null {
+    this.stalls.note(now - this.schedule.next, now);
     const [times, schedule] = due(this.schedule, now);
     this.schedule = schedule;
     for (const t of times) this.period(t);
@@ -228,6 +237,8 @@ export class TouchEngine {
       loop: this.loop, output: this.output, cursor: this.cursor, timing: this.timing, leaving: this.leaving,
       loop_hz: seconds > 0 ? this.periods / seconds : 0,
       missed: this.schedule.missed,
+      tick_late: this.lateTicks.value,
+      loop_stall: this.stalls.value,
       trace: Float64Array.from(this.trace),
       now,
     });

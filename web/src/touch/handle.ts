@@ -1,7 +1,7 @@
 /** The page's handle on the haptic Worker: starts the Worker, exchanges the newest values, and ends it. */
 
 import type { TouchHandle, TouchSettings, TouchState } from "../model/hand";
-import { PageWait } from "./page_wait";
+import { Longest } from "./longest";
 import type { FromWorker, ToWorker } from "./worker_messages";
 
 const ALIVE_EVERY = 1000; // ms between two messages that the page draws; it draws far more often, or not at all
@@ -52,7 +52,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   let failure = "";
   let clock_step = 0;
   let delay = 0;
-  const wait = new PageWait();
+  const wait = new Longest();
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
     ended = resolve;
@@ -64,7 +64,8 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     if (data.type === "ended") ended();
     else {
       [state, clock_step] = [data.state, data.clock_step ?? 0];
-      wait.heard(state.t, performance.now() / 1000);
+      const now = performance.now() / 1000;
+      wait.note(now - state.t, now);
     }
     for (const listener of listeners) listener();
   };
@@ -84,7 +85,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     get link() {
       // The measured value may not yet contain a delay that was added a moment ago.
       const network = state === null || state.network === null ? null : Math.max(state.network, 2 * delay);
-      return { network, page_wait: wait.longest, clock_step };
+      return { network, page_wait: wait.value, clock_step, tick_late: state?.tick_late ?? 0, loop_stall: state?.loop_stall ?? 0 };
     },
     point: (target, presses = true) => {
       say({ type: "point", target, presses });

@@ -30,6 +30,8 @@ export interface Known {
   readonly leaving: boolean;
   readonly loop_hz: number;
   readonly missed: number;
+  readonly tick_late: number;
+  readonly loop_stall: number;
   readonly trace: Float64Array;
   readonly now: number;
 }
@@ -78,6 +80,8 @@ export function reportOf(known: Known): TouchState {
     simulation_period: welcome?.simulation_period ?? 0,
     loop_hz: known.loop_hz,
     missed: known.missed,
+    tick_late: known.tick_late,
+    loop_stall: known.loop_stall,
     trace: known.trace,
   };
 }

@@ -91,11 +91,14 @@ export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "
   // A message may wait in both directions; a clock that goes in steps adds apparent waits.
   const share = Math.max(0, Math.min(user.loop_delay - network, 2 * own.page_wait - own.clock_step));
   const page = share < NOTED ? "" : `; this page adds up to ${milliseconds(share)}`;
+  const ticks = own.tick_late < NOTED ? "" : `; the server's ticks come up to ${milliseconds(own.tick_late)} late`;
+  // A clock that goes in steps shows no shorter stall than these.
+  const stall = own.loop_stall - own.clock_step < NOTED ? "" : `; this machine stopped your hand for up to ${milliseconds(own.loop_stall)}`;
   // Time that neither the shortest trip nor the page explains comes from a path that holds messages up.
   const longest = user.loop_delay - share;
   const heldUp = longest - network - own.clock_step >= OFTEN;
   const now = heldUp ? `, now and then up to ${milliseconds(longest)}` : "";
-  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${page}`;
+  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${page}${ticks}${stall}`;
 }
 
 function farness(delay: number): string {

@@ -221,6 +221,25 @@ describe("the engine", () => {
     expect(state.missed).toBe(0);
   });
 
+  test("tells by how much ticks of the server were late, and for how long the loop stood still", () => {
+    const session = new Session();
+    const calm = session.run(2);
+    expect(Math.max(calm.tick_late, calm.loop_stall)).toBeLessThan(0.005);
+    session.run(0.3, true); // no tick
+    const late = session.run(1);
+    expect(Math.abs(late.tick_late - 0.3)).toBeLessThan(0.01);
+    expect(late.loop_stall).toBeLessThan(0.005);
+    expect(session.run(9).tick_late).toBeLessThan(0.005);
+    session.now += 0.2; // nothing wakes the Worker
+    expect(Math.abs(session.run(1).loop_stall - 0.2)).toBeLessThan(0.01);
+    expect(session.run(9).loop_stall).toBeLessThan(0.005);
+    // Another server counts from elsewhere, by another clock.
+    session.engine.opened();
+    session.engine.hear(JSON.stringify(WELCOME), session.now);
+    session.server.tick = 7000;
+    expect(session.run(1).tick_late).toBeLessThan(0.005);
+  });
+
   test("tells the server once of another law, and runs it when patches for it come", () => {
     const session = new Session();
     session.run(0.1);

@@ -55,7 +55,7 @@ describe("a device", () => {
 
 describe("a connection", () => {
   const user = { fresh: true, loop_delay: 0.167, latency: { delay: 0, jitter: 0 }, presence: 1 };
-  const own = { network: 0.0004, page_wait: 0.12, clock_step: 0 };
+  const own = { network: 0.0004, page_wait: 0.12, clock_step: 0, tick_late: 0.01, loop_stall: 0.02 };
 
   it("of the own hand is as far as its network, and what the page adds is told apart", () => {
     expect(connectionWords(user, own)).toBe("Close by: under 1\u202fms there and back; this page adds up to 167\u202fms");
@@ -82,6 +82,16 @@ describe("a connection", () => {
     expect(connectionWords({ ...user, loop_delay: 0.5, latency: { delay: 0.24, jitter: 0 } }, { ...own, page_wait: 0 })).toBe(
       "Far away: 480\u202fms there and back, 240\u202fms of it each way added here",
     );
+  });
+
+  it("names whom a hand waited for: the server's ticks, or its own machine", () => {
+    const near = { ...user, loop_delay: 0.033 };
+    expect(connectionWords(near, { ...own, page_wait: 0, tick_late: 0.12 })).toBe(
+      "Close by: under 1\u202fms there and back; the server's ticks come up to 120\u202fms late",
+    );
+    const stopped = { ...own, page_wait: 0, loop_stall: 0.31 };
+    expect(connectionWords(near, stopped)).toBe("Close by: under 1\u202fms there and back; this machine stopped your hand for up to 310\u202fms");
+    expect(connectionWords(near, { ...stopped, clock_step: 0.3 })).toBe("Close by: under 300\u202fms there and back");
   });
 
   it("of others, or before the network is measured, is what the server measures of all of it", () => {

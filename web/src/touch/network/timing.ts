@@ -46,6 +46,17 @@ export function shortestTrip({ shortest: a, shortest_before: b }: LinkTiming): n
   return a === null ? null : Math.min(a.round_trip, b?.round_trip ?? Infinity);
 }
 
+/** Of a patch: the number of its tick, and when that was [s, server's clock]. */
+export interface Ticked {
+  readonly tick: number;
+  readonly t_server: number;
+}
+
+/** By how much the second tick came later after the first than the rate of ticks says [s]; 0 without a first. */
+export function tickLate(before: Ticked | null, now: Ticked, period: number): number {
+  return before === null ? 0 : Math.max(0, now.t_server - before.t_server - (now.tick - before.tick) * period);
+}
+
 /** Timing after a patch that came at `now`. */
 export function measured(
   timing: LinkTiming,
