@@ -20,7 +20,7 @@ from cohaptic_server.objects.memory_limit import silenced
 from cohaptic_server.objects.volume_cells import VolumeCells
 
 # (12 (zone first last type element-type)), numbers to the base 16; zone 0 declares the total.
-_CELLS = re.compile(rb"^\s*\(\s*(?:20|30)?12\s*\(([0-9a-fA-F \t]{1,200})\)", re.M)
+_CELLS = re.compile(rb"(?:^|\))\s*\(\s*(?:20|30)?12\s*\(([0-9a-fA-F \t-]{1,200})\)", re.M)
 _KINDS = {0: "mixed", 1: "triangle", 2: "tetrahedron", 3: "quad", 4: "hexahedron", 5: "pyramid",
           6: "wedge", 7: "polyhedron"}  # fmt: skip
 _FLAT = ("triangle", "quad")
@@ -66,7 +66,10 @@ def _declared(path: Path) -> tuple[int | None, Counter[str]]:
     total: int | None = None
     counts = Counter[str]()
     for match in _CELLS.finditer(path.read_bytes()):
-        zone, first, last, *more = [int(word, 16) for word in match[1].split()]
+        numbers = [int(word, 16) for word in match[1].split()]
+        if len(numbers) < 3 or numbers[2] < numbers[1] - 1:
+            raise ValueError("a section of cells does not say from which cell to which it goes")
+        zone, first, last, *more = numbers
         if zone == 0:
             if total is not None:
                 raise ValueError("it declares the number of its cells twice")

@@ -27,7 +27,7 @@ _TYPES = {
     "char": "i1", "signed_char": "i1", "unsigned_char": "u1", "vtktypeuint8": "u1",
     "vtktypeint8": "i1", "short": ">i2", "vtktypeint16": ">i2", "unsigned_short": ">u2",
     "vtktypeuint16": ">u2", "int": ">i4", "vtktypeint32": ">i4", "unsigned_int": ">u4",
-    "vtktypeuint32": ">u4", "long": ">i8", "vtktypeint64": ">i8", "vtkidtype": ">i8",
+    "vtktypeuint32": ">u4", "long": ">i8", "vtktypeint64": ">i8", "vtkidtype": ">i4",
     "unsigned_long": ">u8", "vtktypeuint64": ">u8", "float": ">f4", "vtktypefloat32": ">f4",
     "double": ">f8", "vtktypefloat64": ">f8",
 }  # fmt: skip
@@ -191,6 +191,9 @@ class _Reader:
         return True
 
     def _keep(self, name: str, kind: str, width: int, count: int) -> None:
+        if kind.lower() == "string":
+            self._skip_strings(width * count)
+            return
         values = self._numbers(kind, width * count)
         name = unquote_to_bytes(name).decode(errors="replace")
         if self._about != "cell_data" or name.lower() not in self._wanted:
@@ -201,6 +204,19 @@ class _Reader:
                 " cells, or not for each cell. Export it anew"
             )
         self._kept[name] = values if width == 1 else values.reshape(count, width)
+
+    def _skip_strings(self, count: int) -> None:
+        """Read over texts: lines, or in binary files bytes behind their length."""
+        for _ in range(count):
+            if not self._binary:
+                self._words(blank=True)
+                continue
+            # The first two bits say how many bytes the length has.
+            size = (8, 4, 2, 1)[self._data[self._at] >> 6]
+            length = int.from_bytes(self._data[self._at : self._at + size], "big")
+            self._at += size + length % (1 << (8 * size - 2))
+        if self._binary and self._data[self._at : self._at + 1] == b"\n":
+            self._at += 1
 
     def _words(self, *, blank: bool = False) -> list[str]:
         """Words of the next line that has any, or with `blank` of the next line; [] at the end."""
@@ -219,11 +235,21 @@ class _Reader:
         if count < 0:
             raise ValueError(f"it has {count} numbers")
         if not self._binary:
-            *words, rest = [*self._data[self._at :].split(None, count), b""][: count + 1]
-            self._at = len(self._data) - len(rest)
-            return _all(np.array(words, dtype=np.float64), count)
+            window = 32 * (count + 1)  # the whole rest would be copied once for each array
+            while True:
+                text = self._data[self._at : self._at + window]
+                words = text.split(None, count)
+                if len(words) > count or self._at + window >= len(self._data):
+                    break
+                window *= 4
+            rest = words[count] if len(words) > count else b""
+            text = text[: len(text) - len(rest)]
+            self._at += len(text)
+            if b"_" in text:  # which Python would take for a part of a number
+                raise ValueError("it has a '_' in a number")
+            return _all(np.array(words[:count], dtype=np.float64), count)
         if kind.lower() == "bit":
-            packed = np.frombuffer(self._data[self._at :], "u1")[: -(-count // 8)]
+            packed = np.frombuffer(self._data[self._at : self._at - (-count // 8)], "u1")
             found: Any = np.unpackbits(packed)[:count]
             self._at += len(packed)
         else:

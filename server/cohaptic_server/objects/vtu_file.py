@@ -133,6 +133,8 @@ class _Arrays(NamedTuple):
         text = "".join([array.text or "", *(one.tail or "" for one in array)])
         form = array.get("format", "ascii")
         if form == "ascii":
+            if "_" in text:  # which Python would take for a part of a number
+                raise ValueError(f"its array {name[:40]!r} has a '_' in a number")
             found = np.array(text.split(), dtype=np.float64)
         else:
             most = count * kind.itemsize

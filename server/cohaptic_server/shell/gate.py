@@ -93,9 +93,12 @@ log = logging.getLogger("cohaptic.server")
 _MOST_FILES = 10**6
 _OWN_FILES = 40  # a server has about 20 open; an upload or a starting process needs some more
 _HANDSHAKES_AT_ONCE = 4  # TLS handshakes; 3 ms
-# Without a tick for so long, and for so long after the next one, the process counts as having stood
-# still. A tick comes every 0.1 s at least, and a sleeping server looks up every second (`NAP`).
+# Without a tick for so long the process counts as having stood still, if it has computed for less
+# than this share of the time: a process that floods keep busy computes for all of it. A tick comes
+# every 0.1 s at least, and a sleeping server looks up every second (`NAP`).
 _STOOD_STILL = 2.0  # s
+_COMPUTED = 0.5
+_PARDONS_APART = 60.0  # s; a machine that is short of processors for long is not one that slept
 _REPORTED_AFTER = 10.0  # s from the first suppressed line until their number is reported
 
 
@@ -117,7 +120,9 @@ class Gate:
     """
 
     _ticked = math.inf  # no tick is expected yet
+    _computed = 0.0  # processor time of this thread at that tick [s]
     _resumed = -math.inf
+    _pardons = 0
 
     def __init__(
         self,
@@ -148,22 +153,41 @@ class Gate:
         """Return a meter that checks the rates of a new connection's messages."""
         return Meter(self.limits, self._simulation_hz)
 
-    def tick(self, now: float) -> None:
-        """Note that a tick begins."""
+    def tick(self, now: float, computed: float) -> None:
+        """Note that a tick begins.
+
+        Args:
+            now: Present time [s].
+            computed: Processor time that this thread has taken [s].
+        """
         if now - self._ticked > _STOOD_STILL:
-            self._resumed = now
-        self._ticked = now
+            self._look(now, computed)
+        self._ticked, self._computed = now, computed
 
     def pause(self) -> None:
         """Expect no tick until the next one."""
         self._ticked = math.inf
 
-    def stood_still(self, now: float) -> bool:
-        """Whether this process has just stood still, so that messages of seconds came at once.
+    def pardon(self, now: float, computed: float) -> int:
+        """Return the number of the pardon for what piled up while this process stood still, or 0.
 
-        It may have been suspended, or its machine. Nobody is to be accused of a flood then.
+        The process, or its machine, may have been suspended. Nobody is to be accused of a flood
+        then; but a connection has each pardon once, so that no flood can hide behind it.
+
+        Args:
+            now: Present time [s].
+            computed: Processor time that this thread has taken [s].
         """
-        return now - self._ticked > _STOOD_STILL or now - self._resumed < _STOOD_STILL
+        self._look(now, computed)
+        return self._pardons if now - self._resumed < _STOOD_STILL else 0
+
+    def _look(self, now: float, computed: float) -> None:
+        """Begin a pardon if this process has stood still since the last tick."""
+        still = now - self._ticked
+        if still > _STOOD_STILL and now - self._resumed > _PARDONS_APART:
+            if computed - self._computed < _COMPUTED * still:
+                self._resumed = now
+                self._pardons += 1
 
     def tell(self, source: str, event: str, text: str, *, warning: bool = False) -> None:
         """Write a log line about an address, unless the address's limit for lines is reached."""

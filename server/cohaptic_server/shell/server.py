@@ -20,7 +20,7 @@ from typing import cast
 from websockets.exceptions import ConnectionClosed
 from websockets.protocol import State
 
-from cohaptic.clock import SystemClock
+from cohaptic.clock import SystemClock, thread_time
 from cohaptic.errors import CloseCode, CohapticError, SettingError, one_line
 from cohaptic.protocol.version import FAMILY
 from cohaptic.room_address import MAIN
@@ -171,7 +171,7 @@ class CohapticServer:
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(self.gate.came.wait(), NAP)
         now = self.web.ticked = self.clock.now()
-        self.gate.tick(now)
+        self.gate.tick(now, thread_time())
         due, ticks = passed_over(due, now, self.settings.simulation_period)
         self.lobby.pass_over(ticks, now)
         self.meters.pass_over(ticks)
@@ -238,7 +238,7 @@ class CohapticServer:
         for connection in self._connections.values():
             connection.take_samples()
         now = self.web.ticked = self.clock.now()
-        self.gate.tick(now)
+        self.gate.tick(now, thread_time())
         self.lobby.tick(now)
         self._carry_out(self.lobby.serve(now))
         return self.clock.now()

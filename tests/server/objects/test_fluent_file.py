@@ -40,6 +40,9 @@ def test_its_tetrahedra_are_read(tmp_path: Path, capfd: pytest.CaptureFixture[st
         (f"1 {COUNT:x} 1 2)", f"1 {COUNT:x} 1 4)", "it has: 96 of hexahedron"),
         (f"1 {COUNT:x} 1 2)", f"1 {COUNT:x} 1 7)", "it has: 96 of polyhedron"),
         (f"1 {COUNT:x} 1 2)", f"1 {COUNT:x} 1 9)", "it has: 96 of Fluent's type 9"),
+        (f"(12 (0 1 {COUNT:x} 0))", "(2 3)(12 (2 3 4 1 4)())", "it has: 2 of hexahedron"),
+        (f"1 {COUNT:x} 1 2)", "1 -3 1 2)", "does not say from which cell"),
+        (f"(12 (1 1 {COUNT:x} 1 2)", "(12 (1 5)", "does not say from which cell"),
     ],
 )
 def test_no_cell_is_lost(old: str, new: str, words: str, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import socket
 import pytest
 from websockets.frames import Frame, Opcode
 
+from cohaptic.clock import SystemClock, thread_time
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Error, SetLaw, UserJoined, Welcome, encode_control
@@ -20,6 +21,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.shell.doors import door
 from cohaptic_server.shell.doors.door import KERNEL_BUFFER
+from cohaptic_server.shell.gate import Gate
 from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample
 from tests.server.shell.stage import FAR, REQUEST, ZERO, Stage, names, serving, visit
@@ -114,7 +116,7 @@ def test_an_address_that_was_closed_for_floods_waits_and_who_is_inside_stays(
 
 
 def test_what_piled_up_while_the_server_stood_still_is_no_flood(small_balloon: Balloon) -> None:
-    """As when its machine slept for 14 s; before and afterwards it would be one."""
+    """As when its machine slept for 14 s; but what follows is one, also at once."""
 
     async def come() -> tuple[int, int]:
         async with asyncio.timeout(PATIENCE), serving(small_balloon) as served:
@@ -126,14 +128,31 @@ def test_what_piled_up_while_the_server_stood_still_is_no_flood(small_balloon: B
                 guest.seq = 4100
                 await guest.play(3)
                 spent = sum(served.server.gate.traffic.spent.values())
-                served.server.clock.origin += 1.0
-                while served.server.gate.stood_still(served.server.clock.now()):
-                    await guest.play(1)
-                guest.ws.transport.write(samples(10_000))
+                assert served.server.gate.pardon(served.server.clock.now(), thread_time()) == 1
+                guest.ws.transport.write(samples(5000))
                 code, _, _ = await guest.end()
                 return spent, code
 
     assert asyncio.run(come()) == (0, CloseCode.TOO_MANY.value)
+
+
+def test_a_server_that_floods_keep_busy_pardons_none() -> None:
+    """It computes all the time, while one that was suspended does not; and no pardon is renewed."""
+    clock = SystemClock()
+    busy, suspended = Gate(Limits(), clock), Gate(Limits(), clock)
+    for gate in (busy, suspended):
+        assert gate.pardon(1e6, 0.0) == 0  # no tick is expected yet
+        gate.tick(100.0, 5.0)
+        assert gate.pardon(101.9, 5.1) == 0
+    assert busy.pardon(114.0, 18.0) == 0
+    busy.tick(114.0, 18.0)
+    assert busy.pardon(114.1, 18.1) == 0
+    assert [suspended.pardon(now, 5.2) for now in (114.0, 114.1)] == [1, 1]
+    suspended.tick(114.2, 5.3)
+    assert [suspended.pardon(now, 5.3) for now in (115.9, 116.1)] == [1, 0]
+    assert suspended.pardon(130.0, 5.4) == 0  # again, too soon
+    suspended.tick(170.0, 5.5)
+    assert suspended.pardon(190.0, 5.6) == 2
 
 
 def test_connections_that_never_ask_are_bounded_told_and_cut(
