@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.numeric import Floats
 from cohaptic_tools.demo.analysis import Recording
-from cohaptic_tools.demo.punctuality import Blame, Lateness, lateness
+from cohaptic_tools.demo.punctuality import Blame, Lateness, lateness, part_on_time
 from tests.demo.recordings import blank
 
 HZ = 60.0
@@ -48,7 +48,7 @@ def test_a_silence_is_late_though_no_patch_tells_it() -> None:
     at = PERIOD * np.arange(240.0)
     at[at > 2.0] = 9.0
     assert found(received(at)).patch == pytest.approx(END - 2.0, abs=PERIOD + 2.0 * STEP)
-    assert found(received(at * 0.0 + 9.0)).patch > 1.0
+    assert found(received(at * 0.0 + 9.0)) == Lateness()  # none ever came, so none was late
 
 
 @given(st.integers(5, 500), st.integers(1100, 2400))
@@ -58,6 +58,42 @@ def test_a_loop_that_stood_still_is_found(periods: int, at: int) -> None:
     kept[at : at + periods] = False
     halted = Recording("left", {name: values[kept] for name, values in whole.columns.items()})
     assert found(halted).stall == pytest.approx((periods + 1) * STEP)
+
+
+@given(st.floats(0.0, 0.5), st.integers(40, 200))
+def test_ticks_before_the_first_patch_make_nothing_late(delay: float, first: int) -> None:
+    """A hand that comes to a server which has long been ticking."""
+    at = delay + PERIOD * np.arange(240.0)
+    recording = received(at)
+    recording.columns["tick"] = np.where(
+        recording.columns["tick"] < first, 0.0, recording.columns["tick"]
+    )
+    assert found(recording).patch <= 2.0 * STEP
+
+
+@given(st.integers(70, 170), st.floats(1.1 * PERIOD, 0.3))
+def test_the_longest_part_without_anything_late_is_found_if_it_is_most_of_a_stretch(
+    tick: int, late: float
+) -> None:
+    at = PERIOD * np.arange(240.0)
+    at[tick] += late + PERIOD
+    recordings = [received(PERIOD * np.arange(240.0)), received(np.maximum.accumulate(at))]
+    t = recordings[0].columns["t"]
+    stretch = slice(round(START / STEP), round(END / STEP))
+    part = part_on_time(recordings, t, stretch, PERIOD)
+    before = PERIOD * (tick + 1) - START
+    after = END - PERIOD * (tick + 1) - late
+    if part is None:
+        assert max(before, after) < 0.8 * (END - START) + 2.0 * PERIOD
+    else:
+        assert stretch.start <= part.start < part.stop <= stretch.stop
+        assert STEP * (part.stop - part.start) == pytest.approx(
+            max(before, after), abs=2.5 * PERIOD
+        )
+        for recording in recordings:
+            there = lateness(recording, float(t[part.start]), float(t[part.stop - 1]), PERIOD)
+            assert there.blame(PERIOD, 0.0) is None
+    assert part_on_time(recordings[:1], t, stretch, PERIOD) == stretch
 
 
 def test_without_a_row_nothing_is_late() -> None:

@@ -17,6 +17,7 @@ from cohaptic_tools.demo.rest import (
     dies_out,
     judge,
     judge_stretch,
+    reaches_limit,
     swings,
 )
 from tests.examples_of_laws import examples
@@ -114,8 +115,8 @@ def test_each_hand_is_judged_by_its_worst_stretch() -> None:
     later = slice(WHOLE.stop, 2 * WHOLE.stop)
     forces = np.array([[*a, *b] for a, b in ((rests, rests), (slow, rests), (slow, swinging))])
     expected = [Rest.RESTS, Rest.SLOW, Rest.UNSTABLE]
-    assert judge(forces, [WHOLE, later], [True, True], end, LIMIT) == expected
-    assert judge(forces, [later, WHOLE], [True, True], end, LIMIT) == expected
+    for stretches in ([WHOLE, later], [later, WHOLE]):
+        assert judge(forces, stretches, stretches, end) == expected
 
 
 def test_where_something_came_late_a_force_may_rest_but_is_not_accused() -> None:
@@ -124,23 +125,36 @@ def test_where_something_came_late_a_force_may_rest_but_is_not_accused() -> None
     later = slice(WHOLE.stop, 2 * WHOLE.stop)
     pairs = ((rests, swinging), (swinging, slow), (swinging, swinging))
     forces = np.array([[*a, *b] for a, b in pairs])
-    late = judge(forces, [WHOLE, later], [False, False], end, LIMIT)
+    late = judge(forces, [WHOLE, later], [None, None], end)
     assert late == [Rest.RESTS, None, None]
-    half = judge(forces, [WHOLE, later], [False, True], end, LIMIT)
+    half = judge(forces, [WHOLE, later], [None, later], end)
     assert half == [Rest.UNSTABLE, Rest.SLOW, Rest.UNSTABLE]
 
 
+def test_what_came_late_at_an_end_of_a_stretch_excuses_no_swing_in_the_rest_of_it() -> None:
+    """A force that swings only there is excused."""
+    most = slice(round(0.2 * WHOLE.stop), WHOLE.stop)
+    for part in (most, slice(0, WHOLE.stop - most.start)):
+        calm, swinging = wave(0.0), wave(0.2)
+        assert judge(swinging[None], [WHOLE], [part], end) == [Rest.UNSTABLE]
+        if part is not most:
+            calm[part.stop :] = swinging[part.stop :]
+        assert judge(calm[None], [WHOLE], [part], end) == [Rest.RESTS]
+
+
 def test_one_that_had_all_that_the_device_gives_is_unstable() -> None:
+    """Where everything came on time: in a stretch, or wherever it was if all did."""
     force = wave(0.0)
     force[1000:1010] = 1.001 * AT_LIMIT * LIMIT
-    assert judge(force[None], [WHOLE], [True], end, LIMIT) == [Rest.UNSTABLE]
-    assert judge(force[None], [WHOLE], [False], end, LIMIT) == [Rest.RESTS]
+    assert reaches_limit(force, [WHOLE], LIMIT, always=False)
+    assert not reaches_limit(force, [slice(1010, WHOLE.stop), None], LIMIT, always=False)
+    assert reaches_limit(force, [None], LIMIT, always=True)
     force[1000:1010] = 0.99 * AT_LIMIT * LIMIT
-    assert judge(force[None], [WHOLE], [True], end, LIMIT) == [Rest.RESTS]
+    assert not reaches_limit(force, [WHOLE], LIMIT, always=True)
 
 
 def test_without_a_stretch_nobody_is_judged() -> None:
-    assert judge(np.zeros((2, 0)), [], [], end, LIMIT) == [None, None]
+    assert judge(np.zeros((2, 0)), [], [], end) == [None, None]
 
 
 def up(t: Floats) -> Floats:

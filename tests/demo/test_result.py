@@ -10,7 +10,7 @@ import pytest
 
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_tools.demo.analysis import Recording
+from cohaptic_tools.demo.analysis import Recording, Timeline, stretches
 from cohaptic_tools.demo.punctuality import Blame
 from cohaptic_tools.demo.rest import Rest
 from cohaptic_tools.demo.result import DemoResult, evaluate
@@ -288,6 +288,49 @@ def test_a_force_that_swings_while_patches_come_late_is_not_the_law_s(
     assert not result.proves_it
     if busy:
         assert result.users[1].patch_late_ms == pytest.approx(45.0, abs=17.0)
+
+
+def late_at(recording: Recording, *times: float, wait: float) -> Recording:
+    """The recording with no new patch for `wait` from each of some times after its start on [s]."""
+    t, tick = recording.columns["t"], recording.columns["tick"].copy()
+    for time in times:
+        tick[(t - t[0] >= time) & (t - t[0] < time + wait)] = 0.0
+    return Recording(recording.name, recording.columns | {"tick": np.maximum.accumulate(tick)})
+
+
+def test_a_late_patch_after_all_swings_excuses_none_of_them(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path
+) -> None:
+    """One for the other hand, just before the end of each stretch."""
+    left, right = copy(recordings[0]), recordings[1]
+    left.columns["fx"] += 0.5 * np.sin(2.0 * np.pi * 3.0 * left.columns["t"])
+    timeline = Timeline.of([left, right])
+    expected = 0.5 * SCENE.rhythm.period - SCENE.rhythm.ramp
+    held = [s for p in (True, False) for s in stretches(timeline, pressed=p, expected=expected)]
+    right = late_at(right, *(float(timeline.t[s.stop - 60]) for s in held), wait=0.036)
+    result = judged(small_balloon, [left, right], tmp_path)
+    assert [user.rest for user in result.users] == [Rest.UNSTABLE, Rest.RESTS]
+    assert result.late is Blame.MACHINE
+
+
+@pytest.mark.parametrize("busy", [False, True])
+def test_what_a_force_does_while_a_hand_moves_accuses_it_if_nothing_was_late_then(
+    small_balloon: Balloon, recordings: list[Recording], tmp_path: Path, *, busy: bool
+) -> None:
+    """Between two stretches it reaches the limit of its device, or throws the hand."""
+    left, right = copy(recordings[0]), recordings[1]
+    moving = float(left.columns["t"][np.flatnonzero(np.diff(left.columns["level"]))[100]])
+    if busy:
+        right = late_at(right, moving - 0.1, wait=0.2)
+    expected = Rest.RESTS if busy else Rest.UNSTABLE
+    at = (left.columns["t"] >= moving) & (left.columns["t"] < moving + 0.03)
+    thrown = judged(
+        small_balloon, [left, right], tmp_path, faults={"left": {"the hand moved at 5 m/s"}}
+    )
+    assert thrown.users[0].rest is (None if busy else Rest.UNSTABLE)
+    left.columns["fx"][at] = 10.1
+    limited = judged(small_balloon, [left, right], tmp_path)
+    assert limited.users[0].rest is expected
 
 
 def test_a_press_in_which_something_came_late_is_not_measured_beside_one_on_time(

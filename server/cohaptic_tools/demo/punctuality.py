@@ -24,6 +24,11 @@ class Blame(Enum):
     LINK = "link"
 
 
+# Share of a stretch that shows as well as all of it whether a force swings: the rest is less than the
+# transient of a press, with which every stretch begins.
+_MOST_OF = 0.8
+
+
 @dataclass(frozen=True, slots=True)
 class Lateness:
     """Largest lateness in an interval.
@@ -64,16 +69,74 @@ def lateness(recording: Recording, start: float, end: float, period: float) -> L
         end: End of the interval [s].
         period: Simulation period [s].
     """
-    t, tick = recording.columns["t"], recording.columns["tick"]
-    first, last = np.searchsorted(t, [start, end])
-    t, tick = t[first:last], tick[first:last]
+    t, late = _late_by(recording, start, end, period)
     if t.size < 2:
         return Lateness()
+    return Lateness(max(0.0, float(late.max())), float(np.diff(t).max()))
+
+
+def part_on_time(
+    recordings: Sequence[Recording], t: Floats, stretch: slice, period: float
+) -> slice | None:
+    """Return the longest part of a stretch in which nothing came late for anybody.
+
+    Args:
+        recordings: Recordings of all users.
+        t: Time grid to whose indices the stretch refers [s], shape (n,).
+        stretch: Interval of indices of the grid.
+        period: Simulation period [s].
+
+    Returns:
+        Interval of indices; None if it is shorter than `_MOST_OF` of the stretch.
+    """
+    start, end = float(t[stretch.start]), float(t[stretch.stop - 1])
+    spans = sorted(span for r in recordings for span in _late_spans(r, start, end, period))
+    parts: list[slice] = []
+    at = stretch.start
+    for begin, over in spans:
+        parts.append(slice(at, int(np.searchsorted(t, begin))))
+        at = max(at, int(np.searchsorted(t, over)) + 1)
+    parts.append(slice(at, stretch.stop))
+    longest = max(parts, key=_length)
+    return longest if _length(longest) >= _MOST_OF * _length(stretch) else None
+
+
+def _late_spans(
+    recording: Recording, start: float, end: float, period: float
+) -> list[tuple[float, float]]:
+    """Return begin and end of each time in which a patch was late or the loop stood still [s]."""
+    t, late = _late_by(recording, start, end, period)
+    if not t.size:
+        return []
+    beyond = np.concatenate([[False], late > period, [False]])
+    begins, ends = np.flatnonzero(np.diff(beyond.astype(np.int8))).reshape(-1, 2).T
+    halts = np.flatnonzero(np.diff(t) > period)
+    return [
+        *zip(t[begins].tolist(), t[ends - 1].tolist(), strict=True),
+        *zip(t[halts].tolist(), t[halts + 1].tolist(), strict=True),
+    ]
+
+
+def _late_by(
+    recording: Recording, start: float, end: float, period: float
+) -> tuple[Floats, Floats]:
+    """Return the times of an interval's rows, and by how much a patch is late then [s], both (n,).
+
+    Before the first patch of all nothing can be late.
+    """
+    t, tick = recording.columns["t"], recording.columns["tick"]
+    within = (t >= start) & (t < end) & (tick > 0)
+    t, tick = t[within], tick[within]
+    if not t.size:
+        return t, t
     delay = t - period * tick
     came = np.flatnonzero(np.diff(tick) > 0) + 1
     usual = float(np.median(delay[came])) if came.size else float(delay[0])
-    waited = float(delay.max()) - usual - period
-    return Lateness(max(0.0, waited), float(np.diff(t).max()))
+    return t, delay - usual - period
+
+
+def _length(part: slice) -> int:
+    return int(part.stop) - int(part.start)
 
 
 def most(found: Sequence[Lateness]) -> Lateness:

@@ -35,16 +35,14 @@ class Rest(Enum):
 def judge(
     force: Floats,
     stretches: Sequence[slice],
-    punctual: Sequence[bool],
+    on_time: Sequence[slice | None],
     measured: Callable[[slice], slice],
-    limit: float,
 ) -> list[Rest | None]:
     """Return a verdict on each hand's force; None if there is no stretch to judge from.
 
     In the measured part of a stretch a force at rest varies by at most `RIPPLE` or `RIPPLE_SHARE`
     of itself peak to peak, drift included. A force that varies more is slow if it changes
-    monotonically or its oscillation decays, and unstable otherwise. A force that reaches the limit
-    of its device is unstable too, since growing oscillations reach it. The worst stretch counts.
+    monotonically or its oscillation decays, and unstable otherwise. The worst stretch counts.
 
     A stretch in which something came late shows a force at rest as well as any other, but accuses
     no force: what moves there may have been moved by the machine or the link.
@@ -52,24 +50,44 @@ def judge(
     Args:
         force: Force on each hand, shape (users, n) [N].
         stretches: Intervals of time indices in which no hand intends to move.
-        punctual: Whether patches and haptic periods came on time in each stretch.
+        on_time: Part of each stretch in which patches and haptic periods came on time; None if it
+            is too short to accuse a force.
         measured: Returns the part of a stretch in which a force must be at rest.
-        limit: Largest force of the device [N].
     """
-    return [_judge_one(row, stretches, punctual, measured, limit) for row in force]
+    return [_judge_one(row, stretches, on_time, measured) for row in force]
 
 
 def _judge_one(
     force: Floats,
     stretches: Sequence[slice],
-    punctual: Sequence[bool],
+    on_time: Sequence[slice | None],
     measured: Callable[[slice], slice],
-    limit: float,
 ) -> Rest | None:
-    if stretches and all(punctual) and force.max() >= AT_LIMIT * limit:
-        return Rest.UNSTABLE
-    found = [judge_stretch(force[s], force[measured(s)]) for s in stretches]
-    return worst(r for r, p in zip(found, punctual, strict=True) if p or r is Rest.RESTS)
+    found: list[Rest] = []
+    for stretch, part in zip(stretches, on_time, strict=True):
+        verdict = judge_stretch(force[stretch], force[measured(stretch)])
+        if verdict is not Rest.RESTS:
+            if part is None:
+                continue
+            verdict = judge_stretch(force[part], force[measured(part)])
+        found.append(verdict)
+    return worst(found)
+
+
+def reaches_limit(
+    force: Floats, on_time: Sequence[slice | None], limit: float, *, always: bool
+) -> bool:
+    """Return whether a force reaches the limit of its device, as growing oscillations do.
+
+    Args:
+        force: Force on one hand, shape (n,) [N].
+        on_time: Intervals of time indices in which everything came on time.
+        limit: Largest force of the device [N].
+        always: Whether everything came on time in all of the recording, so that it counts too what
+            a force does while a hand moves.
+    """
+    reached = force >= AT_LIMIT * limit
+    return bool(any(part and reached[part].any() for part in on_time) or (always and reached.any()))
 
 
 def worst(verdicts: Iterable[Rest | None]) -> Rest | None:

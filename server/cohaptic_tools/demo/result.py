@@ -21,8 +21,15 @@ from cohaptic_tools.demo.analysis import (
 )
 from cohaptic_tools.demo.comparison import Compared, compare
 from cohaptic_tools.demo.lateness import LEAST
-from cohaptic_tools.demo.punctuality import Blame, Lateness, in_stretches, most
-from cohaptic_tools.demo.rest import AT_LIMIT, Rest, judge, worst
+from cohaptic_tools.demo.punctuality import (
+    Blame,
+    Lateness,
+    in_stretches,
+    lateness,
+    most,
+    part_on_time,
+)
+from cohaptic_tools.demo.rest import Rest, judge, reaches_limit, worst
 from cohaptic_tools.demo.scene import Scene
 
 MAX_FORCE = 10.0  # N; largest force of a simulated device
@@ -166,12 +173,15 @@ def evaluate(
     windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
     held = [*pressed, *off]
     late, blamed = _late(scene, loaded, timeline, held)
-    punctual = [blame is None for blame in blamed]
-    rests = _rests(scene, timeline, pressed, off, punctual)
+    period = 1.0 / scene.simulation_hz
+    parts = [part_on_time(loaded, timeline.t, stretch, period) for stretch in held]
+    whole = [lateness(one, -math.inf, math.inf, period) for one in loaded]
+    always = most(whole).blame(period, scene.jitter) is None
+    rests = _rests(scene, timeline, pressed, off, parts, always=always)
     # Where something came late a force need not be where it rests; if that is all, it has to do.
-    on_time = [s for s, known in zip(held, punctual, strict=False) if known]
-    pressed = [s for s in pressed if s in on_time] or pressed
-    off = [s for s in off if s in on_time] or off
+    punctual = [s for s, part in zip(held, parts, strict=True) if part == s]
+    pressed = [s for s in pressed if s in punctual] or pressed
+    off = [s for s in off if s in punctual] or off
     compared = compare(scene, body, timeline, pressed, off, windows)
     k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
@@ -184,7 +194,7 @@ def evaluate(
             k_h=float(k_h[i]),
             patch_hz=patch_rate(timeline, i),
             late=most(late[i]),
-            punctual=all(punctual),
+            punctual=always,
         )
         for i, name in enumerate(scene.names)
     )
@@ -221,26 +231,30 @@ def _rests(
     timeline: Timeline,
     pressed: Sequence[slice],
     off: Sequence[slice],
-    punctual: Sequence[bool],
+    parts: Sequence[slice | None],
+    *,
+    always: bool,
 ) -> list[Rest | None]:
     """Return a verdict on each hand's force; None if no press shows how it ends.
 
     Args:
-        punctual: Whether everything came on time in each stretch: `pressed`, then `off`.
+        parts: Part of each stretch in which all came on time: of `pressed`, then of `off`.
+        always: Whether everything came on time in all of the demonstration.
     """
     split = len(pressed)
-    on_time = punctual[:split], punctual[split : split + len(off)]
     of_pressed, of_off = (
-        judge(timeline.force, stretches, known, measured, MAX_FORCE)
-        for stretches, known in zip((pressed, off), on_time, strict=True)
+        judge(timeline.force, stretches, on_time, measured)
+        for stretches, on_time in ((pressed, parts[:split]), (off, parts[split:]))
     )
-    rests = [None if p is None else worst((p, o)) for p, o in zip(of_pressed, of_off, strict=True)]
+    tops = [reaches_limit(row, parts, MAX_FORCE, always=always) for row in timeline.force]
+    rests = [
+        Rest.UNSTABLE if top else None if p is None else worst((p, o))
+        for p, o, top in zip(of_pressed, of_off, tops, strict=True)
+    ]
     if scene.duration is None or scene.duration >= scene.enough:
         return rests
     # In a shortened rhythm the first swing of a press looks like an undamped oscillation, and every
     # force seems to creep. Only two verdicts hold: the force rests, or is at the limit.
-    tops = timeline.force.max(axis=1, initial=0.0) >= AT_LIMIT * MAX_FORCE
-    tops &= all(punctual)
     return [r if r is Rest.RESTS or top else None for r, top in zip(rests, tops, strict=True)]
 
 

@@ -106,6 +106,8 @@ def verdict(result: DemoResult) -> str:
             f" --simulation-hz ({how})."
         )
     unknown = _names(u for u in result.users if u.rest is None)
+    if result.presses == 0 and not any(user.faults for user in result.users):
+        return _too_short(result, how)
     if unknown and result.late is Blame.LINK:
         return (
             f"The link kept the force of {unknown} moving: {_lateness(result)}, by a jitter of"
@@ -116,15 +118,8 @@ def verdict(result: DemoResult) -> str:
             f"This machine was too busy to judge the force of {unknown}: {_lateness(result)}"
             f" ({how}).\nEnd what else runs here, or take fewer users or a lower --simulation-hz."
         )
-    if result.presses == 0 or any(user.rest is None for user in result.users):
-        action = "drag" if result.friction else "press"
-        seen = (
-            "not every force had the time to rest"
-            if result.presses
-            else f"no whole {action} was seen"
-        )
-        enough = math.ceil(result.enough_s)
-        return f"Too short to tell: {seen} ({how}). Let it run for {enough} s: --duration {enough}."
+    if result.presses == 0 or unknown:
+        return _too_short(result, how)
     left, right = result.users[:2]
     felt = _number(right.felt_from_others_n, ".2f", " N")
     after = _number(right.felt_delay_ms, ".0f", " ms")
@@ -141,6 +136,15 @@ def verdict(result: DemoResult) -> str:
         f"{right.name} felt {left.name} {action} with {felt}, half of it {after} later.\n"
         f"{_outcome(result)} ({how})."
     )
+
+
+def _too_short(result: DemoResult, how: str) -> str:
+    """Return in words that no verdict is possible yet, and after which time it is."""
+    action = "drag" if result.friction else "press"
+    whole = f"no whole {action} was seen"
+    seen = "not every force had the time to rest" if result.presses else whole
+    enough = math.ceil(result.enough_s)
+    return f"Too short to tell: {seen} ({how}). Let it run for {enough} s: --duration {enough}."
 
 
 def _outcome(result: DemoResult) -> str:
