@@ -113,7 +113,9 @@ def build(
                 progress(len(entries) - len(done), len(todo))
     _tidy(root, _write(root, every, entries, recipe))
     if problems:
-        raise CompileError("\n".join(problems))
+        # What fails for all fails for the same reason.
+        more = f"\nand so could not {len(problems) - 1} more" if len(problems) > 1 else ""
+        raise CompileError(problems[0] + more)
     return len(todo)
 
 

@@ -30,14 +30,18 @@ def missing() -> str:
     if not any(Path(path, "Python.h").is_file() for path in headers):
         return "Python's header files are missing (on Debian: python3-dev)"
     compiler = os.environ.get("CC") or str(sysconfig.get_config_var("CC") or "cc")
-    return "" if _works(shlex.split(compiler)) else f"there is no C compiler ({compiler})"
+    command = [*shlex.split(compiler), *(f"-I{path}" for path in sorted(headers))]
+    return "" if _works(command) else f"there is no C compiler that works ({compiler})"
 
 
 def _works(compiler: list[str]) -> bool:
-    """Whether a compiler makes an object of a line of C: some are there and no more than a hint."""
+    """Whether a compiler makes an object of C that includes Python's headers.
+
+    Some are there and no more than a hint; others lack the headers of C that Python's include.
+    """
     with tempfile.TemporaryDirectory() as folder:
         source, made = Path(folder, "line.c"), Path(folder, "line.o")
-        source.write_text("int line;\n")
+        source.write_text("#include <Python.h>\n")
         command = [*compiler, "-c", str(source), "-o", str(made)]
         try:
             subprocess.run(command, capture_output=True, check=False, timeout=_PATIENCE)

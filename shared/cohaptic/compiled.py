@@ -108,7 +108,8 @@ def why_plain(group: str, folder: Path = FOLDER) -> str:
     if isinstance(units, str):
         return units
     try:
-        needed = (unit for unit in units if unit["first"])
+        # Builds of before tell no order.
+        needed = (unit for unit in units if unit.get("first", True))
         return next(filter(None, (_misfit(unit, folder / PYTHON) for unit in needed)), "")
     except (KeyError, TypeError, AttributeError):
         return UNREADABLE

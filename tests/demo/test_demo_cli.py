@@ -17,7 +17,10 @@ SLOW = Machine(unit=4e-3, cores=2.0, free=1.0, why_plain="")
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--users", "16"], "number of users is 16; it must be at most 6 at 30 Hz on this machine"),
+        (
+            ["--users", "16"],
+            "number of users is 16; it must be at most 11 at 30 Hz on this machine",
+        ),
         (["--users", "1"], "number of users is 1; it must be from 2 to 16"),
         (["--duration", "0.5"], "duration is 0.5 s; it must be from 2 s to a day"),
         (["--body", "nothing.stl"], "nothing.stl: there is no such file"),

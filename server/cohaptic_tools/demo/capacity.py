@@ -81,9 +81,14 @@ class Machine:
         costs = PLAIN if self.why_plain else COMPILED
         return self.unit * costs.cores(users, hz) / (self.cores * self.free)
 
-    def bears(self, hz: float) -> int:
-        """Return the largest number of hands whose forces come on time; 0 if not even two do."""
-        fitting = (n for n in range(MAX_USERS, MIN_USERS - 1, -1) if self.load(n, hz) <= _ON_TIME)
+    def bears(self, hz: float, share: float = _ON_TIME) -> int:
+        """Return the largest number of hands whose forces come on time; 0 if not even two do.
+
+        Args:
+            hz: Ticks per second.
+            share: Share of the free processor time that they may take.
+        """
+        fitting = (n for n in range(MAX_USERS, MIN_USERS - 1, -1) if self.load(n, hz) <= share)
         return next(fitting, 0)
 
 
@@ -103,10 +108,12 @@ def rate_for(machine: Machine, users: int, hz: float | None) -> tuple[float, str
     rate = fitting[0] if fitting else rates[-1]
     bears = machine.bears(rate)
     few = f"{bears} at {rate:g} Hz" if bears else f"fewer than {MIN_USERS} at {rate:g} Hz"
-    most = max(MIN_USERS, replace(machine, free=1.0).bears(rate))
-    if users > most and machine.load(users, rate) * machine.free > 1.0:
+    idle = replace(machine, free=1.0)
+    most = max(MIN_USERS, idle.bears(rate, share=1.0))
+    if users > most:
+        on_time = f"{idle.bears(rate)} of them on time"
         raise SettingError(
-            "number of users", users, f"at most {most} at {rate:g} Hz on this machine"
+            "number of users", users, f"at most {most} at {rate:g} Hz on this machine, {on_time}"
         )
     words: list[str] = []
     if machine.why_plain:
@@ -120,13 +127,19 @@ def rate_for(machine: Machine, users: int, hz: float | None) -> tuple[float, str
 
 def measure() -> Machine:
     """Time a small computation on this machine, for 0.1 s."""
-    clock = SystemClock()
+    clock, cores = SystemClock(), processors()
     begin, begun = clock.now(), thread_time()
+    took: list[float] = []
     for _ in range(_REPEATS):
+        before = thread_time()
         _compute()
-    took, passed = thread_time() - begun, clock.now() - begin
+        took.append(thread_time() - before)
+    free = (thread_time() - begun) / (clock.now() - begin)
     why = why_plain("kernels") or why_plain("loop")
-    return Machine(took / _REPEATS, processors(), min(1.0, took / passed), why)
+    # What is slow for a moment, as a clock that still rises, is not the machine's own. A part of a
+    # core is all free where the computation gets as much.
+    unit = sorted(took)[_REPEATS // 4]
+    return Machine(unit, cores, min(1.0, free / min(1.0, cores)), why)
 
 
 def _compute() -> float:

@@ -23,6 +23,7 @@ from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.http.routes import has_page, load_page
 from cohaptic_server.objects.cost import Demand
+from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
 from cohaptic_tools.demo.capacity import measure, rate_for
@@ -98,6 +99,8 @@ def _prepared(
     """Return the body, the scene with its rate and places, and the options of the server."""
     if not (options.auto or options.given.keys() & {"fix", "fix_mesh"}) and is_file(body):
         options = replace(options, given={**options.given, "fix": FIX})
+    if hz is not None:
+        ServerSettings(simulation_hz=hz)  # which checks it
     rate, words = rate_for(measure(), scene.users, hz)
     scene = replace(scene, simulation_hz=rate)
     told = [words]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.errors import SettingError
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript, Place, Rhythm
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_server.bodies.body import Body
@@ -60,6 +61,7 @@ class Scene:
     def __post_init__(self) -> None:
         if not MIN_USERS <= self.users <= MAX_USERS:
             raise SettingError("number of users", self.users, f"from {MIN_USERS} to {MAX_USERS}")
+        LinkSettings(self.delay, self.jitter)  # which checks both
         if self.duration is not None and not 2.0 <= self.duration <= 86400.0:
             raise SettingError("duration", f"{self.duration:g} s", "from 2 s to a day")
         if not 0.0 <= self.friction <= MAX_FRICTION:

@@ -71,6 +71,20 @@ def new_output(
     """
     if path is None:
         return None
+    try:
+        return _checked(option, path, suffix, overwrite=overwrite)
+    except OSError as error:
+        limit = f"a path that the system takes ({error.strerror or error})"
+        raise SettingError(option, path, limit) from error
+
+
+def _checked(option: str, path: Path, suffix: str, *, overwrite: bool) -> Output:
+    """Return the file of `new_output`.
+
+    Raises:
+        SettingError: As for `new_output`.
+        OSError: The system takes no such path.
+    """
     kind = f"a file that ends with {suffix}" if suffix else "a file"
     if suffix and path.suffix.lower() != suffix:
         raise SettingError(option, path, kind)

@@ -35,11 +35,11 @@ def recording(
     `cohaptic touch --record NAME.npz` runs, the rows are in NAME.npz.part, which may be read too.
     """
     from cohaptic.recording.archive import finish as turn
-    from cohaptic.recording.archive import name_of, read_recording
+    from cohaptic.recording.archive import name_of, read_outline
     from cohaptic.recording.part import Part
 
     if not finish:
-        for line in lines(read_recording(file).outline):
+        for line in lines(read_outline(file)):
             typer.echo(line)
         return
     name = name_of(file)
@@ -73,11 +73,14 @@ def lines(outline: Outline) -> list[str]:
     if len(outline.gaps) > _LISTED:
         found.append(f"and {len(outline.gaps) - _LISTED} gaps more")
     for damage in outline.damage:
-        where = "at its end" if damage.at_end else "within"
-        found.append(f"{damage.size} bytes {where} are no whole block, and were left out")
+        where = " at its end" if damage.cut_short else ""
+        found.append(f"{damage.size} bytes{where} are no whole block, and were left out")
     return found
 
 
 def _local(unix: float) -> str:
     """Return a Unix time [s] as a person reads it, with the offset of the time zone."""
-    return datetime.fromtimestamp(unix).astimezone().isoformat(" ", "milliseconds")
+    try:
+        return datetime.fromtimestamp(unix).astimezone().isoformat(" ", "milliseconds")
+    except (ValueError, OverflowError, OSError):
+        return "an unknown time"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import zipfile
+import zlib
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +13,16 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from cohaptic.errors import OutputError, SettingError
+from cohaptic.errors import OutputError, SettingError, one_line
 from cohaptic.recording.journal import LEVEL, MARK, Clocks, Header, RowBlock, entries
 from cohaptic.recording.outline import Gap, Outline, extent_in_words
 from cohaptic.recording.part import SUFFIX, Part, finish_command
 from cohaptic.runtime.new_file import AppearedMeanwhile, write_new
 
 Floats = npt.NDArray[np.float64]
+# What reading a damaged archive, or another one, raises.
+_DAMAGED = (KeyError, ValueError, TypeError, IndexError, EOFError, RuntimeError, zipfile.BadZipFile,
+            zlib.error)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,13 +91,14 @@ def _blocks(journal: BinaryIO, outline: Outline) -> Generator[RowBlock, None, No
             yield entry
 
 
-def finish(part: Part, path: Path, *, overwrite: bool) -> Outline:
+def finish(part: Part, path: Path, *, overwrite: bool, least: int = 0) -> Outline:
     """Turn a part into a `.npz`, and remove it if all of it could be read.
 
     Args:
         part: Part that this process owns; it is closed.
         path: Path of the `.npz`.
         overwrite: Whether to replace a file of that name.
+        least: Number of rows that were written; with fewer the part remains.
 
     Returns:
         The outline of the recording.
@@ -105,17 +111,27 @@ def finish(part: Part, path: Path, *, overwrite: bool) -> Outline:
         with part.path.open("rb") as journal:
             outline = _outline(part.path, journal)
             write_new(path, lambda file: write_archive(journal, outline, file), overwrite=overwrite)
-        if outline.intact:
+        if outline.intact and outline.count >= least:
             part.remove()
     except (OutputError, OSError) as error:
         if isinstance(error, AppearedMeanwhile):  # the part holds the same
             error.written.unlink(missing_ok=True)
-        problem = error.problem if isinstance(error, OutputError) else f"{error.strerror}"
+        problem = error.problem if isinstance(error, OutputError) else f"{error.strerror or error}"
         kept = f"the recording is kept as {part.path}; later turn it into a .npz by: "
         raise OutputError(path, problem, kept + finish_command(part.path)) from error
     finally:
         part.close()
     return outline
+
+
+def read_outline(path: Path) -> Outline:
+    """Return what a recording holds besides its rows, with bounded memory if it is a part.
+
+    Raises:
+        SettingError: The file cannot be read, or is no recording.
+    """
+    with _opened(path) as file:
+        return _read_archive(path).outline if _is_archive(file) else _outline(path, file)
 
 
 def read_recording(path: Path) -> Recording:
@@ -124,20 +140,38 @@ def read_recording(path: Path) -> Recording:
     Raises:
         SettingError: The file cannot be read, or is no recording.
     """
-    try:
-        with path.open("rb") as file:
-            if file.read(2) == b"PK":
-                return _read_archive(path)
-            outline = _outline(path, file)
-            blocks = list(_blocks(file, outline))
-    except OSError as error:
-        raise SettingError("recording", path, f"a file to read ({error.strerror})") from error
+    with _opened(path) as file:
+        if _is_archive(file):
+            return _read_archive(path)
+        outline = _outline(path, file)
+        blocks = list(_blocks(file, outline))
     width = len(outline.header.columns)
     rows = np.frombuffer(b"".join(block.rows for block in blocks)).reshape(-1, width)
     counts = [len(block.rows) // (8 * width) for block in blocks]
     points = np.array([block.origin for block in blocks]).reshape(-1, 3)
     to_wall = outline.clocks[-1].to_wall if outline.clocks else np.nan
     return Recording(outline, rows, np.repeat(points, counts, axis=0), to_wall)
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Generator[BinaryIO, None, None]:
+    """Open a file for reading; a pipe would keep the reader waiting.
+
+    Raises:
+        SettingError: It cannot be read.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise SettingError("recording", path, "a file")
+        with path.open("rb") as file:
+            yield file
+    except OSError as error:
+        limit = f"a file to read ({error.strerror or error})"
+        raise SettingError("recording", path, limit) from error
+
+
+def _is_archive(file: BinaryIO) -> bool:
+    return file.read(2) == b"PK"
 
 
 def _outline(path: Path, journal: BinaryIO) -> Outline:
@@ -162,21 +196,22 @@ def _read_archive(path: Path) -> Recording:
     """
     try:
         with np.load(path) as file:
-            columns = tuple(file["columns"].tolist())
+            columns = tuple(map(str, file["columns"].tolist()))
             rows, to_wall = file["rows"], float(file["to_wall"])
             outline = Outline(Header(str(file["name"]), columns, 0.0))
-            outline.add(RowBlock((0.0, 0.0, 0.0), rows.astype("<f8").tobytes()))
+            outline.add_times(rows.reshape(-1, len(columns))[:, 0].astype(np.float64))
             if "clocks" in file:
-                outline.clocks = [Clocks(*values) for values in file["clocks"].tolist()]
-                outline.gaps = [Gap(*values) for values in file["gaps"].tolist()]
+                clocks = file["clocks"].reshape(-1, len(Clocks._fields))
+                outline.clocks = [Clocks(*values) for values in clocks.tolist()]
+                outline.gaps = [Gap(*values) for values in file["gaps"].reshape(-1, 2).tolist()]
             return Recording(outline, rows, file["origin"], to_wall)
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except _DAMAGED as error:
         raise SettingError("recording", path, "a .npz of `cohaptic touch --record`") from error
 
 
 def in_words(outline: Outline) -> str:
     """Return how long a recording is, whose it is and what it lacks, in one line."""
-    return f"{outline.header.name}: {extent_in_words(outline)}"
+    return f"{one_line(outline.header.name)}: {extent_in_words(outline)}"
 
 
 def name_of(part: Path) -> Path:

@@ -19,6 +19,7 @@ import zlib
 from collections.abc import Generator
 from typing import BinaryIO, NamedTuple
 
+from cohaptic.status.row import COLUMNS
 from cohaptic.vec import Vec3
 
 
@@ -71,11 +72,12 @@ class Damage(NamedTuple):
 
     Args:
         size: How many they are.
-        at_end: Whether no whole block follows, as where a write was cut short.
+        cut_short: Whether they are the begin of one block, at the end of the file, as where a write
+            was cut short.
     """
 
     size: int
-    at_end: bool
+    cut_short: bool
 
 
 Entry = Header | RowBlock | Clocks | Damage
@@ -92,6 +94,7 @@ MOST = 4 * 1024 * 1024
 # for a tenth less.
 LEVEL = 1
 _SEARCHED = 64 * 1024  # bytes that a search for the next mark reads at once
+_MOST_IN_VAIN = 64 * 1024 * 1024  # bytes, of eight of the longest blocks
 
 
 def header_block(header: Header) -> bytes:
@@ -112,7 +115,8 @@ def clocks_block(clocks: Clocks) -> bytes:
 def entries(file: BinaryIO) -> Generator[Entry, None, None]:
     """Yield the entries of a journal in order, with bounded memory.
 
-    What is damaged is yielded as `Damage`, once for each stretch of bytes.
+    What is damaged is yielded as `Damage`, once for each stretch of bytes. A checksum says nothing
+    about who wrote a block, so that one with a content that no recorder writes is damage, too.
 
     Args:
         file: Journal, opened for reading in binary; it is read from its beginning, as far as it
@@ -120,18 +124,27 @@ def entries(file: BinaryIO) -> Generator[Entry, None, None]:
     """
     size = file.seek(0, 2)
     at = whole = 0  # where to read next, and the end of the last whole block
+    width = len(COLUMNS)  # of a row
+    in_vain = 0  # bytes that were read for blocks which are not whole
     while at < size:
-        found = _entry_at(file, at)
+        found = _entry_at(file, at, size, width)
         if found is None:
-            at = _next_mark(file, at + 1, size)
+            in_vain += file.tell() - at
+            # What damage leaves behind has few marks; a file of nothing else would take hours.
+            at = _next_mark(file, at + 1, size) if in_vain < _MOST_IN_VAIN else size
             continue
+        entry, end = found
+        if isinstance(entry, Header):
+            if at > 0:  # a recorder begins with it
+                at = end
+                continue
+            width = len(entry.columns)
         if at > whole:
-            yield Damage(at - whole, at_end=False)
-        entry, at = found
-        whole = at
+            yield Damage(at - whole, cut_short=False)
+        at = whole = end
         yield entry
     if size > whole:
-        yield Damage(size - whole, at_end=True)
+        yield Damage(size - whole, _is_cut_short(file, whole, size))
 
 
 def _block(kind: bytes, payload: bytes) -> bytes:
@@ -139,33 +152,55 @@ def _block(kind: bytes, payload: bytes) -> bytes:
     return start + struct.pack("<I", zlib.crc32(payload, zlib.crc32(start))) + payload
 
 
-def _entry_at(file: BinaryIO, at: int) -> tuple[Entry, int] | None:
+def _entry_at(file: BinaryIO, at: int, size: int, width: int) -> tuple[Entry, int] | None:
     """Return the entry that begins at a byte, and where it ends; None if no whole one does."""
     file.seek(at)
     head = file.read(_HEAD.size)
     if len(head) < _HEAD.size:
         return None
     mark, kind, length, check = _HEAD.unpack(head)
-    if mark != MARK or length > 2 * MOST:  # what cannot be compressed becomes a little longer
+    # What cannot be compressed becomes a little longer.
+    if mark != MARK or length > 2 * MOST or at + _HEAD.size + length > size:
         return None
     payload = file.read(length)
     if zlib.crc32(payload, zlib.crc32(head[: _START.size])) != check or len(payload) < length:
         return None
-    entry = _entry(kind, payload)
+    try:
+        entry = _entry(kind, payload, width)
+    except (ValueError, TypeError, LookupError, RecursionError, struct.error, zlib.error):
+        return None
     return None if entry is None else (entry, at + _HEAD.size + length)
 
 
-def _entry(kind: bytes, payload: bytes) -> Entry | None:
-    """Return the entry of a block whose checksum is right; None for one of another version."""
+def _entry(kind: bytes, payload: bytes, width: int) -> Entry | None:
+    """Return the entry of a block whose checksum is right; None for one of another version.
+
+    Raises:
+        Exception: No recorder writes such a block; errors of many kinds.
+    """
     if kind == b"R":
-        rows = zlib.decompressobj().decompress(payload[_ORIGIN.size :], MOST)
-        return RowBlock(_ORIGIN.unpack_from(payload), rows)
+        unpacker = zlib.decompressobj()
+        rows = unpacker.decompress(payload[_ORIGIN.size :], MOST)
+        if unpacker.eof and len(rows) % (8 * width) == 0:
+            return RowBlock(_ORIGIN.unpack_from(payload), rows)
     if kind == b"C" and len(payload) == _CLOCKS.size:
         return Clocks(*_CLOCKS.unpack(payload))
     if kind == b"H":
         found = json.loads(payload)
-        return Header(found["name"], tuple(found["columns"]), found["loop_hz"])
+        name, columns, loop_hz = found["name"], found["columns"], found["loop_hz"]
+        if columns and all(isinstance(word, str) for word in (name, *columns)):
+            return Header(name, tuple(columns), float(loop_hz))
     return None
+
+
+def _is_cut_short(file: BinaryIO, at: int, size: int) -> bool:
+    """Return whether the bytes from `at` to the end are the begin of one block."""
+    file.seek(at)
+    head = file.read(_HEAD.size)
+    if len(head) < _HEAD.size:
+        return head[: len(MARK)] == MARK[: len(head)]
+    mark, _, length, _ = _HEAD.unpack(head)
+    return bool(mark == MARK and length <= 2 * MOST and at + _HEAD.size + length > size)
 
 
 def _next_mark(file: BinaryIO, at: int, size: int) -> int:

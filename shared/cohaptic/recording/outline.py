@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cohaptic.recording.journal import Clocks, Damage, Entry, Header, RowBlock
 from cohaptic.status.row import COLUMNS
@@ -71,7 +72,10 @@ class Outline:
                 self._add_rows(entry.rows)
 
     def _add_rows(self, rows: bytes) -> None:
-        t = np.frombuffer(rows).reshape(-1, len(self.header.columns))[:, 0]
+        self.add_times(np.frombuffer(rows).reshape(-1, len(self.header.columns))[:, 0])
+
+    def add_times(self, t: npt.NDArray[np.float64]) -> None:
+        """Add rows of which these are the times [s], shape (n,)."""
         if not len(t):
             return
         if not self.count:
@@ -84,12 +88,14 @@ class Outline:
 
     @property
     def intact(self) -> bool:
-        """Whether nothing is damaged but the end, where a write was cut short."""
-        return all(damage.at_end for damage in self.damage)
+        """Whether nothing is damaged but the last block, whose write was cut short."""
+        return all(damage.cut_short for damage in self.damage)
 
 
 def extent_in_words(outline: Outline) -> str:
     """Return how long a recording is and what it lacks, as "12.3 s, without a gap"."""
+    if not outline.count:
+        return "there is not one row in it"
     seconds = f"{outline.last - outline.first:.1f} s"
     if not outline.gaps:
         return f"{seconds}, without a gap"

@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 from cohaptic.errors import OutputError, SettingError
-from cohaptic.runtime.new_file import real
+from cohaptic.runtime.new_file import name_beside, real
 from cohaptic.runtime.owned_files import take
 
 SUFFIX = ".part"
@@ -130,7 +130,7 @@ class Part:
         Raises:
             OSError: There is no room in the folder for temporary files.
         """
-        name = self.path.name.removesuffix(f".npz{SUFFIX}")
+        name = name_beside(Path(self.path.name.removesuffix(f".npz{SUFFIX}")))
         handle, path = tempfile.mkstemp(prefix=f"{name}-", suffix=f".npz{SUFFIX}")
         with os.fdopen(handle, "wb") as copy, open(os.dup(self._file), "rb") as content:
             content.seek(0)

@@ -73,7 +73,8 @@ class Recorder:
         self._rows = self._with_object = False  # whether there is a row, and one with a patch
         self._slow = False  # whether rows were left out, which is told once
         self._closing = False
-        self._trouble: OSError | None = None
+        self._count = 0  # rows that were written
+        self._trouble: Exception | None = None
         self._kept: Path | None = self._part.path
         self._changed = threading.Condition()
         # A daemon, so that a disk that never answers does not keep a process from its end.
@@ -113,8 +114,6 @@ class Recorder:
             self._closing = True
             self._changed.notify()
         self._thread.join()
-        if self._part.size() > _LONG:
-            self._tell(f"writing {self._path}, which takes some seconds")
         if not self._rows:
             self._part.remove()
             raise NothingRecorded(self._path)
@@ -123,7 +122,13 @@ class Recorder:
         if self._trouble is not None:
             self._part.close()
             raise OutputError(self._path, *self._what_is_left(self._trouble))
-        outline = finish(self._part, self._path, overwrite=self._overwrite)
+        if self._part.size() > _LONG:
+            self._tell(f"writing {self._path}, which takes some seconds")
+        outline = finish(self._part, self._path, overwrite=self._overwrite, least=self._count)
+        if outline.count < self._count:
+            lost = f"{self._count - outline.count} of {self._count} rows are lost"
+            problem = f"{lost}: another program has changed {self._part.path}"
+            raise OutputError(self._path, problem, "the others were recorded")
         words = f"recorded to {self._path}: {extent_in_words(outline)}"
         if not self._with_object:
             raise OutputError(self._path, "the object was never there", words)
@@ -156,7 +161,7 @@ class Recorder:
             for entry in waiting:
                 try:
                     self._write(entry)
-                except OSError as error:
+                except Exception as error:  # whatever it is, rows are lost by it
                     self._give_up(error)
                     return
                 with self._changed:
@@ -168,42 +173,47 @@ class Recorder:
         if self._header is not None:
             data, self._header = self._header + data, None
         self._part.write(data)
+        self._count += _size(entry) // ROW.size
         self._unsynced += len(data)
         if self._unsynced >= _SYNC:
             self._part.sync()
             self._unsynced = 0
 
-    def _give_up(self, error: OSError) -> None:
+    def _give_up(self, error: Exception) -> None:
         """End the recording, keep what there is, and say so at once; the hand goes on."""
+        with self._changed:
+            self._trouble, self._waiting = error, []
         if not self._part.is_there():
             try:
                 self._kept = self._part.rescue()
             except OSError:
                 self._kept = None
-        with self._changed:
-            self._trouble, self._waiting = error, []
         kept = f"what there is is kept in {self._kept}" if self._kept else "all of it is lost"
         self._tell(
-            f"the recording {self._path} ends here ({error.strerror or error}), and the hand goes"
-            f" on; {kept}"
+            f"the recording {self._path} ends here ({_cause(error)}), and the hand goes on; {kept}"
         )
 
-    def _what_is_left(self, error: OSError) -> tuple[str, str]:
+    def _what_is_left(self, error: Exception) -> tuple[str, str]:
         """Return what ended the recording, and what is left of it, as for `OutputError`."""
-        from cohaptic.recording.archive import read_recording
+        from cohaptic.recording.archive import read_outline
         from cohaptic.recording.outline import extent_in_words
 
-        problem = f"the recording ended before the hand did ({error.strerror or error})"
+        problem = f"the recording ended before the hand did ({_cause(error)})"
         if self._kept is None:
             return problem, "all of it is lost"
         try:
-            extent = extent_in_words(read_recording(self._kept).outline)
+            extent = extent_in_words(read_outline(self._kept))
         except SettingError as unreadable:
             return problem, str(unreadable)
         return problem, (
             f"{extent}, are kept in {self._kept}; where there is room, turn it into a .npz by: "
             f"{finish_command(self._kept)}"
         )
+
+
+def _cause(error: Exception) -> str:
+    """Return an error as a phrase."""
+    return str(getattr(error, "strerror", None) or error or type(error).__name__)
 
 
 def _size(entry: RowBlock | Clocks) -> int:

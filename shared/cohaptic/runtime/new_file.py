@@ -47,6 +47,14 @@ def real(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
+def name_beside(path: Path) -> str:
+    """Return the begin of a path's name, to which others may be added for a file beside it.
+
+    A name may have 255 bytes on most systems.
+    """
+    return path.name.encode()[:200].decode(errors="ignore")
+
+
 def write_new(path: Path, write: Callable[[BinaryIO], object], *, overwrite: bool) -> None:
     """Write a file beside a path, and give it that name when it is whole and on the disk.
 
@@ -76,7 +84,7 @@ def _write_file(path: Path, write: Callable[[BinaryIO], object], *, overwrite: b
         AppearedMeanwhile: There is a file of that name, and `overwrite` is false.
         OSError: The file cannot be written; no part of it remains.
     """
-    part = path.with_name(f"{path.name}.{secrets.token_hex(4)}.tmp")
+    part = path.with_name(f"{name_beside(path)}.{secrets.token_hex(4)}.tmp")
     with part.open("xb") as file:
         try:
             write(file)
@@ -127,6 +135,10 @@ def _rename_to_new(part: Path, path: Path) -> None:
     except OSError:
         # A file system without hard links: take the name by an empty file, and replace that.
         os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
-        os.replace(part, path)
+        try:
+            os.replace(part, path)
+        except OSError:
+            path.unlink()
+            raise
     else:
         part.unlink()

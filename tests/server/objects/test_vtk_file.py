@@ -37,7 +37,7 @@ class Vtk:
         return self
 
     def texts(self, *words: str) -> Vtk:
-        """As VTK: lines, or bytes behind their length, of which the first two bits tell the size."""
+        """As VTK: lines, or bytes behind a length, whose first two bits tell its own size."""
         for word in words:
             if not self._binary:
                 self.line(word.replace(" ", "%20"))

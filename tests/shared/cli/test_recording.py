@@ -76,7 +76,7 @@ def test_a_wall_clock_that_was_set_and_what_is_missing_are_said() -> None:
     header = Header("ann", COLUMNS, 1000.0)
     clocks = [Clocks(100.0, 1.5e9), Clocks(200.0, 1.5e9 + 7.5)]
     gaps = [Gap(110.0 + k, 110.5 + k) for k in range(7)]
-    outline = Outline(header, 10, 100.0, 200.0, gaps, clocks, [Damage(12, at_end=True)])
+    outline = Outline(header, 10, 100.0, 200.0, gaps, clocks, [Damage(12, cut_short=True)])
     told = lines(outline)
     assert told[0] == "ann: 100.0 s, with 7 gaps (3.50 s in all)"
     assert "the wall clock was set by +7.5 s meanwhile" in told

@@ -9,12 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.errors import OutputError, SettingError
-from cohaptic.recording.archive import finish, read_recording
-from cohaptic.recording.journal import Clocks
+from cohaptic.recording.archive import finish, read_outline, read_recording
+from cohaptic.recording.journal import Clocks, RowBlock
 from cohaptic.recording.part import Part, part_of
 from cohaptic.recording.recorder import WAITING, NothingRecorded
 from cohaptic.status.row import COLUMNS, Row
+from tests.client.devices.until import until
 from tests.examples_of_laws import examples
+from tests.patience import PATIENCE
 from tests.shared.recording.rows import PERIOD, recorder, row, rows
 from tests.small_disk import fill, small_disk
 
@@ -288,3 +290,51 @@ def test_a_full_disk_costs_what_did_not_fit_and_no_older_file(tmp_path: Path, ro
 
 def test_a_row_is_a_period() -> None:
     assert row(1).t - row(0).t == pytest.approx(PERIOD)
+
+
+def until_written(path: Path, count: int) -> None:
+    until(lambda: read_outline(part_of(path)).count == count, PATIENCE)
+
+
+@pytest.mark.parametrize("error", [MemoryError(), ValueError("no such row"), OSError(5, "I/O")])
+def test_whatever_ends_the_writing_is_said_at_once_and_what_there_is_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    told: list[str] = []
+    made = recorder(tmp_path / "x.npz", told)
+    made.keep(rows(0, 3))
+    until_written(tmp_path / "x.npz", 3)
+
+    def fail(block: RowBlock) -> bytes:
+        raise error
+
+    monkeypatch.setattr("cohaptic.recording.recorder.rows_block", fail)
+    made.keep(rows(3, 9))
+    with pytest.raises(OutputError, match="the recording ended before the hand did"):
+        made.finish()
+    (words,) = told
+    assert "ends here" in words
+    assert len(read_recording(part_of(tmp_path / "x.npz")).rows) == 3
+
+
+def test_rows_that_another_program_has_destroyed_are_said(tmp_path: Path) -> None:
+    made = recorder(tmp_path / "x.npz")
+    for start in (0, 10, 20):
+        made.keep(rows(start, start + 10))
+        until_written(tmp_path / "x.npz", start + 10)
+    part = part_of(tmp_path / "x.npz")
+    with part.open("r+b") as file:
+        file.seek(part.stat().st_size - 30)
+        file.write(b"????")
+    with pytest.raises(OutputError, match="10 of 30 rows are lost: another program has changed"):
+        made.finish()
+    assert len(read_recording(tmp_path / "x.npz").rows) == 20
+    assert part.exists()
+
+
+def test_a_name_may_be_as_long_as_the_system_allows(tmp_path: Path) -> None:
+    path = tmp_path / ("ä" * 123 + ".npz")  # 250 bytes; its part has 255
+    made = recorder(path)
+    made.keep(rows(0, 3))
+    made.finish()
+    assert [found.name for found in tmp_path.iterdir()] == [path.name]
