@@ -11,6 +11,8 @@ from tests.browser.room import Room
 
 pytestmark = pytest.mark.live
 
+MOST = 0.02  # s; a loop that stands still for longer loses periods, web/src/touch/loop/schedule.ts
+
 # In the haptic Worker, which has no other clock than these.
 _COARSE = """() => {
   const now = performance.now.bind(performance);
@@ -27,7 +29,7 @@ _LISTEN = """
     constructor(...given) {
       super(...given);
       this.addEventListener("message", ({ data }) => {
-        if (data.type === "state") reports.push([data.state.t, data.state.missed]);
+        if (data.type === "state") reports.push([data.state.t, data.state.loop_stall]);
       });
     }
   };
@@ -51,7 +53,7 @@ def test_a_hand_whose_clock_goes_in_steps_loses_no_period_and_is_told(
         last: Any = ann.page.evaluate("reports.slice(-80)")
         whole = len(last) == 80 and last[-1][0] - last[0][0] > 1.0
         # A stall of the whole machine is no fault of the clock.
-        return whole and last[-1][1] == last[0][1]
+        return whole and max(stall for _, stall in last) < MOST
 
     ann.until(steady, "a second without a lost period")
     times: list[float] = ann.page.evaluate("reports.slice(-80).map(([t]) => t)")

@@ -62,6 +62,6 @@ def test_a_page_that_draws_slowly_is_not_taken_for_a_network_that_is_far(
     ann.until(slow, "a loop of 150 ms")
     ann.until(lambda: words(ann).startswith("Close by"), "a network that is near")
     ann.page.evaluate(_BUSY)
-    ann.until(lambda: "this page adds up to" in words(ann), "the page's own figure")
+    ann.until(lambda: "this page is up to" in words(ann), "the page's own figure")
     assert words(ann).startswith("Close by")
     ben.until(lambda: "its machine included" in words(ben), "what others can know")

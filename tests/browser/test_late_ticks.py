@@ -16,8 +16,8 @@ from tests.browser.visitor import Visitor
 pytestmark = pytest.mark.live
 
 STILL = 0.4  # s, far more than any machine of a test is late by itself
-_TICKS = re.compile(r"the server's ticks come up to (\d+)\sms late")
-_STALL = re.compile(r"this machine stopped your hand for up to (\d+)\sms")
+_TICKS = re.compile(r"the server is up to (\d+)\sms late")
+_STALL = re.compile(r"this browser is up to (\d+)\sms late")
 
 
 def said(visitor: Visitor, words: re.Pattern[str]) -> float:

@@ -75,33 +75,23 @@ export interface TouchState {
   readonly depth: number;
   /** Indentation of the surface under the tip by the own force [m]. */
   readonly indentation: number;
-  /** Displacement of the contact by the others, along the normal [m]. */
-  readonly u_others: number;
   /** The law in use, and the requested one: they differ during a change. */
   readonly law: LawName | null;
   readonly requested_law: LawName;
   readonly k_o: number;
   readonly k_h: number;
-  readonly integral_gain: number;
-  /** Damping of the passivity layer [N s/m], and the energy that it still has to dissipate [J]. */
-  readonly damping: number;
-  readonly owed: number;
   /** Share of the requested force that the safety layer gives, 0 to 1. */
   readonly scale: number;
   /** Reason why the force is off; empty for none. */
   readonly fault: string;
-  /** Round trip and jitter of the link [s]; 0 before the first patch. */
+  /** Round trip of the link [s]; 0 before the first patch. */
   readonly round_trip: number;
-  readonly jitter: number;
   /** Shortest recent round trip, which is that of the network [s]; null before the first patch. */
   readonly network: number | null;
   /** Server's clock minus the page's [s]. */
   readonly clock_offset: number;
   readonly simulation_period: number;
-  /** Haptic periods per second, and periods lost because the Worker was held up. */
-  readonly loop_hz: number;
-  readonly missed: number;
-  /** Longest recent delay of a tick of the server, and longest recent time in which the Worker ran no period [s]. */
+  /** Since the last report: most by which a tick of the server was late, and a period of the loop [s]. */
   readonly tick_late: number;
   readonly loop_stall: number;
   /** Periods since the last report, 4 numbers for each: t [s], |force| [N], depth [m], force from others [N]. */
@@ -116,7 +106,7 @@ export interface OwnLink {
   readonly page_wait: number;
   /** Step of the clock that the browser gives the hand [s]; 0 where it is finer than needed. */
   readonly clock_step: number;
-  /** As in `TouchState`. */
+  /** Most of late by which a tick of the server was late, and a period of the hand's loop [s]. */
   readonly tick_late: number;
   readonly loop_stall: number;
 }

@@ -12,14 +12,13 @@ import { encodeContactSample } from "../protocol/contact_sample";
 import { encodeControl, type Welcome } from "../protocol/messages";
 import { receive } from "./loop/arrival";
 import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./loop/device";
-import { due, HAPTIC_PERIOD, type Schedule } from "./loop/schedule";
+import { due, HAPTIC_PERIOD } from "./loop/schedule";
 import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop/state";
 import { step } from "./loop/step";
 import { type Pacer, reported, sent, WORKER_WAIT } from "./network/pacing";
 import { Requests } from "./network/requests";
 import { TouchSession } from "./network/session";
 import { measured, type Ticked, tickLate, UNTIMED } from "./network/timing";
-import { Longest } from "./longest";
 import { type Connection, reportOf } from "./report";
 
 /** The server refused this client, with a reason. */
@@ -48,11 +47,12 @@ export class TouchEngine {
   private loop: LoopState = START;
   private settings: LoopSettings | null = null;
   private output: Output | null = null;
-  private schedule: Schedule;
+  private next: number; // when the next period is due
   private session = new TouchSession();
   private pacer: Pacer | null = null;
   private timing = UNTIMED;
   private ticked: Ticked | null = null; // newest tick on this connection
+  private late = { tick_late: 0, loop_stall: 0 }; // most since the last report [s]
   private seq = 0;
   private welcome: Welcome | null = null;
   private taken_in = false;
@@ -60,10 +60,6 @@ export class TouchEngine {
   private leaving = false;
   private token: string | undefined; // token of the session, when the server has begun one
   private trace: number[] = [];
-  private readonly stalls = new Longest();
-  private readonly lateTicks = new Longest();
-  private periods = 0;
-  private reported_at: number;
 
   constructor(
     private readonly initial: TouchSettings,
@@ -73,8 +69,7 @@ export class TouchEngine {
     this.hand = initial.hand;
     this.requests = new Requests(initial.name, initial.law, initial.friction);
     this.device = restAt(initial.target);
-    this.schedule = { next: now, missed: 0 };
-    this.reported_at = now;
+    this.next = now;
   }
 
   /** Whether a server has ever welcomed this hand. */
@@ -92,9 +87,7 @@ export class TouchEngine {
     this.session = new TouchSession();
     this.seq = 0;
     this.pacer = null;
-    // Another server may have another clock.
-    this.timing = UNTIMED;
-    this.ticked = null;
+    [this.timing, this.ticked] = [UNTIMED, null]; // another server may have another clock
     this.requests.greet();
     return TouchSession.greeting(this.asked, CURSOR);
   }
@@ -135,7 +128,7 @@ export class TouchEngine {
     const event = this.session.receive(data);
     if (event.type === "patch") {
       if (this.settings === null || this.leaving || this.object_gone) return null;
-      this.lateTicks.note(tickLate(this.ticked, event.patch, this.settings.simulation_period), now);
+      this.late.tick_late = Math.max(this.late.tick_late, tickLate(this.ticked, event.patch, this.settings.simulation_period));
       this.ticked = event.patch;
       this.loop = receive(this.loop, event.patch, now, this.settings);
       const { seq, t_client, sample_wait } = event.patch;
@@ -219,11 +212,10 @@ export class TouchEngine {
 
   /** Run the periods that are due; returns the sample to send now, or null. */
   advance(now: number): Uint8Array<ArrayBuffer> | null {
-    this.stalls.note(now - this.schedule.next, now);
-    const [times, schedule] = due(this.schedule, now);
-    this.schedule = schedule;
+    this.late.loop_stall = Math.max(this.late.loop_stall, now - this.next);
+    const [times, next] = due(this.next, now);
+    this.next = next;
     for (const t of times) this.period(t);
-    this.periods += times.length;
     if (this.pacer === null || this.pacer.due > now) return null;
     this.pacer = sent(this.pacer, now);
     return this.sample(now, this.output?.on_body ?? ZERO, this.output?.anchor ?? null);
@@ -231,18 +223,14 @@ export class TouchEngine {
 
   /** Report for the page; begins a new trace. */
   report(now: number, connection: Connection): TouchState {
-    const seconds = now - this.reported_at;
     const state = reportOf({
       connection, settings: this.asked, welcome: this.welcome, place: this.session.place, name_refused: this.requests.nameRefused,
       loop: this.loop, output: this.output, cursor: this.cursor, timing: this.timing, leaving: this.leaving,
-      loop_hz: seconds > 0 ? this.periods / seconds : 0,
-      missed: this.schedule.missed,
-      tick_late: this.lateTicks.value,
-      loop_stall: this.stalls.value,
+      late: this.late,
       trace: Float64Array.from(this.trace),
       now,
     });
-    [this.trace, this.periods, this.reported_at] = [[], 0, now];
+    [this.trace, this.late] = [[], { tick_late: 0, loop_stall: 0 }];
     return state;
   }
 

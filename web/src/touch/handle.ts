@@ -52,7 +52,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   let failure = "";
   let clock_step = 0;
   let delay = 0;
-  const wait = new Longest();
+  const [wait, tick, stall] = [new Longest(), new Longest(), new Longest()];
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
     ended = resolve;
@@ -66,6 +66,8 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
       [state, clock_step] = [data.state, data.clock_step ?? 0];
       const now = performance.now() / 1000;
       wait.note(now - state.t, now);
+      tick.note(state.tick_late, now);
+      stall.note(state.loop_stall, now);
     }
     for (const listener of listeners) listener();
   };
@@ -85,7 +87,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     get link() {
       // The measured value may not yet contain a delay that was added a moment ago.
       const network = state === null || state.network === null ? null : Math.max(state.network, 2 * delay);
-      return { network, page_wait: wait.value, clock_step, tick_late: state?.tick_late ?? 0, loop_stall: state?.loop_stall ?? 0 };
+      return { network, page_wait: wait.value, clock_step, tick_late: tick.value, loop_stall: stall.value };
     },
     point: (target, presses = true) => {
       say({ type: "point", target, presses });

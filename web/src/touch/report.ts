@@ -28,10 +28,7 @@ export interface Known {
   readonly cursor: Vec3;
   readonly timing: LinkTiming;
   readonly leaving: boolean;
-  readonly loop_hz: number;
-  readonly missed: number;
-  readonly tick_late: number;
-  readonly loop_stall: number;
+  readonly late: Pick<TouchState, "tick_late" | "loop_stall">;
   readonly trace: Float64Array;
   readonly now: number;
 }
@@ -63,25 +60,17 @@ export function reportOf(known: Known): TouchState {
     felt_from_others: safety.scale * (output?.local.felt_from_others ?? 0),
     depth,
     indentation,
-    u_others: output?.u_others ?? 0,
     law: loop.fade?.now.law ?? null,
     requested_law: settings.law,
     k_o: patch === null ? 0 : 1 / patch.c_ii,
     k_h: loop.fade?.now.gains.k_h ?? 0,
-    integral_gain: loop.fade?.now.gains.integral_gain ?? 0,
-    damping: loop.passivity.damping,
-    owed: loop.passivity.owed,
     scale: safety.scale,
     fault: safety.fault,
     round_trip: timing.round_trip,
-    jitter: timing.jitter,
     network: shortestTrip(timing),
     clock_offset: clockOffset(timing),
     simulation_period: welcome?.simulation_period ?? 0,
-    loop_hz: known.loop_hz,
-    missed: known.missed,
-    tick_late: known.tick_late,
-    loop_stall: known.loop_stall,
+    ...known.late,
     trace: known.trace,
   };
 }

@@ -46,7 +46,7 @@ export interface NoticeFacts {
 
 /** Text in place of the server's words, which count messages. */
 const SLOW = "This page did not keep up.";
-const MISPLACED = "Tokens belong behind #, as in /#token=\u2026, which no browser sends. Before it servers may write them down, so the one of this address was not used.";
+const MISPLACED = "Tokens belong behind #, as in /#token=\u2026: before it servers may write them down, so this one was not used.";
 /** Step of a clock from which on a notice is given [s]: clearly longer than a picture. */
 const COARSE = 0.04;
 const PUT_OUT = /put out|banned/; // words of the server's reasons
@@ -59,7 +59,7 @@ export function notice(c: NoticeFacts): Notice | null {
   }
   if (c.picture === "no webgl") {
     return make("webgl", "bad", "This browser shows no 3-D graphics",
-      "WebGL is off or missing, so the object cannot be drawn. The hands, their forces and plots are live all the same. "
+      "WebGL is off or missing, so the object cannot be drawn; hands, forces and plots are live all the same. "
       + "Hardware acceleration in the browser's settings usually brings it back.", "dismiss");
   }
   if (c.picture === "lost") {
@@ -73,7 +73,7 @@ export function notice(c: NoticeFacts): Notice | null {
   if (c.slept > 0) {
     const hand = c.letGo ? " Your hand was let go meanwhile." : "";
     return make(`slept-${Math.round(c.slept)}`, "info", "Welcome back",
-      `The page was paused for ${period(c.slept)} and has caught up.${hand}`, "dismiss");
+      `The page was paused for ${period(c.slept)}.${hand}`, "dismiss");
   }
   return ofRestraints(c) ?? ofBrowser(c);
 }
@@ -83,14 +83,14 @@ function ofBrowser(c: NoticeFacts): Notice | null {
   if (c.misplaced) return make("misplaced", "info", "The token of your link is in the wrong place", MISPLACED, "dismiss");
   if (c.clockStep < COARSE) return null;
   return make("clock", "info", "This browser\u2019s clock is coarse",
-    `It goes in steps of ${Math.round(1000 * c.clockStep)} ms, as browsers have it that protect privacy. Your hand goes on evenly in between; `
-    + "delays that this page measures, and its motion of the others, are less exact.", "dismiss");
+    `It goes in steps of ${Math.round(1000 * c.clockStep)} ms, as in browsers that protect privacy. Your hand moves evenly all the same; `
+    + "delays on this page, and the motion of others, are less exact.", "dismiss");
 }
 
 function ofRestraints(c: NoticeFacts): Notice | null {
   if (c.muted) {
     return make("muted", "info", "You are muted",
-      "An administrator has muted you: the object takes none of your force until you are unmuted.", "dismiss");
+      "An administrator has muted you: the object takes none of your force.", "dismiss");
   }
   if (c.frozen) {
     return make("frozen", "info", "The object is frozen", "An administrator has frozen it: it takes nobody's force.", "dismiss");

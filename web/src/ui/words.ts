@@ -90,15 +90,16 @@ export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "
   const way = network < finest ? `under ${milliseconds(finest)}` : milliseconds(network);
   // A message may wait in both directions; a clock that goes in steps adds apparent waits.
   const share = Math.max(0, Math.min(user.loop_delay - network, 2 * own.page_wait - own.clock_step));
-  const page = share < NOTED ? "" : `; this page adds up to ${milliseconds(share)}`;
-  const ticks = own.tick_late < NOTED ? "" : `; the server's ticks come up to ${milliseconds(own.tick_late)} late`;
-  // A clock that goes in steps shows no shorter stall than these.
-  const stall = own.loop_stall - own.clock_step < NOTED ? "" : `; this machine stopped your hand for up to ${milliseconds(own.loop_stall)}`;
   // Time that neither the shortest trip nor the page explains comes from a path that holds messages up.
   const longest = user.loop_delay - share;
   const heldUp = longest - network - own.clock_step >= OFTEN;
   const now = heldUp ? `, now and then up to ${milliseconds(longest)}` : "";
-  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${page}${ticks}${stall}`;
+  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${late("this page", share)}${late("the server", own.tick_late)}${late("this browser", own.loop_stall, own.clock_step)}`;
+}
+
+/** Words on what is late by itself; a clock that goes in steps shows no less than these. */
+function late(who: string, time: number, step = 0): string {
+  return time - step < NOTED ? "" : `; ${who} is up to ${milliseconds(time)} late`;
 }
 
 function farness(delay: number): string {

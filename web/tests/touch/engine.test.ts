@@ -216,28 +216,20 @@ describe("the engine", () => {
     session.run(0.1);
     session.engine.report(session.now, JOINED);
     const state = session.run(1);
-    expect(state.loop_hz).toBeCloseTo(1000, -1);
-    expect(state.trace.length).toBe(4 * Math.round(state.loop_hz * 1));
-    expect(state.missed).toBe(0);
+    expect(Math.abs(state.trace.length - 4000)).toBeLessThan(4 * 5);
   });
 
-  test("tells by how much ticks of the server were late, and for how long the loop stood still", () => {
+  test("tells once by how much a tick was late, and for how long the loop stood still", () => {
     const session = new Session();
-    const calm = session.run(2);
-    expect(Math.max(calm.tick_late, calm.loop_stall)).toBeLessThan(0.005);
-    session.run(0.3, true); // no tick
-    const late = session.run(1);
-    expect(Math.abs(late.tick_late - 0.3)).toBeLessThan(0.01);
-    expect(late.loop_stall).toBeLessThan(0.005);
-    expect(session.run(9).tick_late).toBeLessThan(0.005);
-    session.now += 0.2; // nothing wakes the Worker
-    expect(Math.abs(session.run(1).loop_stall - 0.2)).toBeLessThan(0.01);
-    expect(session.run(9).loop_stall).toBeLessThan(0.005);
-    // Another server counts from elsewhere, by another clock.
-    session.engine.opened();
+    const told = (): number[] => [session.run(1)].flatMap(({ tick_late, loop_stall }) => [tick_late, loop_stall]);
+    expect(Math.max(...told())).toBeLessThan(0.005);
+    session.now += 0.2; // nothing wakes the Worker, nor this server
+    for (const late of told()) expect(Math.abs(late - 0.2)).toBeLessThan(0.01);
+    expect(Math.max(...told())).toBeLessThan(0.005);
+    session.engine.opened(); // another server counts from elsewhere
     session.engine.hear(JSON.stringify(WELCOME), session.now);
     session.server.tick = 7000;
-    expect(session.run(1).tick_late).toBeLessThan(0.005);
+    expect(Math.max(...told())).toBeLessThan(0.005);
   });
 
   test("tells the server once of another law, and runs it when patches for it come", () => {
@@ -296,12 +288,12 @@ describe("the engine", () => {
 });
 
 test("a schedule runs the periods that have passed, at most 20 at once, and loses the rest", () => {
-  const [none, same] = due({ next: 1, missed: 0 }, 0.9995);
+  const [none, same] = due(1, 0.9995);
   expect(none).toEqual([]);
   const [four, after] = due(same, 1.0035);
   expect(four.length).toBe(4);
   const [most, late] = due(after, 1.104);
   expect(most.length).toBe(20);
   expect(most.at(-1)).toBeCloseTo(1.104, 9);
-  expect(late.missed).toBe(81);
+  expect(late).toBeCloseTo(1.105, 9);
 });

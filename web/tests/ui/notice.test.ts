@@ -66,7 +66,7 @@ describe("notices", () => {
   });
 
   it("welcome back from a pause, and say that the hand was let go", () => {
-    expect(notice({ ...WELL, slept: 3700, letGo: true })?.text).toBe("The page was paused for 62 min and has caught up. Your hand was let go meanwhile.");
+    expect(notice({ ...WELL, slept: 3700, letGo: true })?.text).toBe("The page was paused for 62 min. Your hand was let go meanwhile.");
   });
 
   it("say why a name was not changed, while the hand goes on", () => {

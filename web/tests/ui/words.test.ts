@@ -58,8 +58,8 @@ describe("a connection", () => {
   const own = { network: 0.0004, page_wait: 0.12, clock_step: 0, tick_late: 0.01, loop_stall: 0.02 };
 
   it("of the own hand is as far as its network, and what the page adds is told apart", () => {
-    expect(connectionWords(user, own)).toBe("Close by: under 1\u202fms there and back; this page adds up to 167\u202fms");
-    expect(connectionWords({ ...user, loop_delay: 0.3 }, { ...own, network: 0.2, page_wait: 0.03 })).toBe("Some way off: 200\u202fms there and back; this page adds up to 60\u202fms");
+    expect(connectionWords(user, own)).toBe("Close by: under 1\u202fms there and back; this page is up to 167\u202fms late");
+    expect(connectionWords({ ...user, loop_delay: 0.3 }, { ...own, network: 0.2, page_wait: 0.03 })).toBe("Some way off: 200\u202fms there and back; this page is up to 60\u202fms late");
   });
 
   it("whose network is slow, or a server's tick, is not the page's fault", () => {
@@ -72,7 +72,7 @@ describe("a connection", () => {
     const spikes = { ...user, loop_delay: 0.42 };
     expect(connectionWords(spikes, { ...own, network: 0.02, page_wait: 0.004 })).toBe("Far away: 20\u202fms there and back, now and then up to 412\u202fms");
     expect(connectionWords(spikes, { ...own, network: 0.02, page_wait: 0.1 })).toBe(
-      "Some way off: 20\u202fms there and back, now and then up to 220\u202fms; this page adds up to 200\u202fms",
+      "Some way off: 20\u202fms there and back, now and then up to 220\u202fms; this page is up to 200\u202fms late",
     );
   });
 
@@ -87,10 +87,10 @@ describe("a connection", () => {
   it("names whom a hand waited for: the server's ticks, or its own machine", () => {
     const near = { ...user, loop_delay: 0.033 };
     expect(connectionWords(near, { ...own, page_wait: 0, tick_late: 0.12 })).toBe(
-      "Close by: under 1\u202fms there and back; the server's ticks come up to 120\u202fms late",
+      "Close by: under 1\u202fms there and back; the server is up to 120\u202fms late",
     );
     const stopped = { ...own, page_wait: 0, loop_stall: 0.31 };
-    expect(connectionWords(near, stopped)).toBe("Close by: under 1\u202fms there and back; this machine stopped your hand for up to 310\u202fms");
+    expect(connectionWords(near, stopped)).toBe("Close by: under 1\u202fms there and back; this browser is up to 310\u202fms late");
     expect(connectionWords(near, { ...stopped, clock_step: 0.3 })).toBe("Close by: under 300\u202fms there and back");
   });
 

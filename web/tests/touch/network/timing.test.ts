@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { reported, sent } from "../../../src/touch/network/pacing";
-import { clockOffset, measured, shortestTrip, UNTIMED } from "../../../src/touch/network/timing";
+import { clockOffset, measured, shortestTrip, tickLate, UNTIMED } from "../../../src/touch/network/timing";
 import { expectClose } from "../../close";
 import { vectors } from "../../vectors";
 
@@ -43,4 +43,12 @@ test("the network's share is the shortest trip of late, whatever the page did in
   // A network that became slow is known within two windows.
   for (let i = 60; i < 720; i++) timing = measured(timing, { t_client: i / 60 - 0.2, t_server: i / 60, sample_wait: 0 }, i / 60);
   expect(shortestTrip(timing)).toBeCloseTo(0.2, 9);
+});
+
+test("a tick is late by what the rate of ticks does not explain, and never early", () => {
+  const before = { tick: 40, t_server: 1005 };
+  expect(tickLate(null, before, 0.016)).toBe(0);
+  expect(tickLate(before, { tick: 41, t_server: 1005.316 }, 0.016)).toBeCloseTo(0.3, 9);
+  expect(tickLate(before, { tick: 50, t_server: 1005.16 }, 0.016)).toBeCloseTo(0, 9); // nine did not come here
+  expect(tickLate(before, { tick: 41, t_server: 1005.01 }, 0.016)).toBe(0);
 });
