@@ -34,7 +34,7 @@ from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.objects.cost import Demand
 from cohaptic_tools.demo.analysis import measured
 from cohaptic_tools.demo.lateness import LEAST
-from cohaptic_tools.demo.rest import Rest, judge
+from cohaptic_tools.demo.rest import Rest, judge, reaches_limit
 from cohaptic_tools.demo.scene import Scene, reference
 from cohaptic_tools.demo.set_up import describe_placement, set_up
 from limb_places import place_on_limb
@@ -89,7 +89,10 @@ def play(body: Body, scene: Scene, trips: float = HELD_ON_TRIPS) -> Row:
     force = np.array([user.force for user in session.users.values()])
     felt = np.array([user.felt for user in session.users.values()])
     expected = [reference(scene, body, pressed=pressed) for pressed in (False, True)]
-    verdicts = judge(force, stretches, [True] * len(stretches), measured, INFO.max_force)
+    verdicts = [
+        Rest.UNSTABLE if reaches_limit(row, stretches, INFO.max_force, always=True) else verdict
+        for row, verdict in zip(force, judge(force, stretches, stretches, measured), strict=True)
+    ]
     ends = [measured(stretch) for stretch in stretches]
     on = HELD_ON + trips * 2.0 * scene.delay
     session.run(on)
