@@ -24,8 +24,8 @@ class Blame(Enum):
     LINK = "link"
 
 
-# Share of a stretch that shows as well as all of it whether a force swings: the rest is shorter than
-# the transient of a press, with which every stretch begins.
+# Share of a stretch that shows as well as all of it whether a force swings: what is left out is
+# shorter than the transient of a press, with which every stretch begins.
 _MOST_OF = 0.8
 
 
