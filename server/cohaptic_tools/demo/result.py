@@ -175,8 +175,7 @@ def evaluate(
     late, blamed = _late(scene, loaded, timeline, held)
     period = 1.0 / scene.simulation_hz
     parts = [part_on_time(loaded, timeline.t, stretch, period) for stretch in held]
-    whole = [lateness(one, -math.inf, math.inf, period) for one in loaded]
-    always = most(whole).blame(period, scene.jitter) is None
+    always = _always_on_time(scene, loaded)
     rests = _rests(scene, timeline, pressed, off, parts, always=always)
     # Where something came late a force need not be where it rests; if that is all, it has to do.
     punctual = [s for s, part in zip(held, parts, strict=True) if part == s]
@@ -212,6 +211,13 @@ def evaluate(
         enough_s=max(scene.enough, 0.0 if pressed else 1.5 * (scene.duration or 0.0)),
         users=users,
     )
+
+
+def _always_on_time(scene: Scene, loaded: Sequence[Recording]) -> bool:
+    """Return whether everything came on time in all of the demonstration, also while hands move."""
+    period = 1.0 / scene.simulation_hz
+    whole = most([lateness(recording, -math.inf, math.inf, period) for recording in loaded])
+    return whole.blame(period, scene.jitter) is None
 
 
 def _late(
