@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from cohaptic.status.report import TouchStatus
@@ -173,8 +172,7 @@ def evaluate(
     windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
     held = [*pressed, *off]
     late, blamed = _late(scene, loaded, timeline, held)
-    period = 1.0 / scene.simulation_hz
-    parts = [part_on_time(loaded, timeline.t, stretch, period) for stretch in held]
+    parts = [part_on_time(loaded, timeline.t, s, 1.0 / scene.simulation_hz) for s in held]
     always = _always_on_time(scene, loaded)
     rests = _rests(scene, timeline, pressed, off, parts, always=always)
     # Where something came late a force need not be where it rests; if that is all, it has to do.
@@ -182,7 +180,6 @@ def evaluate(
     pressed = [s for s in pressed if s in punctual] or pressed
     off = [s for s in off if s in punctual] or off
     compared = compare(scene, body, timeline, pressed, off, windows)
-    k_h = timeline.columns["k_h"][:, -1] if timeline.t.size else np.zeros(scene.users)
     users = tuple(
         _user(
             name,
@@ -190,7 +187,7 @@ def evaluate(
             statuses[i],
             tuple(sorted(faults.get(name, ()))),
             rests[i],
-            k_h=float(k_h[i]),
+            k_h=float(timeline.columns["k_h"][i, -1]) if timeline.t.size else 0.0,
             patch_hz=patch_rate(timeline, i),
             late=most(late[i]),
             punctual=always,
