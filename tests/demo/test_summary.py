@@ -66,6 +66,10 @@ def test_a_good_result_is_told_with_its_force_and_its_delay() -> None:
         assert bad not in text
 
 
+def test_a_delay_that_nobody_could_measure_is_left_out() -> None:
+    assert verdict(result(felt_delay_ms=None)).startswith("right felt left press with 2.97 N.\n")
+
+
 @pytest.mark.parametrize("faint", [{"felt_from_others_n": -0.19}, {"felt_from_others_n": 0.01}])
 def test_what_nobody_feels_is_no_success(faint: dict[str, Any]) -> None:
     for told in (result(faint), result(**faint)):

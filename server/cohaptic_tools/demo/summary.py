@@ -122,7 +122,8 @@ def verdict(result: DemoResult) -> str:
         return _too_short(result, how)
     left, right = result.users[:2]
     felt = _number(right.felt_from_others_n, ".2f", " N")
-    after = _number(right.felt_delay_ms, ".0f", " ms")
+    delay = right.felt_delay_ms  # unknown where something came late in every press
+    after = "" if delay is None else f", half of it {delay:.0f} ms later"
     action = "drag" if result.friction else "press"
     least = result.least_felt
     if least is not None and least < FELT:
@@ -133,7 +134,7 @@ def verdict(result: DemoResult) -> str:
             f"{_outcome(result)} ({how})."
         )
     return (
-        f"{right.name} felt {left.name} {action} with {felt}, half of it {after} later.\n"
+        f"{right.name} felt {left.name} {action} with {felt}{after}.\n"
         f"{_outcome(result)} ({how})."
     )
 
