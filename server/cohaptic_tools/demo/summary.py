@@ -134,8 +134,7 @@ def verdict(result: DemoResult) -> str:
             f"{_outcome(result)} ({how})."
         )
     return (
-        f"{right.name} felt {left.name} {action} with {felt}{after}.\n"
-        f"{_outcome(result)} ({how})."
+        f"{right.name} felt {left.name} {action} with {felt}{after}.\n{_outcome(result)} ({how})."
     )
 
 
