@@ -52,7 +52,7 @@ def name_beside(path: Path) -> str:
 
     A name may have 255 bytes on most systems.
     """
-    return path.name.encode()[:200].decode(errors="ignore")
+    return os.fsencode(path.name)[:200].decode(errors="ignore")
 
 
 def write_new(path: Path, write: Callable[[BinaryIO], object], *, overwrite: bool) -> None:

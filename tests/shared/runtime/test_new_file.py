@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from pathlib import Path
 from typing import BinaryIO
@@ -107,3 +108,12 @@ def test_the_file_of_a_redirection_is_a_stream_and_a_file_in_memory_is_none() ->
     assert is_stream(Path("/dev/stdout"))
     assert is_stream(Path("/dev/fd/63"))
     assert not is_stream(Path("/dev/shm/x.json"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such names")
+@pytest.mark.parametrize("name", [b"Sch\xe4del.png", b"a" * 255, "ä".encode() * 127])
+def test_a_name_may_be_any_that_the_system_takes(tmp_path: Path, name: bytes) -> None:
+    path = tmp_path / os.fsdecode(name)
+    write_new(path, lambda file: file.write(b"all"), overwrite=False)
+    assert path.read_bytes() == b"all"
+    assert list(tmp_path.iterdir()) == [path]
