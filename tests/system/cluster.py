@@ -80,15 +80,19 @@ class Hand:
             # A room keeps the name of a lost connection for a moment, and then says so: no welcome.
             with contextlib.suppress(OSError, InvalidHandshake, ConnectionClosed, AssertionError):
                 async with visit(url, patience=1e6, open_timeout=2.0, close_timeout=0.1) as client:
-                    await client.join(self.name)
-                    client.probe, client.force = _PRESSING, (2.0, 0.0, 0.0)
                     try:
-                        while True:
-                            async with asyncio.timeout(_SILENT):
-                                await client.play(1)
-                            self.patches.append(CLOCK.now())
+                        await client.join(self.name)
+                        client.probe, client.force = _PRESSING, (2.0, 0.0, 0.0)
+                        try:
+                            while True:
+                                async with asyncio.timeout(_SILENT):
+                                    await client.play(1)
+                                self.patches.append(CLOCK.now())
+                        finally:
+                            self.lost.append(CLOCK.now())
                     finally:
-                        self.lost.append(CLOCK.now())
+                        # A machine that is gone takes no goodbye, for which a close would wait.
+                        client.ws.transport.abort()
             self.through = (self.through + 1) % len(self.urls)
             await asyncio.sleep(0.1)
 

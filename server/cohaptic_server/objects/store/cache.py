@@ -316,7 +316,7 @@ def save_entry(
             why = _NO_HOME if nowhere else error.strerror or str(error)
             raise UnkeptError(f"what was prepared cannot be kept: {why}") from error
         if nowhere:
-            _warn_once(f"nothing is stored, the next start takes as long: {_NO_HOME}")
+            warn_once(f"nothing is stored, the next start takes as long: {_NO_HOME}")
         else:
             _LOG.warning("the %s was not stored, the next start takes as long (%s)", label, error)
         return
@@ -325,7 +325,7 @@ def save_entry(
 
 
 @cache
-def _warn_once(words: str) -> None:
+def warn_once(words: str) -> None:
     _LOG.warning("%s", words)
 
 

@@ -83,7 +83,7 @@ def test_an_account_without_a_home_has_no_cache_and_is_told_so_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    cache._warn_once.cache_clear()
+    cache.warn_once.cache_clear()
     for content in (b"one", b"two"):
         path = entry_path(content)
         assert load_entry(path, "thing") is None
