@@ -326,6 +326,7 @@ def save_entry(
 
 @cache
 def warn_once(words: str) -> None:
+    """Log a warning, once for each text in a process."""
     _LOG.warning("%s", words)
 
 
