@@ -74,6 +74,8 @@ class TimedBody:
         seconds: In its answers since the beginning [s].
     """
 
+    linear = True
+
     def __init__(self, solid: Solid) -> None:
         self.solid, self.seconds = solid, 0.0
         self.name, self.mesh, self.contact_radius = solid.name, solid.mesh, solid.contact_radius

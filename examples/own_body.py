@@ -42,6 +42,7 @@ class Cushion:
 
     name = "cushion"
     contact_radius = 0.02  # m; a fingertip's pressure is spread over this
+    linear = True  # it answers the sum of all loads, whatever came before
 
     def __init__(self, radius: float = 0.1, foundation: float = 4e3, tension: float = 80.0) -> None:
         ball = trimesh.creation.icosphere(3, radius)  # pyright: ignore[reportUnknownMemberType]

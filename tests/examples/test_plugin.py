@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import importlib
+import importlib.util
 import json
 import math
 import os
@@ -23,14 +23,17 @@ from websockets.typing import Subprotocol
 
 from cohaptic import extensions
 from cohaptic.errors import DeviceError, SettingError
-from cohaptic.simulated.hand import Hand
+from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client import DeviceConfig
 from cohaptic_client.devices.catalogue import device_kind, names, open_device, read_device
-from cohaptic_server import CohapticServer, ServerSettings, Serving
+from cohaptic_experiments import VirtualSession
+from cohaptic_server import Body, CohapticServer, ServerSettings, Serving
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.routes import loaded, opened, read_wanted
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.testing import check_body
+from cohaptic_server.testing.check_body import depth, press_vertex
+from cohaptic_server.world.equilibrium import RestingHand, solve
 from tests.patience import PATIENCE
 from tests.server.shell.stage import visit
 
@@ -69,8 +72,6 @@ def test_the_drum_is_a_body_by_its_name_and_keeps_the_laws() -> None:
 def test_the_drum_gives_way_as_a_membrane_does(tracker: ModuleType) -> None:
     """In the middle of a round membrane, a pressure over a small disc of radius a, Timoshenko:
     u = F / (2 pi T) (ln(R / a) + 1 / 4) at the middle of the disc itself, for an even pressure."""
-    from cohaptic_server.testing.check_body import press_vertex
-
     drum = build_body("drum")
     load = press_vertex(drum, 0, 1.0)
     u = drum.respond([load]).displacement[:, 0]
@@ -167,7 +168,7 @@ def test_a_route_refuses_what_it_cannot_use() -> None:
 
 
 @pytest.mark.usefixtures("tracker")
-def test_the_command_line_knows_all_three(installed: Path) -> None:
+def test_the_command_line_knows_them_all(installed: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     run = [sys.executable, "-m", "cohaptic"]
     told = subprocess.run(
@@ -178,7 +179,7 @@ def test_the_command_line_knows_all_three(installed: Path) -> None:
         [*run, "serve", "--body", "drums"], env=environment, capture_output=True, text=True
     )
     assert refused.returncode == 2
-    assert "one of: balloon, spring, drum, or a file" in refused.stderr
+    assert "one of: balloon, spring, drum, sheet, or a file" in refused.stderr
     refused = subprocess.run(
         [*run, "serve", "--route", "force"], env=environment, capture_output=True, text=True
     )
@@ -188,3 +189,49 @@ def test_the_command_line_knows_all_three(installed: Path) -> None:
         in refused.stderr
     )
     assert device_kind("tracker").name == "tracker"
+
+
+@pytest.fixture(scope="module")
+def sheet() -> Body:
+    spec = importlib.util.spec_from_file_location("sheet", PLUGIN / "cohaptic_example/sheet.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    made: Body = module.Sheet()
+    return made
+
+
+def test_the_sheet_that_hardens_keeps_the_laws(sheet: Body) -> None:
+    check_body(sheet)
+    # Three times the force dent it by less than two and a half times as much.
+    dents = [press_vertex(sheet, 112, force) for force in (1.0, 3.0)]
+    depths = [depth(load, sheet.respond([load])) for load in dents]
+    assert 0.0 < depths[1] < 2.5 * depths[0]
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.08])
+def test_on_the_sheet_hands_get_no_models_and_rest_at_its_own_equilibrium(
+    sheet: Body, delay: float
+) -> None:
+    session, deep = VirtualSession(sheet), (0.03, 0.02)
+    hands = [
+        session.join(
+            name,
+            HandScript(),
+            intention=Intention((0.0, y, 0.0), (-1.0, 0.0, 0.0), depth, approach_at=0.5),
+            delay=delay,
+            models=True,
+        )
+        for name, y, depth in zip("ab", (-0.015, 0.015), deep, strict=True)
+    ]
+    session.run(6.0)
+    assert session.room.world.wishes.weight == 0.0
+    assert all(hand.state.replica is None or not hand.state.replica.news.weight for hand in hands)
+    resting = [
+        RestingHand((-depth, y, 0.0), Hand().stiffness)
+        for depth, y in zip(deep, (-0.015, 0.015), strict=True)
+    ]
+    true = solve(sheet, resting).force
+    felt = [hand.force[-1] for hand in hands]
+    assert felt == pytest.approx(true.tolist(), rel=0.01)

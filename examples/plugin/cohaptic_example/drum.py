@@ -28,6 +28,7 @@ class Drum:
 
     name = "drum"
     contact_radius = 0.02  # m; a fingertip's pressure is spread over this
+    linear = True  # it answers the sum of all loads, whatever came before
 
     def __init__(self, radius: float = 0.15, tension: float = 100.0) -> None:
         self.mesh, rim = _disc(radius)

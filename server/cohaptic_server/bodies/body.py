@@ -236,6 +236,16 @@ class Body(Protocol):
         """Radius of the pressure under a contact [m]."""
         ...
 
+    @property
+    def linear(self) -> bool:
+        """Whether the body is a linear spring.
+
+        Its displacement is then the sum of those of the present loads, whatever came before. Only
+        on such a body do clients move models of the other hands (science 3.15); on others, hands
+        feel each other through the room's lag. A body without this attribute is not linear.
+        """
+        ...
+
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
         """Return the body's response to `loads` in one tick.
 
@@ -269,6 +279,11 @@ class Wrapping(Protocol):
 def elastic_of(body: Body) -> Body:
     """Return the elastic body inside a wrapper that adds viscosity or mass, or `body` itself."""
     return body.elastic if isinstance(body, Wrapping) else body
+
+
+def is_linear(body: Body) -> bool:
+    """Return whether a body says that it is a linear spring; one that does not say so is not."""
+    return getattr(body, "linear", False) is True
 
 
 class SwingingResponse(Response, Protocol):

@@ -65,6 +65,7 @@ class Spring:
     Attributes:
         mesh: Surface of the plate at rest.
         contact_radius: Radius of the pressure under a contact [m].
+        linear: Whether the spring has no damping.
     """
 
     name = "spring"
@@ -73,6 +74,7 @@ class Spring:
         self.settings = settings or SpringSettings()
         self.mesh = SurfaceMesh(*plate(self.settings.side, self.settings.cells))
         self.contact_radius = self.settings.contact_radius
+        self.linear = self.settings.b_o == 0.0
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         """Return the plate's state one period after `loads` act, from its position in `before`."""

@@ -121,7 +121,10 @@ class Viscous:
         name: Name of the elastic body.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
+        linear: False, because the response depends on earlier loads, too.
     """
+
+    linear = False
 
     def __init__(self, elastic: Body, damping: float) -> None:
         check_damping(damping)

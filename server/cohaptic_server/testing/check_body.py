@@ -1,7 +1,11 @@
 """Checks the laws of elasticity on a body, of this package or of any other.
 
-    check_body(MyBody())              # a linear body: displacements add up
-    check_body(MyRubber(), linear=False)
+    check_body(MyBody())
+
+A body says with its attribute `linear` whether it is a linear spring. One that says so is held to
+three laws more, which a damped body, whose `linear` is False, may be held to as well:
+
+    check_body(MyDampedBody(), linear=True)
 
 The checks apply loads at a few compliant vertices, and compare the depths of these contacts in the
 first tick and in the steady state.
@@ -351,6 +355,16 @@ def table_is_of_contacts(subject: Subject) -> None:
         assert (table[k] > 0.0) == (own > 0.0), f"vertex {k}: free and held are confused"
 
 
+def linear_spring_has_no_memory(subject: Subject) -> None:
+    """A body that says that it is a linear spring responds to the present loads alone."""
+    body = subject.body
+    if not body.linear:
+        return
+    before = body.respond(pressed(subject.loads, 0.5 * subject.forces[::-1]))
+    u, anew = body.respond(subject.loads, before), body.respond(subject.loads)
+    _near(u.displacement, anew.displacement, _tolerance(subject), "displacements after other loads")
+
+
 Law = Callable[[Subject], None]
 LINEAR_LAWS: tuple[Law, ...] = (
     displacements_add_up,
@@ -372,6 +386,7 @@ LAWS: tuple[Law, ...] = (
     steady_state_does_not_depend_on_the_way,
     a_hand_comes_to_rest,
     table_is_of_contacts,
+    linear_spring_has_no_memory,
 )
 
 
@@ -408,16 +423,20 @@ class BrokenLawError(AssertionError):
         self.law = law
 
 
-def check_body(body: Body, *, linear: bool = True) -> None:
+def check_body(body: Body, *, linear: bool | None = None) -> None:
     """Check that a body obeys the laws of elasticity.
 
     Args:
         body: Any implementation of the `Body` Protocol, also a viscous one.
-        linear: Whether displacements under several loads add up.
+        linear: Whether displacements under several loads add up; None for what the body says.
 
     Raises:
         BrokenLawError: The body breaks a law.
     """
+    if not isinstance(getattr(body, "linear", None), bool):
+        raise BrokenLawError("says_whether_it_is_linear", "it has no attribute `linear: bool`")
+    if linear is None:
+        linear = body.linear
     at_rest = soft_contacts(body, _CONTACTS)
     C = body.respond(at_rest).compliance
     own = np.diag(C)

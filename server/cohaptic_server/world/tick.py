@@ -35,7 +35,13 @@ from cohaptic.control.stability.swing import felt_share
 from cohaptic.protocol.partners import Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
-from cohaptic_server.bodies.body import Body, Response, Swings, without_own
+from cohaptic_server.bodies.body import (
+    Body,
+    Response,
+    Swings,
+    is_linear,
+    without_own,
+)
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, remember, update_releases
@@ -62,7 +68,6 @@ from cohaptic_server.world.loops.vectors import heights, tangential_parts
 from cohaptic_server.world.partners.wishes import (
     NO_PARTNERS,
     held_beside,
-    may_superpose,
     moves_models,
     next_wishes,
     partners_of,
@@ -318,7 +323,7 @@ def advance(
     if wishes.hands or moves_models(tracked):
         normals = np.array([span.start for span in spans], dtype=np.int64)
         C = compliance[np.ix_(normals, normals)]
-        linear = not turns and may_superpose(body, response)
+        linear = not turns and is_linear(body)
         beside = held_beside(tracked, wishes, pressing, C)
         stiffest = 1.0 / (1.0 / stiffest + beside)
         wishes = next_wishes(wishes, tracked, applied, height, C, stiffest, linear, time)

@@ -22,6 +22,7 @@ class Changed:
     """The linear balloon with an altered response."""
 
     name = "changed"
+    linear = True
 
     def __init__(self, change: Change, body: Balloon = BALLOON) -> None:
         self.body, self.change = body, change
@@ -208,4 +209,8 @@ BROKEN: dict[str, tuple[Callable[[], Body], bool]] = {
     "steady_state_does_not_depend_on_the_way": (lambda: Changed(remembering), True),
     "a_hand_comes_to_rest": (lambda: Plate(overshooting), True),
     "table_is_of_contacts": (lambda: WrongTable(unchanged), True),
+    "linear_spring_has_no_memory": (
+        lambda: Changed(unchanged, Balloon(BALLOON.settings, damping=2.0)),
+        True,
+    ),
 }

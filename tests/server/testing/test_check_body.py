@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
-from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.body import Body, is_linear
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -48,12 +49,12 @@ NONLINEAR: dict[str, Callable[[], Body]] = {
 
 @pytest.mark.parametrize("name", LINEAR)
 def test_every_linear_body_keeps_the_laws(name: str) -> None:
-    check_body(LINEAR[name]())
+    check_body(LINEAR[name](), linear=True)
 
 
 @pytest.mark.parametrize("name", NONLINEAR)
 def test_every_nonlinear_body_keeps_the_laws(name: str) -> None:
-    check_body(NONLINEAR[name](), linear=False)
+    check_body(NONLINEAR[name]())
 
 
 @pytest.mark.parametrize("law", BROKEN)
@@ -71,7 +72,23 @@ def test_no_law_is_without_a_body_that_breaks_it() -> None:
 
 def test_a_nonlinear_body_is_not_a_linear_one() -> None:
     with pytest.raises(BrokenLawError):
-        check_body(RubberBalloon(SMALL))
+        check_body(RubberBalloon(SMALL), linear=True)
+
+
+def test_a_body_that_does_not_say_whether_it_is_linear_is_refused_and_counts_as_not_linear() -> (
+    None
+):
+    class Silent:
+        name, mesh, contact_radius = "silent", BALLOON.mesh, BALLOON.contact_radius
+        respond = BALLOON.respond
+
+    silent: Any = Silent()
+    with pytest.raises(BrokenLawError, match="no attribute `linear: bool`"):
+        check_body(silent)
+    assert not is_linear(silent)
+    assert is_linear(BALLOON)
+    silent.linear = 1
+    assert not is_linear(silent)
 
 
 def test_the_compliance_of_the_damped_plate_is_that_of_one_tick() -> None:

@@ -107,6 +107,7 @@ class Balloon:
     Attributes:
         mesh: The inflated surface.
         contact_radius: Radius of the pressure under a contact [m].
+        linear: Whether the balloon has no damping.
         inflated: Equilibrium without contacts.
         compliance: Compliance matrix C of all vertices, zero at the base, in single precision,
             shape (3 n, 3 n) [m/N].
@@ -116,7 +117,7 @@ class Balloon:
 
     def __init__(self, settings: BalloonSettings | None = None, *, damping: float = 0.0) -> None:
         check_damping(damping)
-        self.damping = damping
+        self.damping, self.linear = damping, damping == 0.0
         self.settings = settings or BalloonSettings()
         self.inflated = inflate(self.settings)
         self.mesh = SurfaceMesh(self.inflated.x, self.inflated.faces)

@@ -350,12 +350,14 @@ class RubberBalloon:
         mesh: The inflated surface.
         contact_radius: Radius of the pressure under a contact [m].
         volume: Volume of the water [m^3].
+        linear: False.
 
     Raises:
         BodyError: The base fixes too little, or the balloon is not stable.
     """
 
     name = "balloon"
+    linear = False
 
     def __init__(self, settings: BalloonSettings | None = None, *, damping: float = 0.0) -> None:
         check_damping(damping)

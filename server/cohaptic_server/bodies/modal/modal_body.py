@@ -202,7 +202,10 @@ class ModalBody:
         name: Name of the elastic body.
         mesh: The resting surface.
         contact_radius: Radius of the pressure under a contact [m].
+        linear: False, because the body swings on after a load.
     """
+
+    linear = False
 
     def __init__(self, elastic: Body, modes: Modes, dt: float) -> None:
         if modes.shapes.shape[1:] != elastic.mesh.vertices.shape:

@@ -82,10 +82,13 @@ class RubberSolid:
         contact_radius: Radius of the pressure under a contact [m].
         shape: Nodes, elements and surface.
         rubber: Energy, forces and tangent.
+        linear: False.
 
     Raises:
         BodyError: No vertices are fixed, too few, or all; or the solid is not stable at rest.
     """
+
+    linear = False
 
     def __init__(
         self,

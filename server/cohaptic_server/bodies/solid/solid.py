@@ -223,10 +223,13 @@ class Solid:
         shape: Nodes, elements and surface.
         columns: Source and store of the Green's functions (columns of C).
         missing: Vertices whose columns are missing in the background mode, most urgent first.
+        linear: True.
 
     Raises:
         BodyError: No vertices are fixed, too few, or all of them.
     """
+
+    linear = True
 
     def __init__(
         self,

@@ -60,6 +60,7 @@ class Learned:
         due: Time of the server's clock at which the next window is taken in [s].
         peak: Largest force that the hand has told lately [N].
         told: Whether its client simulates and tells the hand.
+        doubted_until: Time until which it is heard with the longest lag [s].
     """
 
     clouds: Clouds
@@ -70,6 +71,7 @@ class Learned:
     due: float = 0.0
     peak: float = 0.0
     told: bool = False
+    doubted_until: float = -math.inf
 
     def ready(self, now: float) -> bool:
         """Return whether a whole window has come, and time has passed since the last one."""

@@ -27,12 +27,18 @@ from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import MAX_PARTNERS, MOST_CARRIED, Partner, Partners
 from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
 from cohaptic.vec import norm
-from cohaptic_server.bodies.body import Body, Response, Wrapping
-from cohaptic_server.bodies.newton import FiniteResponse
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.applied_forces import MAX_INDENTATION
 from cohaptic_server.world.partners.hand_estimate import STEP
 from cohaptic_server.world.partners.learning import Learned, glide, hear, known, learn, unknown
+from cohaptic_server.world.partners.plausible import (
+    depth_of,
+    doubt,
+    give_of,
+    lag_of,
+    moved,
+    strength,
+)
 from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import Applied, Forbidden, Tracked, Wishes
 
@@ -43,14 +49,6 @@ _FALL: Final = 3.0
 # s since models were last forbidden, before their share rises; a hand that taps beside them would
 # move it for ever.
 _CALM: Final = 2.0
-# Largest give, in forces over the stiffness of a model: a resonance in full swing. The force is the
-# largest that the hand has told lately, so that a client cannot press with a give alone.
-_MOST_GIVE: Final = 2.0
-_GIVE_FORCE: Final = 0.5  # N more than that, for a hand that has just touched
-# A model presses with twice the force that its hand has told lately and a newton [N] at most: a
-# hand may be deep and press with nothing, as after a fault.
-_MOST_TOLD: Final = 2.0
-_MOST_MORE: Final = 1.0
 # Factor of the compliance of a contact. Two hands at the very same place would make the compliance
 # between them singular.
 _APART: Final = 1.00001
@@ -65,11 +63,6 @@ def moves_models(tracked: Tracked) -> bool:
     """Return whether any client moves models."""
     # Not by the property: this is asked in each tick of every room.
     return any([touch.give is not None and touch.own_model is None for touch in tracked.touches])
-
-
-def may_superpose(body: Body, response: Response) -> bool:
-    """Return whether the body is a linear spring, as the models take it for."""
-    return not isinstance(body, Wrapping) and not isinstance(response, FiniteResponse)
 
 
 def has_model(touch: Touch) -> bool:
@@ -137,16 +130,20 @@ def next_wishes(
     hands = {user: glide(hand, forces[user], time.period) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
     past = (*wishes.past[-math.ceil(TOO_LONG / time.period) :], (time.number, models))
-    depth = (C @ applied.force - C.diagonal() * applied.force - height).tolist()
+    others = (C @ applied.force - C.diagonal() * applied.force).tolist()
+    own = np.maximum(C.diagonal(), 1.0 / stiffest).tolist()
     intended: dict[int, float] = {}
-    for touch, alone, has in zip(touches, depth, modelled.tolist(), strict=True):
+    for i, (touch, has) in enumerate(zip(touches, modelled.tolist(), strict=True)):
         if not has:
             continue
         hand = hands[touch.user]
-        wanted = alone + _told(touch, hand)
-        kept = math.exp(-time.period / hand.lag) if hand.lag > 0.0 else 0.0
+        depth, implausible = depth_of(touch, hand, -float(height[i]), own[i])
+        if implausible:
+            hands[touch.user] = hand = doubt(hand, time.now)
+        wanted, late = others[i] + depth + give_of(touch, hand), lag_of(hand, time.now)
+        kept = math.exp(-time.period / late) if late > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
-        intended[touch.user] = wanted + kept * (before - wanted)
+        intended[touch.user] = moved(before, wanted + kept * (before - wanted), time.period)
     return Wishes(intended, hands, past, weight, at, forbidden, learned_at)
 
 
@@ -181,15 +178,6 @@ def _learned(
         # Samples that no hand makes: their client is the only one to pay.
         one = replace(unknown(user), due=now + STEP)
     return {**hands, user: one}, now
-
-
-def _told(touch: Touch, hand: Learned) -> float:
-    """Return the give that a client told, as far as the forces that it told can make it [m]."""
-    force = min(touch.max_force, hand.peak + _GIVE_FORCE)
-    # Of the hand or of the model on its way to it, whichever presses less by such a give.
-    stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.told else 0.0)
-    limit = _MOST_GIVE * force / stiffness
-    return min(limit, max(-limit, touch.give or 0.0))
 
 
 def _model_at(wishes: Wishes, touch: Touch) -> HandModel:
@@ -259,9 +247,8 @@ def partners_of(
         wanted = min(farthest, max(-farthest, wishes.intended[touches[j].user]))
         row = (between[i][j], *(between[j][h] for h in earlier))
         hand = hands[touches[j].user]
-        give, told = _told(touches[j], hand), _MOST_TOLD * hand.peak + _MOST_MORE
-        strength = min(most[j], told)
-        return Partner(touches[j].user, models[j], wanted, give, force[j], strength, own[j], row)
+        give, most_of = give_of(touches[j], hand), min(most[j], strength(hand))
+        return Partner(touches[j].user, models[j], wanted, give, force[j], most_of, own[j], row)
 
     found: dict[int, Partners] = {}
     for i, touch in enumerate(touches):

@@ -22,6 +22,7 @@ class FineBalloon:
     """`Balloon` behind the `Body` Protocol, without its matrix."""
 
     name = "balloon"
+    linear = True
 
     def __init__(self, subdivisions: int = 4) -> None:
         self.settings = BalloonSettings(subdivisions=subdivisions)

@@ -1,0 +1,80 @@
+"""What a hand can do, and whether a client tells more of its hand than that.
+
+All that strangers tell of their hands passes here on its way to the others: the depth of the tip,
+the displacement of its model, and the force with which a model of it may press. A hand is as deep
+as its force indents the object; one that says to be deeper presses no harder for it. Who tells the
+implausible is heard with the longest lag for a while, as without models, and nobody else is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from cohaptic_server.world.partners.learning import Learned
+from cohaptic_server.world.partners.small_gain import LAGS
+from cohaptic_server.world.state import Touch
+
+# Largest give, in forces over the stiffness of a model: a resonance in full swing. The force is the
+# largest that the hand has told lately, so that a client cannot press with a give alone.
+_MOST_GIVE: Final = 2.0
+# N more than a hand has told lately, for one that has just touched, and relative to its force: a
+# hand on its way into the object is a sample ahead of the force that it told.
+_MORE_FORCE: Final = 0.5
+_FORCE: Final = 1.1
+# A model presses with so much of the force that its hand has told lately and a newton [N] at most:
+# a hand may be deep and press with nothing, as after a fault.
+_MOST_TOLD: Final = 1.25
+_MOST_MORE: Final = 1.0
+_FARTHEST: Final = 0.05  # m over the object; a hand farther away touches nothing soon
+_FASTEST: Final = 1.5  # m/s, the speed at which a client's safety layer lets go
+# Multiple of the depth that a force indents, and depth beyond [m], at which a hand is implausible:
+# on stiff places the depth of a contact is known to a millimetre or so.
+_DOUBTED: Final = 2.0
+_DOUBTED_BEYOND: Final = 0.005
+_DOUBT: Final = 3.0  # s, for which an implausible hand is heard with the longest lag
+
+
+def give_of(touch: Touch, hand: Learned) -> float:
+    """Return the give that a client told, as far as the forces that it told can make it [m]."""
+    force = min(touch.max_force, hand.peak + _MORE_FORCE)
+    # Of the hand or of the model on its way to it, whichever presses less by such a give.
+    stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.told else 0.0)
+    limit = _MOST_GIVE * force / stiffness
+    return min(limit, max(-limit, touch.give or 0.0))
+
+
+def strength(hand: Learned) -> float:
+    """Return the largest force with which models of a hand press [N]."""
+    return _MOST_TOLD * hand.peak + _MOST_MORE
+
+
+def depth_of(touch: Touch, hand: Learned, depth: float, compliance: float) -> tuple[float, bool]:
+    """Return how deep a hand is believed to be, and whether it told something implausible.
+
+    Args:
+        touch: Newest sample of the hand.
+        hand: What is known of it.
+        depth: Depth of the tip that it told, below the surface without its own force [m].
+        compliance: Compliance of its contact and its device [m/N].
+    """
+    force = min(touch.max_force, _FORCE * hand.peak + _MORE_FORCE)
+    most = compliance * force
+    doubted = depth > _DOUBTED * most + _DOUBTED_BEYOND
+    return min(most, max(-_FARTHEST, depth)), doubted
+
+
+def moved(before: float, wanted: float, dt: float) -> float:
+    """Return what a hand wants after a time [s], no faster than a hand moves [m]."""
+    most = _FASTEST * dt
+    return before + min(most, max(-most, wanted - before))
+
+
+def doubt(hand: Learned, now: float) -> Learned:
+    """Return what is known of a hand that has told something implausible at a time [s]."""
+    return replace(hand, doubted_until=now + _DOUBT)
+
+
+def lag_of(hand: Learned, now: float) -> float:
+    """Return the lag with which others hear what a hand wants [s]."""
+    return max(hand.lag, float(LAGS[-1])) if now < hand.doubted_until else hand.lag

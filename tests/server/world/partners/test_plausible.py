@@ -1,0 +1,63 @@
+"""What is believed of a hand whose client may say anything."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
+from cohaptic_server.world.partners.learning import FIRST_LAG, unknown
+from cohaptic_server.world.partners.plausible import depth_of, doubt, give_of, lag_of, moved
+from cohaptic_server.world.partners.small_gain import LAGS
+from tests.server.touches import touch
+
+forces = st.floats(0.0, MAX_FORCE)
+depths = st.floats(-2.0 * MAX_POSITION, 2.0 * MAX_POSITION)
+compliances = st.floats(1e-5, 0.1)
+
+
+@given(forces, forces, depths, compliances)
+def test_a_hand_is_no_deeper_than_its_force_indents_the_object(
+    told: float, most: float, depth: float, compliance: float
+) -> None:
+    hand, sample = replace(unknown(1), peak=told), touch(max_force=most)
+    believed, doubted = depth_of(sample, hand, depth, compliance)
+    assert -0.05 <= believed <= compliance * min(most, 1.1 * told + 0.5)
+    assert believed <= max(depth, -0.05)
+    if doubted:
+        assert depth > believed
+
+
+@given(st.floats(0.0, 50.0), compliances, st.floats(0.9, 1.1))
+def test_who_is_as_deep_as_it_presses_is_believed(
+    force: float, compliance: float, rounding: float
+) -> None:
+    hand, sample = replace(unknown(1), peak=force), touch(max_force=100.0)
+    depth = compliance * force * rounding
+    assert depth_of(sample, hand, depth, compliance) == (depth, False)
+
+
+@given(forces, st.floats(-MAX_POSITION, MAX_POSITION))
+def test_a_give_is_one_that_the_told_forces_make(told: float, give: float) -> None:
+    hand = replace(unknown(1), peak=told)
+    believed = give_of(touch(give=give, max_force=MAX_FORCE), hand)
+    assert abs(believed) <= 2.0 * (told + 0.5) / hand.model.stiffness + 1e-12
+    assert believed * give >= 0.0
+
+
+@given(depths, depths, st.floats(0.0, 0.1))
+def test_what_a_hand_wants_moves_as_fast_as_a_hand(before: float, wanted: float, dt: float) -> None:
+    after = moved(before, wanted, dt)
+    assert abs(after - before) <= 1.5 * dt + 1e-12
+    assert min(before, wanted) - 1e-12 <= after <= max(before, wanted) + 1e-12
+
+
+def test_who_tells_the_implausible_is_heard_with_the_longest_lag_for_a_while() -> None:
+    hand = doubt(unknown(1), 100.0)
+    assert lag_of(hand, 100.0) == LAGS[-1]
+    assert lag_of(hand, 102.9) == LAGS[-1]
+    assert lag_of(hand, 103.1) == FIRST_LAG
+    assert lag_of(replace(hand, doubted_until=-math.inf), 100.0) == FIRST_LAG
