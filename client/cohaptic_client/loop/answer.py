@@ -39,7 +39,7 @@ class Own(NamedTuple):
         given: Share of the law's force that the safety layer gives, 0 to 1.
         max_stiffness: Largest stiffness that its device renders stably [N/m].
         moved_in: Displacement into the surface since the last period [m].
-        pace: Largest speed into or out of the surface of late [m/s].
+        speed: Largest speed into or out of the surface of late [m/s].
         wish_rate: Rate at which others may change the own force [N/s].
     """
 
@@ -49,7 +49,7 @@ class Own(NamedTuple):
     given: float
     max_stiffness: float
     moved_in: float
-    pace: float
+    speed: float
     wish_rate: float
 
 
@@ -70,7 +70,7 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
     explained = wished = 0.0
     if own.k_h > 0.0:
         numbers = shown_numbers(replica, share)
-        weight = numbers[0]
+        weight = replica.trust.share * numbers[0]
         C, most, without = _coupling(replica, numbers, weight, own, dt)
         wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
         old = wishes or wanted
@@ -98,7 +98,7 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
         # The models' own motion counts as far as the own motion may have made it: nothing is
         # explained to a hand at rest.
         at_once = max(0.0, stiff[0] * C[0][0] - 1.0) * own.moved_in
-        most_moved = _ANSWERED * own.pace * dt
+        most_moved = _ANSWERED * own.speed * dt
         explained = at_once + max(-most_moved, min(most_moved, explained - at_once))
         moved = (own.moved_in + explained) / C[0][0]
         if moved * explained <= 0.0:

@@ -31,6 +31,7 @@ from cohaptic_client.loop.replica import share_answered
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
 from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
 from cohaptic_client.loop.state import LoopSettings, LoopState
+from cohaptic_client.loop.trust import beyond
 
 # Largest factor by which C_ii differs within one patch; a larger one is an error of the patch.
 MOST_CHANGE: Final = 2.0
@@ -341,6 +342,8 @@ def _damped(
     # Models that answer at once make no energy, and their loop is stable without damping
     # (science 3.15). The account is kept for the moment at which they no longer answer.
     owed = (1.0 - share_answered(state.replica)) * memory.owed
+    if state.replica is not None:  # unless they drive the hand
+        owed += beyond(state.replica.trust)
     return dissipate(owed, memory.damping, normal_force, speed_in, counted, settings.max_damping)
 
 

@@ -16,11 +16,29 @@ from cohaptic.control.geometry import Sight
 from cohaptic.control.hand_model import Give, HandModel, give_way
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import Partners
+from cohaptic_client.loop.trust import FULL_TRUST, Trust
 
 NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its compliances
-_CALM: Final = 0.2  # s; time constant with which a speed of late is forgotten
+# s after which a motion of the own hand explains nothing any more. A model's answer to a motion is
+# late by a quarter of its swing at most, which is 25 ms for a hand that swings at 10 Hz.
+REMEMBERED: Final = 0.03
 # 1/s; largest change of a model in relation to itself, twice as fast as an honest server's.
 _MODEL_RATE: Final = 1.0
+
+
+class Recent(NamedTuple):
+    """Speed of the own hand into or out of the surface within the last `REMEMBERED`.
+
+    Fields:
+        speed: Largest speed; an earlier one counts along a line to zero [m/s].
+        peak: Speed from which that line falls [m/s].
+    """
+
+    speed: float = 0.0
+    peak: float = 0.0
+
+
+NOT_MOVED: Final = Recent()
 
 
 @dataclass(init=False)
@@ -39,7 +57,8 @@ class Replica:
         shift: Displacement of the surface by the models in the last period [m].
         step: Part of it that fades, since partners came or went [m]; NaN in the first period after
             they did.
-        pace: Largest speed of the own hand into or out of the surface of late [m/s].
+        recent: Speed of the own hand into or out of the surface.
+        trust: How far the models are trusted.
     """
 
     news: Final[Partners]
@@ -52,7 +71,8 @@ class Replica:
     explained: Final[float]
     shift: Final[float]
     step: Final[float]
-    pace: Final[float]
+    recent: Final[Recent]
+    trust: Final[Trust]
 
     def __init__(
         self,
@@ -66,7 +86,8 @@ class Replica:
         explained: float = 0.0,
         shift: float = 0.0,
         step: float = 0.0,
-        pace: float = 0.0,
+        recent: Recent = NOT_MOVED,
+        trust: Trust = FULL_TRUST,
     ) -> None:
         self.news = news
         self.before = before
@@ -78,7 +99,8 @@ class Replica:
         self.explained = explained
         self.shift = shift
         self.step = step
-        self.pace = pace
+        self.recent = recent
+        self.trust = trust
 
 
 def numbers_of(partners: Partners) -> list[float]:
@@ -106,7 +128,7 @@ def share_answered(replica: Replica | None) -> float:
     """Return the share of what others do that models answer at once, 0 to 1."""
     if replica is None or not replica.news.partners:
         return 0.0
-    return replica.news.weight
+    return replica.trust.share * replica.news.weight
 
 
 def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
@@ -145,7 +167,8 @@ def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
         0.0,
         replica.shift,
         math.nan,
-        replica.pace,
+        replica.recent,
+        replica.trust,
     )
 
 
@@ -200,19 +223,30 @@ class Answer(NamedTuple):
     wished: float
 
 
-def pace_of(replica: Replica, moved_in: float, dt: float) -> float:
-    """Return the largest speed of the own hand of late [m/s].
+def recent_speed(recent: Recent, moved_in: float, dt: float) -> Recent:
+    """Return the speed of the own hand of late, after a period.
 
     Args:
-        replica: Models before the period.
+        recent: The same before it.
         moved_in: Displacement into the surface in the period [m].
         dt: Duration [s].
     """
-    kept = replica.pace * max(0.0, 1.0 - dt / _CALM)
-    return max(kept, abs(moved_in) / dt) if dt > 0.0 else kept
+    if dt <= 0.0:
+        return recent
+    speed, kept = abs(moved_in) / dt, recent.speed - recent.peak * dt / REMEMBERED
+    if speed >= kept:
+        return Recent(speed, speed)
+    return Recent(kept, recent.peak)
 
 
-def move(replica: Replica, answered: Answer, own: float, dt: float, pace: float = 0.0) -> Replica:
+def move(
+    replica: Replica,
+    answered: Answer,
+    own: float,
+    dt: float,
+    recent: Recent = NOT_MOVED,
+    trust: Trust = FULL_TRUST,
+) -> Replica:
     """Return the models after a period.
 
     Args:
@@ -220,14 +254,15 @@ def move(replica: Replica, answered: Answer, own: float, dt: float, pace: float 
         answered: Forces in it.
         own: Normal force that the own hand got [N].
         dt: Duration [s].
-        pace: As `pace_of` [m/s].
+        recent: Speed of the own hand.
+        trust: How far the models are trusted from now on.
     """
     felt = [own, *answered.forces[1:]]
     felt += [0.0] * (len(replica.gives) - len(felt))
     return Replica(
         replica.news, replica.before, replica.after,
         _glided(replica.models, _told(replica.news), dt), _moved(replica, felt, dt), felt,
-        answered.wishes, answered.explained, answered.shift, answered.step, pace,
+        answered.wishes, answered.explained, answered.shift, answered.step, recent, trust,
     )  # fmt: skip
 
 
@@ -236,7 +271,7 @@ def left_alone(replica: Replica, dt: float) -> Replica:
     felt = [0.0] * len(replica.gives)
     return Replica(
         replica.news, replica.before, replica.after, replica.models, _moved(replica, felt, dt),
-        felt, replica.wishes,
+        felt, replica.wishes, trust=replica.trust,
     )  # fmt: skip
 
 

@@ -24,9 +24,10 @@ from cohaptic_client.loop.arrival import is_silent, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
-from cohaptic_client.loop.replica import Answer, left_alone, move, pace_of
+from cohaptic_client.loop.replica import NOT_MOVED, Answer, left_alone, move, recent_speed
 from cohaptic_client.loop.safety import SafetyLimits, SafetyState, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.trust import trusted
 
 
 def balance(
@@ -203,18 +204,20 @@ def _step(
     share = progress(state, now, settings)
     sight = shown(state, sample.position, share)
     contact = NO_SURFACE
-    replica, explained, wished, pace = state.replica, 0.0, 0.0, 0.0
+    replica, explained, wished = state.replica, 0.0, 0.0
     answered: Answer | None = None
+    recent = NOT_MOVED
     if sight is not None and replica is not None:
         assert state.patch is not None
         moved_in = dot(sight.normal, sub(state.probe, sample.position))
         counted = min(dt, 2.0 * limits.period)
-        pace = pace_of(replica, moved_in, counted)
+        recent = recent_speed(replica.recent, moved_in, counted)
         fades = silent or state.safety.scale < 1.0
         fades = fades or (state.fade is not None and state.fade.before is not None)
         own = Own(
             state.k_h, state.patch.c_ii, limits.max_force, state.safety.scale,
-            settings.max_stiffness, moved_in, pace, WISH_RATE_IN_FADES if fades else WISH_RATE,
+            settings.max_stiffness, moved_in, recent.speed,
+            WISH_RATE_IN_FADES if fades else WISH_RATE,
         )  # fmt: skip
         answered = answer(replica, sight, share, own, counted)
         sight, explained, wished = answered.sight, answered.explained, answered.wished
@@ -238,7 +241,10 @@ def _step(
     if replica is not None and answered is not None:
         give = replica.gives[0].y
         pressed = dot(pushed, contact.normal)
-        replica = move(replica, answered, pressed, min(dt, 2.0 * limits.period), pace)
+        counted = min(dt, 2.0 * limits.period)
+        felt = dot(safety.force, contact.normal)
+        trust = trusted(replica.trust, felt, -contact.moved_in, counted)
+        replica = move(replica, answered, pressed, counted, recent, trust)
     after = LoopState(
         patch=state.patch,
         arrived=state.arrived if state.arrived < now else now,

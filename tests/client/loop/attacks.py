@@ -150,6 +150,28 @@ class Hand:
                 self.at = add(self.at, (way[0] * share, way[1] * share, way[2] * share))
             self.period(DeviceSample(self.at, ZERO))
 
+    def tap(self, speed: float, rest: int) -> None:
+        """Come out, press again at a speed [m/s], stop at once, and rest so many periods.
+
+        An honest partner presses, too, and models of it are in use.
+        """
+        soft = PLANE.c_ii
+        partner = Partner(2, USUAL_HAND, 0.005, 0.0, 0.0, 10.0, soft, (0.3 * soft,))
+        honest = replace(PLANE, partners=Partners(1.0, 10.0, USUAL_HAND, (partner,)))
+        self.retreat()
+        for n in range(200):
+            if n % TICK == 0:
+                self.take(honest)
+            self.period(DeviceSample(self.at, ZERO))
+        resting = 0
+        while resting < rest:
+            if len(self.forces) % TICK == 0:
+                self.take(honest)
+            way = min(speed * PERIOD, self.at[2] - PRESSED[2])
+            self.at = sub(self.at, (0.0, 0.0, way))
+            resting += way == 0.0
+            self.period(DeviceSample(self.at, (0.0, 0.0, -way / PERIOD)))
+
     def lift(self) -> None:
         """Be out of the object at once, and rest there."""
         self.at = ABOVE
@@ -284,6 +306,7 @@ servers = st.builds(
     velocity=st.just(ZERO),
     periods=st.integers(1, 60),
 )
+punctual = servers.map(lambda event: replace(event, dts=(PERIOD,)))
 anything = st.builds(
     Event,
     patch=st.none() | valid_patches | wrong_patches,

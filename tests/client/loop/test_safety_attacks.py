@@ -20,6 +20,7 @@ from tests.client.loop.attacks import (
     creeps,
     crosses,
     hands,
+    punctual,
     servers,
     slides,
     trembles,
@@ -81,6 +82,27 @@ def test_no_server_moves_a_resting_hand_faster_than_others_may(
     assert hand.forces[-1] == ZERO
 
 
+@given(
+    hands(),
+    st.sampled_from([0.05, 0.1, 0.3, 0.5]),
+    st.integers(30, 100),
+    st.lists(punctual, min_size=1, max_size=12),
+)
+@attacks
+def test_a_hand_that_has_rested_for_30_ms_is_as_safe_as_one_that_never_moved(
+    hand: Hand, speed: float, rest: int, events: list[Event]
+) -> None:
+    """Also beside models of others, which answered its motion."""
+    hand.tap(speed, rest)
+    start = len(hand.forces)
+    hand.suffer(events)
+    for change in hand.steps(start):
+        assert change <= 1.02 * EXTERNAL_RATE * PERIOD + ROUNDING
+    felt = hand.forces[start - 1 :]
+    for before, after in zip(felt, felt[20:], strict=False):
+        assert norm(sub(after, before)) <= 20.0 * 1.02 * EXTERNAL_RATE * PERIOD + ROUNDING
+
+
 @given(hands(), st.lists(servers, max_size=12), st.sampled_from(MOVING))
 @attacks
 def test_no_server_moves_a_moving_hand_by_more_than_its_way_and_others_explain(
@@ -96,8 +118,8 @@ def test_no_server_moves_a_moving_hand_by_more_than_its_way_and_others_explain(
     release = 75.0 * limits.max_force
     for n, change in enumerate(hand.steps(start), start):
         counted = hand.allowed[n] / max(limits.max_rate, release)
-        # Models of other hands answer at twice the hand's speed of late, at most.
-        own = spring * (hand.ways[n] + 2.0 * max(hand.ways[max(0, n - 2000) : n + 1]))
+        # Models of other hands answer at twice the hand's speed of the last 30 ms, at most.
+        own = spring * (hand.ways[n] + 2.0 * max(hand.ways[max(0, n - 30) : n + 1]))
         own += most_damping * norm(sub(hand.velocities[n], hand.velocities[n - 1]))
         speed = norm(hand.velocities[n])
         if speed > SLOW:  # the damping comes and goes, and doubles a force that it is cut to
