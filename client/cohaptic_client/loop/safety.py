@@ -208,7 +208,7 @@ def guard(
     most = min(most, own + BACKSTOP * limits.external_rate * step)
     force = limited(state.force, requested, share, limits.max_force, most)
     if held_back > 0.0:  # no more than is still to come
-        wanted = scale(requested, share * min(1.0, limits.max_force / size if size > 0.0 else 1.0))
+        wanted = limited(state.force, requested, share, limits.max_force, math.inf)
         held_back = min(held_back, norm(sub(wanted, force)))
     mode, cause = (_ENGAGED, "") if engaged else (state.mode, state.fault)
     return SafetyState(mode, share, force, quiet, now, cause, own=held_back, velocity=velocity)

@@ -70,7 +70,7 @@ def co_users(runs: int, seed: int, kinds: tuple[str, ...], seconds: float, proce
         print(f"{kind:10s} " + ", ".join(words))
     for models, table in tables.items():
         result["models" if models else "plain"] = {
-            name: {"value": best.value, "attack": asdict(best.attack)}  # type: ignore[call-overload]
+            name: {"value": best.value, "attack": asdict(best.attack)}
             for name, best in table.items()
         }
     return result

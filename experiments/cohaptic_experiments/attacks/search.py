@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from typing import Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 Attack = TypeVar("Attack")
 
@@ -21,7 +21,7 @@ class Found(NamedTuple):
     """
 
     value: float
-    attack: object
+    attack: Any
 
 
 def search(

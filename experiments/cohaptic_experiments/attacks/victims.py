@@ -35,8 +35,12 @@ def _trembles(t: float) -> float:
     return 1e-3 * math.sin(2.0 * math.pi * 8.0 * t) if t > 2.0 else 0.0
 
 
+def _stands(_: float) -> float:
+    return 0.0
+
+
 VICTIMS: Final[dict[str, Victim]] = {
-    "clamped": Victim(None, lambda _: 0.0),
+    "clamped": Victim(None, _stands),
     "trembling": Victim(None, _trembles),
     "usual": Victim(Hand()),
     "weak": Victim(Hand(0.3, 1.0, 400.0)),

@@ -2,8 +2,8 @@
 
     check_body(MyBody())
 
-A body says with its attribute `linear` whether it is a linear spring. One that says so is held to
-three laws more, which a damped body, whose `linear` is False, may be held to as well:
+A body says with its attribute `linear` whether it is a linear spring. One that says so has to
+superpose and to remember nothing. A damped body, whose `linear` is False, may superpose, too:
 
     check_body(MyDampedBody(), linear=True)
 

@@ -35,13 +35,7 @@ from cohaptic.control.stability.swing import felt_share
 from cohaptic.protocol.partners import Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
-from cohaptic_server.bodies.body import (
-    Body,
-    Response,
-    Swings,
-    is_linear,
-    without_own,
-)
+from cohaptic_server.bodies.body import Body, Response, Swings, is_linear, without_own
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.applied_forces import apply_forces, remember, update_releases
