@@ -1,9 +1,10 @@
 """What a hand can do, and whether a client tells more of its hand than that.
 
 All that strangers tell of their hands passes here on its way to the others: the depth of the tip,
-the displacement of its model, and the force with which a model of it may press. A hand is as deep
-as its force indents the object; one that says to be deeper presses no harder for it. Who tells the
-implausible is heard with the longest lag for a while, as without models, and nobody else is.
+the displacement of its model, and the force with which a model of it may press. A hand is no
+deeper than its device can press; one that is deeper than its force indents presses no harder for
+it. Who tells the implausible is heard with the longest lag for a while, as without models, and
+nobody else is.
 """
 
 from __future__ import annotations
@@ -52,6 +53,10 @@ def strength(hand: Learned) -> float:
 def depth_of(touch: Touch, hand: Learned, depth: float, compliance: float) -> tuple[float, bool]:
     """Return how deep a hand is believed to be, and whether it told something implausible.
 
+    A deep hand is not brought up to the depth that its own force indents: its client may still let
+    the force come, and depths that follow forces make a loop that swings. What its models press
+    with is limited by `strength`.
+
     Args:
         touch: Newest sample of the hand.
         hand: What is known of it.
@@ -59,9 +64,8 @@ def depth_of(touch: Touch, hand: Learned, depth: float, compliance: float) -> tu
         compliance: Compliance of its contact and its device [m/N].
     """
     force = min(touch.max_force, _FORCE * hand.peak + _MORE_FORCE)
-    most = compliance * force
-    doubted = depth > _DOUBTED * most + _DOUBTED_BEYOND
-    return min(most, max(-_FARTHEST, depth)), doubted
+    doubted = depth > _DOUBTED * compliance * force + _DOUBTED_BEYOND
+    return min(compliance * touch.max_force, max(-_FARTHEST, depth)), doubted
 
 
 def moved(before: float, wanted: float, dt: float) -> float:

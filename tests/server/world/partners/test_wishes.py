@@ -165,7 +165,7 @@ def test_without_models_nothing_is_kept() -> None:
 def test_a_hand_wants_its_depth_and_its_give(hands: list[tuple[float, float]], seed: int) -> None:
     """Its depth below the surface that only the others have moved, plus what they made of it.
 
-    It is no deeper than its force indents the object, and no farther than 50 mm away.
+    It is no deeper than its device can press, and no farther than 50 mm away.
     """
     rng = np.random.default_rng(seed)
     room = Room([hand(i, f, give=y) for i, (f, y) in enumerate(hands, start=1)])
@@ -177,7 +177,7 @@ def test_a_hand_wants_its_depth_and_its_give(hands: list[tuple[float, float]], s
     for i, (f, y) in enumerate(hands):
         others = sum(room.C[i, j] * forces[j] for j in range(n) if j != i)
         limit = 2.0 * min(10.0, f + 0.5) / USUAL_HAND.stiffness
-        deepest = max(room.C[i, i], 1e-4) * min(10.0, 1.1 * f + 0.5)
+        deepest = max(room.C[i, i], 1e-4) * 10.0
         depth = min(deepest, max(-0.05, -room.height[i]))
         expected = others + depth + min(limit, max(-limit, y))
         assert intended[i + 1] == pytest.approx(expected, abs=1e-12)
