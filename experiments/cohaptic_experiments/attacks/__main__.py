@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from cohaptic_experiments.attacks import liars, servers
+from cohaptic_experiments.attacks import liars, links, servers
 from cohaptic_experiments.attacks.search import Found, search
 from cohaptic_experiments.attacks.victims import VICTIMS, Harm
 from cohaptic_server.bodies.balloon.balloon import Balloon
@@ -28,6 +28,7 @@ _OBJECTS: Final = (
     (8000.0, 12.0, 2000.0),
 )
 _ATTACK: Final = 120  # ms
+_STILL: Final = 0.05  # N
 
 
 def _by_liars(
@@ -108,10 +109,28 @@ def lying_servers(runs: int, seed: int) -> Any:
     return result
 
 
+def _rests(room: links.Room) -> tuple[float, float]:
+    return links.still(room), links.still(room, models=False)
+
+
+def on_links(runs: int, seed: int, processes: int) -> Any:
+    """Print rooms whose forces do not rest; return what all did, with and without models."""
+    rooms, found = [links.draw(1000 * seed + k) for k in range(runs)], list[Any]()
+    print(f"forces that change by more than {_STILL} N after 4 s of rest: with models (without)")
+    with ProcessPoolExecutor(processes) as pool:
+        for room, (models, plain) in zip(rooms, pool.map(_rests, rooms), strict=True):
+            found.append(asdict(room) | {"models": models, "plain": plain})
+            if models > _STILL:
+                print(f"{room}: {models:.3f} ({plain:.3f})", flush=True)
+    restless = [one for one in found if one["models"] > max(_STILL, one["plain"])]
+    print(f"{len(restless)} of {runs} rooms, where the same is not so without models")
+    return {"runs": runs, "seed": seed, "rooms": found}
+
+
 def main(arguments: Sequence[str]) -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m cohaptic_experiments.attacks")
-    parser.add_argument("who", choices=("co-users", "servers"))
+    parser.add_argument("who", choices=("co-users", "servers", "links"))
     parser.add_argument("--runs", type=int, default=100, help="attacks in each search")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--victims", default="clamped,light", help=", ".join(VICTIMS))
@@ -122,6 +141,8 @@ def main(arguments: Sequence[str]) -> None:
     if given.who == "co-users":
         kinds = tuple(given.victims.split(","))
         found = co_users(given.runs, given.seed, kinds, given.seconds, given.processes)
+    elif given.who == "links":
+        found = on_links(given.runs, given.seed, given.processes)
     else:
         found = lying_servers(given.runs, given.seed)
     if given.json is not None:

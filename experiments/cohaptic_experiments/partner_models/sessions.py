@@ -12,9 +12,9 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -46,6 +46,7 @@ _WAVES: Final = {
     "tremble": ((0.3e-3, 6.0, 12.0), (0.3e-3, 6.0, 12.0), (1e-3, 0.3, 1.0)),
 }
 _TAP = 8e-3  # m
+Sine = tuple[float, float, float]  # frequency [Hz], amplitude [m] and phase [rad]
 _OF_PAGE: Final = (Hand(), Hand(0.15, 60.0, 1e4))  # `HANDS` of web/src/page/own_hand.ts
 
 
@@ -54,19 +55,22 @@ class Moving(Intention):
     """Intention that rests at its depth, moves for a while, and rests again.
 
     Args:
-        waves: Frequency [Hz], amplitude [m] and phase [rad] of each sine.
+        waves: Sines that are added.
         taps: Taps per second; 0 for none.
         phase: Share of a tap's period at which the first one begins.
+        begin, end: Times between which it moves [s].
     """
 
-    waves: tuple[tuple[float, float, float], ...] = ()
+    waves: tuple[Sine, ...] = ()
     taps: float = 0.0
     phase: float = 0.0
+    begin: float = field(default_factory=lambda: _BEGIN)
+    end: float = field(default_factory=lambda: _END)
 
     def at(self, t: float) -> Vec3:
         """Return the intended position [m] of the tip at the time `t` [s]."""
         tip = Intention.at(self, t)
-        much = ease((t - _BEGIN) / 0.5) * (1.0 - ease((t - _END) / 0.5))
+        much = ease((t - self.begin) / 0.5) * (1.0 - ease((t - self.end) / 0.5))
         if much <= 0.0:
             return tip
         deeper = sum(a * math.sin(2.0 * math.pi * f * t + p) for f, a, p in self.waves)
@@ -74,6 +78,14 @@ class Moving(Intention):
             u = (self.taps * t + self.phase) % 1.0
             deeper -= _TAP * (1.0 - (ease(u / 0.2) if u < 0.5 else 1.0 - ease((u - 0.5) / 0.2)))
         return add(tip, scale(self.direction, much * deeper))
+
+
+def sines(kind: str, uniform: Callable[[float, float], float]) -> tuple[Sine, ...]:
+    """Draw the sines of a kind of motion, with a draw that is uniform between two values."""
+    return tuple(
+        (float(uniform(low, high)), a, float(uniform(0.0, 2.0 * math.pi)))
+        for a, low, high in _WAVES[kind]
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,10 +167,7 @@ def play(ensemble: Ensemble, number: int) -> Room:
         usual = HandScript((math.pi + i * apart) % (2.0 * math.pi)).intention(
             info.center, info.radius
         )
-        waves = tuple(
-            (float(rng.uniform(low, high)), a, float(rng.uniform(0.0, 2.0 * math.pi)))
-            for a, low, high in _WAVES[kind]
-        )
+        waves = sines(kind, rng.uniform)
         rate = {"tap": float(rng.uniform(2.0, 5.0)), "in step": taps}.get(kind, 0.0)
         plans.append(
             Moving(

@@ -53,7 +53,8 @@ class UserMetrics(_Frozen):
             in use may damp less, or no loop is slower. None if the lag is for another user or for
             none in particular.
         forbids_models: Whether this user pressed when models of the hands were last forbidden, and
-            its hand cannot be modelled; false again once they are used in full.
+            its hand cannot be modelled, or its delay varies; false again once they are used in
+            full.
     """
 
     seat: int = Field(ge=1)
@@ -85,8 +86,8 @@ class RoomMetrics(_Frozen):
         margin: Stability margin of the coupled hands; None if the hands do not couple.
         models: Share of the models in what clients that move models of the hands feel of the
             others, 0 to 1 (science 3.15); None where there is no such client.
-        models_off: Reason why that share is below 1, `hand`, `number` or `object`; empty if it is
-            1, or None. For a hand, `forbids_models` of its user is set.
+        models_off: Reason why that share is below 1, `hand`, `link`, `number` or `object`; empty if
+            it is 1, or None. For a hand or a link, `forbids_models` of its user is set.
         limited: Number of times that a user's force was limited in a tick, by reason.
         refused: Numbers of refused sessions and requests, by cause.
         spent: Numbers of connections and responses refused because of a rate limit, by limit.
@@ -112,7 +113,7 @@ class RoomMetrics(_Frozen):
     coupling: float = 0.0
     margin: float | None = None
     models: float | None = None
-    models_off: Literal["", "hand", "number", "object"] = ""
+    models_off: Literal["", "hand", "link", "number", "object"] = ""
     limited: dict[str, int] = {}
     refused: dict[str, int] = {}
     spent: dict[str, int] = {}

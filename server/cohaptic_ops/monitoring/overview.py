@@ -20,6 +20,10 @@ _WIDE = 100  # columns from which on there is space for less important values
 _GOOD, _ODD, _BAD = "green", "yellow", "red"
 NONE = "-"
 _MOST_NAMES = 3  # in a sentence
+_HINDERS = {
+    "hand": "by a law or a device that has none",
+    "link": "over a link whose delay varies",
+}
 # Delay [s] above which a user feels that the object lags; fraction of unused samples above which
 # the user loses contact with the object.
 _LONG_DELAY, _MUCH_LOSS = 0.3, 0.5
@@ -125,7 +129,7 @@ def models_words(room: RoomStatus) -> str:
         why = "more than 8 hands pressed"
     else:
         who = _names(users) if users else "a user who has left"
-        why = f"{who} pressed by a law or a device that has none"
+        why = f"{who} pressed {_HINDERS[metrics.models_off]}"
     share = f"{100.0 * (metrics.models or 0.0):.0f} %"
     return f"{_name(room.name)}: models of the hands answer to {share}, since {why}"
 

@@ -247,12 +247,13 @@ class Forbidden(NamedTuple):
     """The reason why clients last had to do without models of the hands.
 
     Args:
-        by: `hand` for one that presses and cannot be modelled; `number` if more hands press than a
-            patch carries; `object` if the object or a contact on it is no linear spring.
-        users: Numbers of the users of such hands; empty for another reason.
+        by: `hand` for one that presses and cannot be modelled; `link` for one that presses and
+            whose delay varies; `number` if more hands press than a patch carries; `object` if the
+            object or a contact on it is no linear spring.
+        users: Numbers of the users of such hands or links; empty for another reason.
     """
 
-    by: Literal["hand", "number", "object"] = "hand"
+    by: Literal["hand", "link", "number", "object"] = "hand"
     users: tuple[int, ...] = ()
 
 

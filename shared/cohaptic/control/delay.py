@@ -1,5 +1,7 @@
 """The loop delay of one client, as a recent maximum of measurements, so that gains do not chatter.
 
+Its recent minimum says how steady the loop is.
+
 A sample names the tick of the patch with which it was made; the server receives the sample some
 simulation periods later. That number of periods is d + 1 of science 3.1. The number includes the
 delays of network and schedulers, and the server needs no common clock to count it.
@@ -7,6 +9,7 @@ delays of network and schedulers, and the server needs no common clock to count 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 # s; a measured delay counts for at least one window and at most two: long enough to see the rare
@@ -28,12 +31,16 @@ class LoopDelay:
         before: Largest delay in the previous window [s]; negative without such a window.
         until: End of the present window [s].
         unanswered: Time for which the client has pressed without naming the tick of a patch [s].
+        least: Least delay in the present window [s]; infinite before the first measurement.
+        least_before: Least delay in the previous window [s]; infinite without such a window.
     """
 
     recent: float = -1.0
     before: float = -1.0
     until: float = 0.0
     unanswered: float = 0.0
+    least: float = math.inf
+    least_before: float = math.inf
 
     @property
     def value(self) -> float:
@@ -52,6 +59,13 @@ class LoopDelay:
         measurement this delay is 0. `too_long` excludes such a client.
         """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
+
+    @property
+    def spread(self) -> float:
+        """How much the delay has varied lately; 0 before the first measurement [s]."""
+        largest = self.recent if self.recent > self.before else self.before
+        least = self.least if self.least < self.least_before else self.least_before
+        return largest - least if largest >= 0.0 else 0.0
 
     @property
     def too_long(self) -> bool:
@@ -80,7 +94,8 @@ class LoopDelay:
         """
         delay = min(max(delay, 0.0), LONGEST)
         if now < self.until:
-            if delay <= self.recent and not self.unanswered:
+            if self.least <= delay <= self.recent and not self.unanswered:
                 return self
-            return LoopDelay(max(self.recent, delay), self.before, self.until)
-        return LoopDelay(delay, self.recent, now + WINDOW)
+            largest, least = max(self.recent, delay), min(self.least, delay)
+            return LoopDelay(largest, self.before, self.until, 0.0, least, self.least_before)
+        return LoopDelay(delay, self.recent, now + WINDOW, 0.0, delay, self.least)

@@ -24,6 +24,19 @@ def test_it_is_the_largest_of_one_to_two_windows(seen: list[tuple[float, float]]
         assert max(recent) <= state.value <= max(late)
 
 
+@given(st.lists(st.tuples(delays, st.floats(0.001, 1.0)), min_size=1, max_size=60))
+def test_its_spread_is_that_of_one_to_two_windows(seen: list[tuple[float, float]]) -> None:
+    state, now, times = LoopDelay(), 10.0, list[tuple[float, float]]()
+    assert state.spread == 0.0
+    for delay, wait in seen:
+        now += wait
+        state = state.measured(delay, now)
+        times.append((now, delay))
+        recent = [d for t, d in times if now - t < WINDOW]
+        late = [d for t, d in times if now - t <= 2.0 * WINDOW + 1.0]
+        assert max(recent) - min(recent) <= state.spread <= max(late) - min(late)
+
+
 @given(delays, st.lists(st.floats(-0.02, 0.0), min_size=1, max_size=100))
 def test_gains_do_not_chatter_with_jitter(delay: float, jitter: list[float]) -> None:
     """Below the largest of late nothing moves the value within a window."""

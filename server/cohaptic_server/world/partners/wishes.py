@@ -7,9 +7,9 @@ simulates its hand and tells how far that has given way, so that others can mode
 models itself.
 
 Nothing is proved where a hand without a model presses, too, nor for friction, for bodies that
-swing, creep or deform much, and where hands turn each other's contacts. There the share of the
-models falls to zero, and each hand feels the forces in its patch's surface, which have passed the
-room's lag (3.13).
+swing, creep or deform much, where hands turn each other's contacts, and where delays vary. There
+the share of the models falls to zero, and each hand feels the forces in its patch's surface, which
+have passed the room's lag (3.13).
 """
 
 from __future__ import annotations
@@ -49,6 +49,9 @@ _FALL: Final = 3.0
 # s since models were last forbidden, before their share rises; a hand that taps beside them would
 # move it for ever.
 _CALM: Final = 2.0
+# s by which the delay of a loop may vary. Weak hands side by side came to rest where messages of
+# either direction were late by up to 70 ms at random, and no more with 100 ms; a loop has both.
+_STEADY: Final = 0.1
 # Factor of the compliance of a contact. Two hands at the very same place would make the compliance
 # between them singular.
 _APART: Final = 1.00001
@@ -105,17 +108,10 @@ def next_wishes(
     begins = not wishes.hands
     pressing = applied.force > NEGLIGIBLE
     modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
-    fresh = tracked.settings[3] > 0.0
-    beside = np.flatnonzero(pressing & fresh & ~modelled).tolist()
     at, weight, forbidden = wishes.forbidden_at, wishes.weight, wishes.forbidden
-    if beside or not possible or int(pressing.sum()) > MAX_PARTNERS + 1:
+    if (reason := _forbidden(tracked, pressing, modelled, possible)) is not None:
         at, weight = time.now, 0.0 if begins else max(0.0, weight - _FALL * time.period)
-        if not possible:
-            forbidden = Forbidden("object")
-        elif beside:
-            forbidden = Forbidden("hand", tuple(touches[row].user for row in beside))
-        else:
-            forbidden = Forbidden("number")
+        forbidden = reason
     elif time.now - at >= _CALM:
         weight = min(1.0, weight + _RISE * time.period)
     hands = {t.user: _heard(wishes.hands.get(t.user), t) for t in touches if t.give is not None}
@@ -145,6 +141,24 @@ def next_wishes(
         before = wishes.intended.get(touch.user, wanted)
         intended[touch.user] = moved(before, wanted + kept * (before - wanted), time.period)
     return Wishes(intended, hands, past, weight, at, forbidden, learned_at)
+
+
+def _forbidden(
+    tracked: Tracked, pressing: Mask, modelled: Mask, possible: bool
+) -> Forbidden | None:
+    """Return the reason why models may not be used in a tick; None if they may."""
+    if not possible:
+        return Forbidden("object")
+    rows: list[int] = np.flatnonzero(pressing & (tracked.settings[3] > 0.0)).tolist()
+    users = [tracked.touches[row].user for row in rows]
+    beside = [user for user, row in zip(users, rows, strict=True) if not modelled[row]]
+    if beside:
+        return Forbidden("hand", tuple(beside))
+    if int(pressing.sum()) > MAX_PARTNERS + 1:
+        return Forbidden("number")
+    delays = [tracked.delays[row] for row in rows]
+    varied = [user for user, d in zip(users, delays, strict=True) if d.spread > _STEADY]
+    return Forbidden("link", tuple(varied)) if varied else None
 
 
 def _heard(learned: Learned | None, touch: Touch) -> Learned:

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.delay import LoopDelay
 from cohaptic.control.hand_model import USUAL_HAND, HandModel
 from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
@@ -373,9 +374,43 @@ def test_only_who_moves_models_has_a_contact_that_the_others_stiffen() -> None:
     assert beside[1] == 0.0
 
 
+def late(user: UserState, *delays: float) -> UserState:
+    """The same user, whose loop had these delays one after another [s]."""
+    loop = LoopDelay()
+    for k, delay in enumerate(delays):
+        loop = loop.measured(delay, 0.1 * k)
+    return replace(user, delay=loop)
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.5])
+def test_a_constant_delay_forbids_no_models(delay: float) -> None:
+    room = Room([late(hand(1), delay, delay + 0.03), hand(2)])
+    room.run(1.0)
+    assert room.wishes.weight == 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "forbids"),
+    [({}, True), ({"force": 0.0}, False), ({"fresh": False}, False)],
+    ids=["presses", "in the air", "silent"],
+)
+def test_only_a_link_that_presses_forbids_models(changes: dict[str, Any], forbids: bool) -> None:
+    room = Room(TWO)
+    room.run(1.0)
+    room.set([late(hand(1, **changes), 0.02, 0.3), hand(2)])
+    room.run(FALL + 2.0 * DT)
+    assert (room.wishes.weight == 0.0) is forbids
+
+
 @pytest.mark.parametrize(
     ("users", "possible", "reason"),
     [
+        (
+            [late(hand(1), 0.02, 0.3), hand(2), late(hand(3), 0.5, 0.0)],
+            True,
+            Forbidden("link", (1, 3)),
+        ),
+        ([late(hand(1), 0.02, 0.3), hand(2, give=None)], True, Forbidden("hand", (2,))),
         ([hand(1), hand(2, give=None), hand(3, friction=True)], True, Forbidden("hand", (2, 3))),
         ([hand(i + 1) for i in range(9)], True, Forbidden("number")),
         ([hand(1), hand(2, give=None)], False, Forbidden("object")),

@@ -1,0 +1,36 @@
+"""Honest hands whose links vary: what they do at rest."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from cohaptic_experiments.attacks.links import LINKS, Room, still, varying
+
+RESTS = 0.05  # N
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_weak_hands_side_by_side_come_to_rest_though_their_delays_vary(seed: int) -> None:
+    """With models they rattled without end, by 0.25 N and more."""
+    assert still(Room("random", 2 + seed, "tap", close=True, seed=seed)) < RESTS
+
+
+@pytest.mark.slow
+def test_on_the_worst_links_of_all_models_add_nothing() -> None:
+    room = Room("all", 4, "tap", close=True, seed=31009)
+    assert still(room) <= max(RESTS, 1.05 * still(room, models=False))
+
+
+@pytest.mark.parametrize("link", LINKS)
+def test_a_link_delivers_all_in_the_order_of_sending(link: str) -> None:
+    line, now, come = varying(link, random.Random(1)), 100.0, list[bytes]()
+    for k in range(300):
+        now += 0.016
+        line.push(bytes([k // 256, k % 256]), now)
+        come += line.pop_due(now)
+    come += line.pop_due(now + 2.0)
+    newest = [item for k, item in enumerate(come) if item > max(come[:k], default=b"")]
+    assert newest == [bytes([k // 256, k % 256]) for k in range(300)]
+    assert (len(come) > 300) is (link == "repeats")
