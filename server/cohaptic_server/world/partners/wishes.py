@@ -26,7 +26,6 @@ from cohaptic.control.hand_model import HandModel
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import MAX_PARTNERS, MOST_CARRIED, Partner, Partners
 from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
-from cohaptic.vec import norm
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.applied_forces import MAX_INDENTATION
 from cohaptic_server.world.partners.hand_estimate import STEP
@@ -121,8 +120,10 @@ def next_wishes(
         felt[np.diag_indices(len(C))] = np.maximum(C.diagonal(), 1.0 / stiffest)
         touching = pressing & modelled
         hands, learned_at = _learned(hands, tracked, felt, touching, time.now, learned_at)
-    # A hand that comes back after a silence begins with no force, and so does its model.
-    forces = {touch.user: norm(touch.force) if touch.fresh else 0.0 for touch in touches}
+    # Models press with nothing of a force along the surface. A hand that comes back after a
+    # silence begins with no force, and so does its model.
+    pushes: list[float] = tracked.requested.tolist()
+    forces = {t.user: push if t.fresh else 0.0 for t, push in zip(touches, pushes, strict=True)}
     hands = {user: glide(hand, forces[user], time.period) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
     past = (*wishes.past[-math.ceil(TOO_LONG / time.period) :], (time.number, models))

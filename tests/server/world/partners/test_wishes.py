@@ -18,6 +18,7 @@ from cohaptic.control.law import Gains, Law
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.partners import MAX_PARTNERS, Partners
 from cohaptic.protocol.patch import Patch
+from cohaptic.vec import add
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
@@ -41,7 +42,8 @@ SIZE = 1.0  # m; of a body on which no force of a device makes too deep a dent
 
 def hand(user: int, force: float = 2.0, *, give: float | None = 0.0, **changes: Any) -> UserState:
     """A hand whose force the body carries; its client moves models if it tells a give."""
-    return user_of(touch(user, at=side(user), force=force, give=give, **changes), force=force)
+    told = touch(user, at=side(user), force=force, give=give, **changes)
+    return user_of(told, force=force, requested=force)
 
 
 class Room:
@@ -372,6 +374,16 @@ def test_only_who_moves_models_has_a_contact_that_the_others_stiffen() -> None:
     beside = held_beside(room.tracked, room.wishes, pressing, room.C)
     assert beside[0] == pytest.approx(0.002**2 / 0.004, rel=1e-3)
     assert beside[1] == 0.0
+
+
+def test_a_model_presses_with_no_force_along_the_surface() -> None:
+    aside = touch(2, at=side(2), give=0.0, force=0.1)
+    slid = replace(aside, force=add(aside.force, (0.0, 0.0, 8.0)))
+    rooms = [Room([hand(1), user_of(one, force=0.1, requested=0.1)]) for one in (aside, slid)]
+    for room in rooms:
+        room.tick()
+    straight, along = [room.partners()[1].partners[0].most for room in rooms]
+    assert along == straight < 2.0
 
 
 def late(user: UserState, *delays: float) -> UserState:
