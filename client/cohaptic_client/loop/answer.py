@@ -41,6 +41,7 @@ class Own(NamedTuple):
         moved_in: Displacement into the surface since the last period [m].
         speed: Largest speed into or out of the surface of late [m/s].
         wish_rate: Rate at which others may change the own force [N/s].
+        trusted: Share of the models that is trusted, 0 to 1.
     """
 
     k_h: float
@@ -51,6 +52,7 @@ class Own(NamedTuple):
     moved_in: float
     speed: float
     wish_rate: float
+    trusted: float = 1.0
 
 
 # Above 60 lines: one system of forces, solved for the last tips, for these, and for the new wishes.
@@ -70,7 +72,7 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
     explained = wished = 0.0
     if own.k_h > 0.0:
         numbers = shown_numbers(replica, share)
-        weight = replica.trust.share * numbers[0]
+        weight = own.trusted * numbers[0]
         C, most, without = _coupling(replica, numbers, weight, own, dt)
         wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
         old = wishes or wanted

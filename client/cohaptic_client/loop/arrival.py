@@ -79,6 +79,7 @@ def receive(
         safety=state.safety,
         patience=patience,
         replica=_models(state, patch, share),
+        trust=state.trust,
     )
 
 

@@ -341,9 +341,9 @@ def _damped(
     memory, speed_in = state.passivity, -dot(normal, sample.velocity)
     # Models that answer at once make no energy, and their loop is stable without damping
     # (science 3.15). The account is kept for the moment at which they no longer answer.
-    owed = (1.0 - share_answered(state.replica)) * memory.owed
+    owed = (1.0 - share_answered(state.replica, state.trust.share)) * memory.owed
     if state.replica is not None:  # unless they drive the hand
-        owed += beyond(state.replica.trust)
+        owed += beyond(state.trust)
     return dissipate(owed, memory.damping, normal_force, speed_in, counted, settings.max_damping)
 
 

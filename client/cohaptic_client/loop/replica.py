@@ -16,7 +16,6 @@ from cohaptic.control.geometry import Sight
 from cohaptic.control.hand_model import Give, HandModel, give_way
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import Partners
-from cohaptic_client.loop.trust import FULL_TRUST, Trust
 
 NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its compliances
 # s after which a motion of the own hand explains nothing any more. A model's answer to a motion is
@@ -58,7 +57,6 @@ class Replica:
         step: Part of it that fades, since partners came or went [m]; NaN in the first period after
             they did.
         recent: Speed of the own hand into or out of the surface.
-        trust: How far the models are trusted.
     """
 
     news: Final[Partners]
@@ -72,7 +70,6 @@ class Replica:
     shift: Final[float]
     step: Final[float]
     recent: Final[Recent]
-    trust: Final[Trust]
 
     def __init__(
         self,
@@ -87,7 +84,6 @@ class Replica:
         shift: float = 0.0,
         step: float = 0.0,
         recent: Recent = NOT_MOVED,
-        trust: Trust = FULL_TRUST,
     ) -> None:
         self.news = news
         self.before = before
@@ -100,7 +96,6 @@ class Replica:
         self.shift = shift
         self.step = step
         self.recent = recent
-        self.trust = trust
 
 
 def numbers_of(partners: Partners) -> list[float]:
@@ -124,11 +119,16 @@ def at(j: int) -> int:
     return 1 + NUMBERS * j + j * (j + 1) // 2
 
 
-def share_answered(replica: Replica | None) -> float:
-    """Return the share of what others do that models answer at once, 0 to 1."""
+def share_answered(replica: Replica | None, trusted: float) -> float:
+    """Return the share of what others do that models answer at once, 0 to 1.
+
+    Args:
+        replica: Models; None without any.
+        trusted: Share of them that is trusted, 0 to 1.
+    """
     if replica is None or not replica.news.partners:
         return 0.0
-    return replica.trust.share * replica.news.weight
+    return trusted * replica.news.weight
 
 
 def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
@@ -168,7 +168,6 @@ def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
         replica.shift,
         math.nan,
         replica.recent,
-        replica.trust,
     )
 
 
@@ -245,7 +244,6 @@ def move(
     own: float,
     dt: float,
     recent: Recent = NOT_MOVED,
-    trust: Trust = FULL_TRUST,
 ) -> Replica:
     """Return the models after a period.
 
@@ -255,14 +253,13 @@ def move(
         own: Normal force that the own hand got [N].
         dt: Duration [s].
         recent: Speed of the own hand.
-        trust: How far the models are trusted from now on.
     """
     felt = [own, *answered.forces[1:]]
     felt += [0.0] * (len(replica.gives) - len(felt))
     return Replica(
         replica.news, replica.before, replica.after,
         _glided(replica.models, _told(replica.news), dt), _moved(replica, felt, dt), felt,
-        answered.wishes, answered.explained, answered.shift, answered.step, recent, trust,
+        answered.wishes, answered.explained, answered.shift, answered.step, recent,
     )  # fmt: skip
 
 
@@ -271,7 +268,7 @@ def left_alone(replica: Replica, dt: float) -> Replica:
     felt = [0.0] * len(replica.gives)
     return Replica(
         replica.news, replica.before, replica.after, replica.models, _moved(replica, felt, dt),
-        felt, replica.wishes, trust=replica.trust,
+        felt, replica.wishes,
     )  # fmt: skip
 
 

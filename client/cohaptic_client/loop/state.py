@@ -29,6 +29,7 @@ from cohaptic_client.loop.safety import (
     SafetyLimits,
     SafetyState,
 )
+from cohaptic_client.loop.trust import FULL_TRUST, Trust
 
 
 def flat_surface(patch: Patch) -> LocalSurface:
@@ -119,6 +120,7 @@ class LoopState:
         safety: Memory of the safety layer.
         patience: Time for which the server may be silent on this link [s].
         replica: Models of the hands; None before the first patch with partners.
+        trust: How far models are trusted, whichever they are.
     """
 
     patch: Final[Patch | None]
@@ -139,6 +141,7 @@ class LoopState:
     safety: Final[SafetyState]
     patience: Final[float]
     replica: Final[Replica | None]
+    trust: Final[Trust]
 
     def __init__(
         self,
@@ -160,6 +163,7 @@ class LoopState:
         safety: SafetyState = NEVER_ENGAGED,
         patience: float = 0.0,
         replica: Replica | None = None,
+        trust: Trust = FULL_TRUST,
     ) -> None:
         self.patch = patch
         self.arrived = arrived
@@ -179,6 +183,7 @@ class LoopState:
         self.safety = safety
         self.patience = patience
         self.replica = replica
+        self.trust = trust
 
     def silenced(self) -> LoopState:
         """Return this state with an infinitely old newest patch, so that the force fades."""

@@ -184,6 +184,7 @@ def without_surface(
         safety=safety,
         patience=state.patience,
         replica=None if replica is None else left_alone(replica, settings.limits.period),
+        trust=state.trust,
     )
     give = None if replica is None else replica.gives[0].y
     return after, Output(safety.force, ZERO, None, NO_SURFACE.local, 0.0, 0.0, True, give)
@@ -217,7 +218,7 @@ def _step(
         own = Own(
             state.k_h, state.patch.c_ii, limits.max_force, state.safety.scale,
             settings.max_stiffness, moved_in, recent.speed,
-            WISH_RATE_IN_FADES if fades else WISH_RATE,
+            WISH_RATE_IN_FADES if fades else WISH_RATE, state.trust.share,
         )  # fmt: skip
         answered = answer(replica, sight, share, own, counted)
         sight, explained, wished = answered.sight, answered.explained, answered.wished
@@ -241,10 +242,10 @@ def _step(
     if replica is not None and answered is not None:
         give = replica.gives[0].y
         pressed = dot(pushed, contact.normal)
-        counted = min(dt, 2.0 * limits.period)
-        felt = dot(safety.force, contact.normal)
-        trust = trusted(replica.trust, felt, -contact.moved_in, counted)
-        replica = move(replica, answered, pressed, counted, recent, trust)
+        replica = move(replica, answered, pressed, min(dt, 2.0 * limits.period), recent)
+    trust = state.trust
+    if replica is not None or trust.made > 0.0 or trust.share < 1.0:
+        trust = trusted(trust, dot(safety.force, contact.normal), -contact.moved_in, dt)
     after = LoopState(
         patch=state.patch,
         arrived=state.arrived if state.arrived < now else now,
@@ -264,6 +265,7 @@ def _step(
         safety=safety,
         patience=state.patience,
         replica=replica,
+        trust=trust,
     )
     output = Output(
         force=safety.force,

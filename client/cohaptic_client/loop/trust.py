@@ -29,6 +29,9 @@ _FALL: Final = 20.0  # 1/s; the force then follows at the rate of the slew
 _RISE: Final = 0.2
 
 
+_PUNCTUAL: Final = 0.0025  # s; of the longest period that clients have, and some more
+
+
 class Trust(NamedTuple):
     """The account, and the share of the models that follows from it.
 
@@ -61,7 +64,10 @@ def trusted(trust: Trust, force: float, moved: float, dt: float) -> Trust:
     """
     kept = _BAND / (_BAND + dt)
     fast_force, place = kept * (trust.force + force - trust.last), kept * (trust.place + moved)
-    work = 0.5 * (trust.force + fast_force) * (place - trust.place)
+    # The device holds the last force all the way. What that makes of a spring in a punctual period
+    # is within the device's own damping (Colgate's bound), and no work of models.
+    held = trust.force if dt > _PUNCTUAL else 0.5 * (trust.force + fast_force)
+    work = held * (place - trust.place)
     made = min(_MOST_KEPT, max(0.0, trust.made + work - ALLOWED * dt))
     share = trust.share
     if made > MOST_MADE:

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.control.hand_model import USUAL_HAND
+from cohaptic.protocol.partners import Partners
+from cohaptic_client.loop.arrival import receive
+from cohaptic_client.loop.state import LoopState
+from cohaptic_client.loop.step import step
 from cohaptic_client.loop.trust import ALLOWED, FULL_TRUST, MOST_MADE, Trust, beyond, trusted
+from tests.client.loop.loop_cases import SETTINGS, at
+from tests.client.plane import PLANE
 
 DT = 0.001  # s
 periods = st.lists(
-    st.tuples(st.floats(-10.0, 10.0), st.floats(-2e-3, 2e-3), st.sampled_from([0.0, DT, 2.0 * DT])),
+    st.tuples(
+        st.floats(-10.0, 10.0),
+        st.floats(-2e-3, 2e-3),
+        st.sampled_from([0.0, DT, 2.0 * DT, 15.0 * DT]),
+    ),
     max_size=80,
 )
 
@@ -31,13 +43,16 @@ def played(force: float, swing: float, frequency: float, seconds: float) -> list
 def test_as_long_as_models_are_trusted_no_more_than_that_was_made(
     moves: list[tuple[float, float, float]],
 ) -> None:
-    """Of the work in the band between any two times."""
+    """Of the work in the band; in a late period, by the force that the device has held."""
     works, found = [0.0], [FULL_TRUST]
+    held, fast, place = 0.0, 0.0, 0.0  # the force, and its part and that of the tip in the band
     for force, moved, dt in moves:
         after = trusted(found[-1], force, moved, dt)
-        before = found[-1]
-        work = 0.5 * (before.force + after.force) * (after.place - before.place)
-        works.append(works[-1] + work - ALLOWED * dt)
+        passes, before = 0.1 / (0.1 + dt), fast
+        fast = passes * (fast + force - held)
+        acts = before if dt > 0.0025 else 0.5 * (before + fast)  # late, the held force alone
+        works.append(works[-1] + acts * (passes * (place + moved) - place) - ALLOWED * dt)
+        place, held = passes * (place + moved), force
         found.append(after)
         assert 0.0 <= after.share <= 1.0
         assert after.made >= 0.0
@@ -82,10 +97,23 @@ def test_a_spring_alone_costs_no_trust(frequency: float, share: float) -> None:
         assert trust.share == 1.0
 
 
+@pytest.mark.parametrize("tick", [1, 5, 9], ids=["again", "the same", "the next"])
+def test_no_patch_gives_trust_back(tick: int) -> None:
+    """A server that leaves out the partners for one patch drove a hand with 25 mW."""
+    lost = Trust(share=0.0, made=2.0 * MOST_MADE)
+    state = replace(receive(LoopState(), replace(PLANE, tick=5), 10.0, SETTINGS), trust=lost)
+    for partners in (None, Partners(1.0, 10.0, USUAL_HAND, ()), None):
+        patch = replace(PLANE, tick=tick, partners=partners)
+        state = receive(state, patch, 20.0, SETTINGS)
+        assert state.trust == lost
+    after, _ = step(state, at((math.nan, 0.0, 0.0)), 20.001, SETTINGS)
+    assert after.trust == lost
+
+
 @given(periods)
 def test_trust_changes_no_faster_than_its_rates(moves: list[tuple[float, float, float]]) -> None:
     found = [FULL_TRUST]
     for force, moved, dt in moves:
         found.append(trusted(found[-1], force, moved, dt))
     for before, after in pairwise(found):
-        assert -20.0 * 2.0 * DT - 1e-12 <= after.share - before.share <= 0.2 * 2.0 * DT + 1e-12
+        assert -20.0 * 15.0 * DT - 1e-12 <= after.share - before.share <= 0.2 * 15.0 * DT + 1e-12

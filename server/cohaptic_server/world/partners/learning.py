@@ -37,6 +37,11 @@ _LEAST_SAMPLES: Final = 20  # in a window, at 10 ticks per second
 # 1/s, of the logarithms of a told hand that changes: as fast as clients let models change.
 TOLD_RATE: Final = 1.0
 _FORGET: Final = 0.5  # s; time constant of the largest force that a hand has told
+# N/s; 6 N within 0.1 s. A force that is told for a tick now and then, which the body's own limits
+# hardly let through, gives no model more.
+_RISE: Final = 60.0
+# Of the lag of a hand that is not doubted any more: what it wants then comes a tenth faster.
+_BELIEVE: Final = 0.1
 
 
 class Sampled(NamedTuple):
@@ -58,9 +63,9 @@ class Learned:
         lag: Lag with which others learn what it wants [s].
         wanted: Model and lag towards which these move.
         due: Time of the server's clock at which the next window is taken in [s].
-        peak: Largest force that the hand has told lately [N].
+        peak: Largest force into the object that the hand has told lately [N].
         told: Whether its client simulates and tells the hand.
-        doubted_until: Time until which it is heard with the longest lag [s].
+        doubted: Least lag with which it is heard, since it told something implausible [s].
     """
 
     clouds: Clouds
@@ -71,7 +76,7 @@ class Learned:
     due: float = 0.0
     peak: float = 0.0
     told: bool = False
-    doubted_until: float = -math.inf
+    doubted: float = 0.0
 
     def ready(self, now: float) -> bool:
         """Return whether a whole window has come, and time has passed since the last one."""
@@ -117,10 +122,11 @@ def glide(learned: Learned, force: float, dt: float) -> Learned:
 
     Args:
         learned: What was known.
-        force: Size of the force that the hand tells [N].
+        force: Force into the object that the hand tells [N].
         dt: Time [s].
     """
-    learned = replace(learned, peak=max(force, learned.peak * math.exp(-dt / _FORGET)))
+    peak = max(min(force, learned.peak + _RISE * dt), learned.peak * math.exp(-dt / _FORGET))
+    learned = replace(learned, peak=peak, doubted=max(0.0, learned.doubted - _BELIEVE * dt))
     model, late = learned.wanted
     if learned.model == model and learned.lag == late:
         return learned

@@ -3,8 +3,7 @@
 All that strangers tell of their hands passes here on its way to the others: the depth of the tip,
 the displacement of its model, and the force with which a model of it may press. A hand is no
 deeper than its device can press; one that is deeper than its force indents presses no harder for
-it. Who tells the implausible is heard with the longest lag for a while, as without models, and
-nobody else is.
+it. Who tells the implausible is heard with the longest lag for a while, as without models.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
+from cohaptic.vec import norm
 from cohaptic_server.world.partners.learning import Learned
 from cohaptic_server.world.partners.small_gain import LAGS
 from cohaptic_server.world.state import Touch
@@ -33,7 +33,6 @@ _FASTEST: Final = 1.5  # m/s, the speed at which a client's safety layer lets go
 # on stiff places the depth of a contact is known to a millimetre or so.
 _DOUBTED: Final = 2.0
 _DOUBTED_BEYOND: Final = 0.005
-_DOUBT: Final = 3.0  # s, for which an implausible hand is heard with the longest lag
 
 
 def give_of(touch: Touch, hand: Learned) -> float:
@@ -63,7 +62,7 @@ def depth_of(touch: Touch, hand: Learned, depth: float, compliance: float) -> tu
         depth: Depth of the tip that it told, below the surface without its own force [m].
         compliance: Compliance of its contact and its device [m/N].
     """
-    force = min(touch.max_force, _FORCE * hand.peak + _MORE_FORCE)
+    force = min(touch.max_force, _FORCE * max(hand.peak, norm(touch.force)) + _MORE_FORCE)
     doubted = depth > _DOUBTED * compliance * force + _DOUBTED_BEYOND
     return min(compliance * touch.max_force, max(-_FARTHEST, depth)), doubted
 
@@ -74,11 +73,11 @@ def moved(before: float, wanted: float, dt: float) -> float:
     return before + min(most, max(-most, wanted - before))
 
 
-def doubt(hand: Learned, now: float) -> Learned:
-    """Return what is known of a hand that has told something implausible at a time [s]."""
-    return replace(hand, doubted_until=now + _DOUBT)
+def doubt(hand: Learned) -> Learned:
+    """Return what is known of a hand that has told something implausible."""
+    return replace(hand, doubted=float(LAGS[-1]))
 
 
-def lag_of(hand: Learned, now: float) -> float:
+def lag_of(hand: Learned) -> float:
     """Return the lag with which others hear what a hand wants [s]."""
-    return max(hand.lag, float(LAGS[-1])) if now < hand.doubted_until else hand.lag
+    return max(hand.lag, hand.doubted)

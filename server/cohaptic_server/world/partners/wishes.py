@@ -108,7 +108,7 @@ def next_wishes(
     pressing = applied.force > NEGLIGIBLE
     modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
     at, weight, forbidden = wishes.forbidden_at, wishes.weight, wishes.forbidden
-    if (reason := _forbidden(tracked, pressing, modelled, possible)) is not None:
+    if (reason := _forbidden(tracked, pressing, modelled, possible, time)) is not None:
         at, weight = time.now, 0.0 if begins else max(0.0, weight - _FALL * time.period)
         forbidden = reason
     elif time.now - at >= _CALM:
@@ -122,7 +122,8 @@ def next_wishes(
         hands, learned_at = _learned(hands, tracked, felt, touching, time.now, learned_at)
     # Models press with nothing of a force along the surface. A hand that comes back after a
     # silence begins with no force, and so does its model.
-    pushes: list[float] = tracked.requested.tolist()
+    shares = np.maximum(tracked.presence, 1e-9)  # by which a hand that has just come is felt less
+    pushes: list[float] = (tracked.requested / shares).tolist()
     forces = {t.user: push if t.fresh else 0.0 for t, push in zip(touches, pushes, strict=True)}
     hands = {user: glide(hand, forces[user], time.period) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
@@ -136,8 +137,8 @@ def next_wishes(
         hand = hands[touch.user]
         depth, implausible = depth_of(touch, hand, -float(height[i]), own[i])
         if implausible:
-            hands[touch.user] = hand = doubt(hand, time.now)
-        wanted, late = others[i] + depth + give_of(touch, hand), lag_of(hand, time.now)
+            hands[touch.user] = hand = doubt(hand)
+        wanted, late = others[i] + depth + give_of(touch, hand), lag_of(hand)
         kept = math.exp(-time.period / late) if late > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
         intended[touch.user] = moved(before, wanted + kept * (before - wanted), time.period)
@@ -145,7 +146,7 @@ def next_wishes(
 
 
 def _forbidden(
-    tracked: Tracked, pressing: Mask, modelled: Mask, possible: bool
+    tracked: Tracked, pressing: Mask, modelled: Mask, possible: bool, time: TickTime
 ) -> Forbidden | None:
     """Return the reason why models may not be used in a tick; None if they may."""
     if not possible:
@@ -157,8 +158,13 @@ def _forbidden(
         return Forbidden("hand", tuple(beside))
     if int(pressing.sum()) > MAX_PARTNERS + 1:
         return Forbidden("number")
-    delays = [tracked.delays[row] for row in rows]
-    varied = [user for user, d in zip(users, delays, strict=True) if d.spread > _STEADY]
+    most = _STEADY + 1.5 * time.period  # delays are counted in ticks
+    varied = [
+        user
+        for user, row in zip(users, rows, strict=True)
+        # What a hand wants that is told follows no force, so that nothing loops through its link.
+        if tracked.touches[row].moves_models and tracked.delays[row].spread > most
+    ]
     return Forbidden("link", tuple(varied)) if varied else None
 
 

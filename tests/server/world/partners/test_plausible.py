@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
-from cohaptic_server.world.partners.learning import FIRST_LAG, unknown
-from cohaptic_server.world.partners.plausible import depth_of, doubt, give_of, lag_of, moved
+from cohaptic_server.world.partners.learning import FIRST_LAG, glide, unknown
+from cohaptic_server.world.partners.plausible import (
+    depth_of,
+    doubt,
+    give_of,
+    lag_of,
+    moved,
+    strength,
+)
 from cohaptic_server.world.partners.small_gain import LAGS
 from tests.server.touches import touch
 
@@ -27,7 +35,7 @@ def test_a_hand_is_no_deeper_than_its_device_can_press(
     believed, doubted = depth_of(sample, hand, depth, compliance)
     assert -0.05 <= believed <= compliance * most
     assert believed <= max(depth, -0.05)
-    assert doubted is (depth > 2.0 * compliance * min(most, 1.1 * told + 0.5) + 0.005)
+    assert doubted is (depth > 2.0 * compliance * min(most, 1.1 * max(told, 2.0) + 0.5) + 0.005)
 
 
 @given(forces, forces, depths, compliances)
@@ -68,8 +76,21 @@ def test_what_a_hand_wants_moves_as_fast_as_a_hand(before: float, wanted: float,
 
 
 def test_who_tells_the_implausible_is_heard_with_the_longest_lag_for_a_while() -> None:
-    hand = doubt(unknown(1), 100.0)
-    assert lag_of(hand, 100.0) == LAGS[-1]
-    assert lag_of(hand, 102.9) == LAGS[-1]
-    assert lag_of(hand, 103.1) == FIRST_LAG
-    assert lag_of(replace(hand, doubted_until=-math.inf), 100.0) == FIRST_LAG
+    hand, lags = doubt(unknown(1)), list[float]()
+    for _ in range(200):
+        lags.append(lag_of(hand))
+        hand = glide(hand, 0.0, 0.02)
+    assert lags[0] == LAGS[-1]
+    assert lags[-1] == FIRST_LAG
+    # It falls so slowly that what the hand wants makes no jump.
+    assert np.diff(lags) == pytest.approx(np.maximum(-0.002, FIRST_LAG - np.array(lags[:-1])))
+
+
+@given(st.lists(st.floats(0.0, 100.0), max_size=50), st.floats(0.005, 0.1))
+def test_a_pulse_now_and_then_gives_a_model_little_strength(told: list[float], dt: float) -> None:
+    hand, before = unknown(1), 0.0
+    for force in told:
+        hand = glide(hand, force, dt)
+        assert hand.peak <= max(before, min(force, before + 60.0 * dt)) + 1e-9
+        assert strength(hand) <= 1.25 * max(told) + 1.0 + 1e-9
+        before = hand.peak
