@@ -163,9 +163,21 @@ def _forbidden(
         user
         for user, row in zip(users, rows, strict=True)
         # What a hand wants that is told follows no force, so that nothing loops through its link.
-        if tracked.touches[row].moves_models and tracked.delays[row].spread > most
+        if tracked.touches[row].moves_models and _varied(tracked, row, most, time)
     ]
     return Forbidden("link", tuple(varied)) if varied else None
+
+
+def _varied(tracked: Tracked, row: int, most: float, time: TickTime) -> bool:
+    """Return whether a hand's delay has varied by more than that, and it is not silent just now.
+
+    One that has fallen silent may be gone for good; if it comes back, its delay has varied.
+    """
+    delay = tracked.delays[row]
+    if delay.spread <= most:
+        return False
+    least, late = delay.value - delay.spread, time.number - tracked.touches[row].tick
+    return late * time.period <= least + most
 
 
 def _heard(learned: Learned | None, touch: Touch) -> Learned:

@@ -396,7 +396,18 @@ def late(user: UserState, *delays: float) -> UserState:
     loop = LoopDelay()
     for k, delay in enumerate(delays):
         loop = loop.measured(delay, 0.1 * k)
-    return replace(user, delay=loop)
+    # Its newest sample answers the newest patch, whichever that is.
+    return replace(user, delay=loop, touch=replace(user.touch, tick=10**6))
+
+
+def test_a_hand_that_is_silent_forbids_models_when_it_comes_back() -> None:
+    room = Room(TWO)
+    room.run(1.0)
+    varied = late(hand(1), 0.02, 0.3)
+    room.set([replace(varied, touch=replace(varied.touch, tick=0)), hand(2)])
+    assert set(room.run(1.0)) == {1.0}
+    room.set([varied, hand(2)])
+    assert room.run(FALL + 2.0 * DT)[-1] == 0.0
 
 
 @pytest.mark.parametrize("delay", [0.02, 0.5])
