@@ -27,8 +27,6 @@ _MOST_KEPT: Final = 2.0 * MOST_MADE  # J; models come back within 11 s after wha
 _FALL: Final = 20.0  # 1/s; the force then follows at the rate of the slew
 # 1/s; so that whoever drives a hand again and again has it for a small part of the time.
 _RISE: Final = 0.2
-
-
 _PUNCTUAL: Final = 0.0025  # s; of the longest period that clients have, and some more
 
 
