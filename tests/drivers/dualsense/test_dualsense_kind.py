@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from threading import Event
 
 import pytest
 import typer
@@ -18,10 +19,14 @@ from tests.drivers.dualsense.pad_reports import pad_report
 
 
 class FakePad:
-    """A pad whose left trigger is pulled by 100 and whose right one by 155."""
+    """A pad whose left trigger is pulled by 100 and whose right one by 155.
+
+    Its reports come as a real one's do, with time between them: the thread that reads them has a
+    high priority and would else keep a core from the thread that opened the pad.
+    """
 
     def __init__(self, allowed: bool) -> None:
-        self._allowed, self._waiting = allowed, False
+        self._allowed, self._waiting, self._closed = allowed, False, Event()
 
     def open_path(self, path: bytes, /) -> None:
         if not self._allowed:
@@ -31,6 +36,7 @@ class FakePad:
         pass
 
     def read(self, max_length: int, timeout_ms: int = 0, /) -> list[int]:
+        self._closed.wait(timeout_ms / 1000)
         self._waiting = not self._waiting
         return list(pad_report(l2=100, r2=155)) if self._waiting else []
 
@@ -38,7 +44,7 @@ class FakePad:
         return len(report)
 
     def close(self) -> None:
-        pass
+        self._closed.set()
 
 
 class FakeHidapi:
@@ -63,6 +69,7 @@ def entry(number: int, serial: str, bus: int = 1, product: int = 0x0CE6) -> Entr
 
 
 def here(monkeypatch: pytest.MonkeyPatch, entries: list[Entry], *, allowed: bool = True) -> None:
+    monkeypatch.setattr(dualsense_kind, "FIRST_REPORT", 20.0)  # however busy the machine is
     fake = FakeHidapi(entries, allowed)
 
     def hidapi(name: str) -> FakeHidapi:
