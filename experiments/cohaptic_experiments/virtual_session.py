@@ -114,16 +114,19 @@ class VirtualUser:
         return output.force, told.encode()
 
     def _unexplained_change(self, before: LoopState, previous: Vec3, on_body: Vec3) -> float:
-        """Change of the contact's force beyond the hand's own displacement times K [N]."""
-        sight = self.state.sight
-        if sight is None:
+        """Change of the contact's force beyond the hand's own displacement times K [N].
+
+        The contact presses along its own normal, which follows that of the shown surface no faster
+        than the limits allow: what counts as the hand's own is its way along that one.
+        """
+        if self.state.sight is None:
             return 0.0
         way = sub(self.state.probe, before.probe)
         if self.settings.friction > 0.0:
             most = (1.0 + self.settings.friction) * max(self.state.k_h, self._max_stiffness())
             return norm(sub(on_body, previous)) - most * norm(way)
         change = norm(on_body) - norm(previous)
-        explained = max(self.state.k_h, before.k_h) * -dot(sight.normal, way)
+        explained = max(self.state.k_h, before.k_h) * -dot(self.state.normal, way)
         if self.state.replica is not None:
             explained += self.state.k_h * self.state.replica.explained
         return max(change - max(0.0, explained), min(0.0, explained) - change)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from cohaptic.vec import norm
 from cohaptic_server.world.partners.learning import Learned
 from cohaptic_server.world.partners.small_gain import LAGS
 from cohaptic_server.world.state import Touch
@@ -49,7 +48,9 @@ def strength(hand: Learned) -> float:
     return _MOST_TOLD * hand.peak + _MOST_MORE
 
 
-def depth_of(touch: Touch, hand: Learned, depth: float, compliance: float) -> tuple[float, bool]:
+def depth_of(
+    touch: Touch, hand: Learned, depth: float, compliance: float, push: float
+) -> tuple[float, bool]:
     """Return how deep a hand is believed to be, and whether it told something implausible.
 
     A deep hand is not brought up to the depth that its own force indents: its client may still let
@@ -61,8 +62,9 @@ def depth_of(touch: Touch, hand: Learned, depth: float, compliance: float) -> tu
         hand: What is known of it.
         depth: Depth of the tip that it told, below the surface without its own force [m].
         compliance: Compliance of its contact and its device [m/N].
+        push: Force into the object that it told; a force along the surface indents nothing [N].
     """
-    force = min(touch.max_force, _FORCE * max(hand.peak, norm(touch.force)) + _MORE_FORCE)
+    force = min(touch.max_force, _FORCE * max(hand.peak, push) + _MORE_FORCE)
     doubted = depth > _DOUBTED * compliance * force + _DOUBTED_BEYOND
     return min(compliance * touch.max_force, max(-_FARTHEST, depth)), doubted
 

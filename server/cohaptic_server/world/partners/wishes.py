@@ -135,7 +135,7 @@ def next_wishes(
         if not has:
             continue
         hand = hands[touch.user]
-        depth, implausible = depth_of(touch, hand, -float(height[i]), own[i])
+        depth, implausible = depth_of(touch, hand, -float(height[i]), own[i], pushes[i])
         if implausible:
             hands[touch.user] = hand = doubt(hand)
         wanted, late = others[i] + depth + give_of(touch, hand), lag_of(hand)

@@ -27,15 +27,15 @@ depths = st.floats(-2.0 * MAX_POSITION, 2.0 * MAX_POSITION)
 compliances = st.floats(1e-5, 0.1)
 
 
-@given(forces, forces, depths, compliances)
+@given(forces, forces, forces, depths, compliances)
 def test_a_hand_is_no_deeper_than_its_device_can_press(
-    told: float, most: float, depth: float, compliance: float
+    told: float, push: float, most: float, depth: float, compliance: float
 ) -> None:
     hand, sample = replace(unknown(1), peak=told), touch(max_force=most)
-    believed, doubted = depth_of(sample, hand, depth, compliance)
+    believed, doubted = depth_of(sample, hand, depth, compliance, push)
     assert -0.05 <= believed <= compliance * most
     assert believed <= max(depth, -0.05)
-    assert doubted is (depth > 2.0 * compliance * min(most, 1.1 * max(told, 2.0) + 0.5) + 0.005)
+    assert doubted is (depth > 2.0 * compliance * min(most, 1.1 * max(told, push) + 0.5) + 0.005)
 
 
 @given(forces, forces, depths, compliances)
@@ -46,8 +46,8 @@ def test_the_depth_that_is_believed_follows_no_force(
     before, after = (replace(unknown(1), peak=peak) for peak in (told, other))
     sample = touch(max_force=20.0)
     assert (
-        depth_of(sample, before, depth, compliance)[0]
-        == depth_of(sample, after, depth, compliance)[0]
+        depth_of(sample, before, depth, compliance, 0.0)[0]
+        == depth_of(sample, after, depth, compliance, 0.0)[0]
     )
 
 
@@ -57,7 +57,7 @@ def test_who_is_as_deep_as_it_presses_is_believed(
 ) -> None:
     hand, sample = replace(unknown(1), peak=force), touch(max_force=100.0)
     depth = compliance * force * rounding
-    assert depth_of(sample, hand, depth, compliance) == (depth, False)
+    assert depth_of(sample, hand, depth, compliance, 0.0) == (depth, False)
 
 
 @given(forces, st.floats(-MAX_POSITION, MAX_POSITION))

@@ -391,6 +391,17 @@ def test_a_model_presses_with_no_force_along_the_surface() -> None:
     assert along == straight < 2.0
 
 
+@pytest.mark.parametrize(("into", "along", "doubted"), [(9.0, 0.0, 0.0), (0.1, 8.0, 0.32)])
+def test_a_deep_hand_is_believed_for_a_force_into_the_object_alone(
+    into: float, along: float, doubted: float
+) -> None:
+    told = touch(2, at=side(2), give=0.0, force=into)
+    told = replace(told, force=add(told.force, (0.0, 0.0, along)))
+    room = Room([hand(1), user_of(told, force=into, requested=into)])
+    room.height[1] = -0.03
+    assert room.tick().hands[2].doubted == doubted
+
+
 def late(user: UserState, *delays: float) -> UserState:
     """The same user, whose loop had these delays one after another [s]."""
     loop = LoopDelay()
