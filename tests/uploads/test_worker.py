@@ -224,6 +224,9 @@ def test_a_worker_knows_no_storage_of_other_machines(monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "secret")
     worker = WorkerProcess(LIMITS, "cube.stl")
     try:
+        worker.send_piece(cube())
+        worker.send_piece(b"")
+        worker.receive()  # it runs: a process that is just starting has no environment yet
         environ = Path(f"/proc/{worker.pid}/environ").read_bytes()
         assert b"PATH=" in environ
         assert b"COHAPTIC_SHARED_CACHE" not in environ
