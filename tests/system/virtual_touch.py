@@ -52,9 +52,10 @@ WELCOME = Welcome(user=1, name="left", simulation_period=1.0 / 60.0, body=BODY, 
 
 def good(tick: int, *, mesh: bool) -> Patch:
     """The resting square, as a plane or a mesh."""
+    t = tick * TICK * PERIOD
     if not mesh:
-        return replace(PLANE, tick=tick)
-    return replace(PLANE, tick=tick, geometry=Geometry.MESH, neighbourhood=NEAR)
+        return replace(PLANE, tick=tick, t_server=t)
+    return replace(PLANE, tick=tick, t_server=t, geometry=Geometry.MESH, neighbourhood=NEAR)
 
 
 @dataclass

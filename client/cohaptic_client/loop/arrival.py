@@ -1,24 +1,31 @@
-"""Takes a new patch into the loop's state, and moves the shown surface to the new patch."""
+"""Takes new patches into the loop's state, and moves the shown surface from each to the next."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 from cohaptic.control.geometry import Sight, blend, difference, shift
 from cohaptic.control.mesh_surface import Surface
+from cohaptic.control.playout import LONGEST, Playout
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_client.loop.contact import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.replica import Replica, follow
-from cohaptic_client.loop.state import LoopSettings, LoopState
+from cohaptic_client.loop.state import Coming, LoopSettings, LoopState
 
 # Multiple of the longest recent gap between patches; a shorter silence is the link's jitter.
 PATIENCE: Final = 2.0
 LONGEST_PATIENCE: Final = 1.0  # s; a link with longer silences is too poor for touch
 FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
+MOST_COMING: Final = 32  # patches that wait: `LONGEST` of them at 120 Hz; then the oldest go
+# Simulation periods from patch to patch from which on what others want moves along a parabola.
+# Lines between punctual ticks are what the theorem of science 3.15 reckons with, and as smooth.
+_LATE: Final = 1.25
+_AT_ONCE: Final = 1e-6  # s; rounding of times
 
 
 def receive(
@@ -33,11 +40,6 @@ def receive(
     The network process has already checked the patch. With the check here, invalid patches from a
     broken network process count as silence. A NaN would stay in the loop's memory for ever.
 
-    The surface and the gain move to the new patch over one simulation period, from the surface that
-    is shown now. (Half a period would make forces 4 ms younger at 60 Hz, but coupled hands would
-    settle several times more slowly: the transition is also a filter. Stability goes before
-    transparency.)
-
     Args:
         state: State after the last period.
         patch: Patch that has arrived.
@@ -46,26 +48,118 @@ def receive(
     """
     if not _is_news(state, patch, now, settings):
         return state
-    if surface is None:
-        surface = settings.surface(patch)
-    gains = gains_as_sent(patch, settings)
+    newest = newest_patch(state)
     gap = now - state.arrived
     patience = next_patience(state.patience, gap) if gap < math.inf else state.patience
+    if surface is None:
+        surface = settings.surface(patch)
+    one, way = Coming(patch, surface), settings.smoothing * settings.simulation_period
+    held = settings.smoothing == 0.0  # each surface from its coming to the next, as in the paper
+    if held or newest is None or not _follows(patch, newest, state.playout, now):
+        # Also the first patch, or that of another server, or of one whose clock says nothing.
+        share, playout = progress(state, now), Playout.begun(now - patch.t_server + way)
+        state = replace(state, arrived=now, patience=patience, playout=playout)
+        return _begin(state, one, (), now, settings, share)
+    playout = state.playout
+    if not is_silent(state, now, settings):
+        early = settings.simulation_period - way
+        playout = playout.measured(now - newest.t_server - early, now)
+    coming = (*state.coming, one)[-MOST_COMING:]
+    state = replace(state, arrived=now, patience=patience, playout=playout, coming=coming)
+    return play(state, now, settings)
+
+
+def _follows(patch: Patch, newest: Patch, playout: Playout, now: float) -> bool:
+    """Return whether a patch has come from the clock of the newest before, and after it."""
+    later = patch.tick > newest.tick and patch.t_server > newest.t_server
+    return later and playout.fits(now - patch.t_server)
+
+
+def newest_patch(state: LoopState) -> Patch | None:
+    """Return the newest patch that has come, which may wait; None before the first."""
+    return state.coming[-1].patch if state.coming else state.patch
+
+
+def play(state: LoopState, now: float, settings: LoopSettings) -> LoopState:
+    """Begin the move to the next patch if its time has come.
+
+    Each patch is shown whole at its own playing time, and the move to it begins at that of the
+    patch before. So what is shown is late by the same time however late each patch came, and the
+    move, a straight line between two patches, is also a filter (half of it would make forces 4 ms
+    younger at 60 Hz, but coupled hands would settle several times more slowly). A patch that came
+    too late for that is caught up with; others are left out if several are late.
+
+    Args:
+        state: State after the last period.
+        now: Time of this period [s].
+    """
+    coming, period = state.coming, settings.smoothing * settings.simulation_period
+    playing = now - state.playout.behind
+    if not coming or playing < state.move_ends - _AT_ONCE:
+        return state
+    first = 0
+    while first + 1 < len(coming) and playing >= coming[first + 1].patch.t_server - period:
+        first += 1
+    assert state.patch is not None
+    stamp = coming[first].patch.t_server
+    begins = stamp - settings.smoothing * (stamp - state.patch.t_server)
+    if playing < begins - _AT_ONCE:
+        return state
+    return _begin(state, coming[first], coming[first + 1 :], now, settings, 1.0)
+
+
+def played(state: LoopState, now: float, dt: float, settings: LoopSettings) -> Playout:
+    """Return the playout after a period of that duration [s]."""
+    newest = state.coming[-1].patch if state.coming else state.patch
+    if newest is None:
+        return state.playout
+    playout, early = state.playout, (1.0 - settings.smoothing) * settings.simulation_period
+    age = now - newest.t_server - early
+    if playout.behind == playout.wanted and age <= playout.behind:
+        return playout
+    return playout.advanced(min(dt, LONGEST), age)
+
+
+def _begin(
+    state: LoopState,
+    one: Coming,
+    rest: tuple[Coming, ...],
+    now: float,
+    settings: LoopSettings,
+    share: float,
+) -> LoopState:
+    """Return the state at the beginning of the move to a patch, from what is shown now.
+
+    Args:
+        state: State after the last period.
+        one: The patch.
+        rest: Patches that come after it.
+        now: Time of this period [s].
+        share: Completed fraction of the move before.
+    """
+    patch = one.patch
+    playing = now - state.playout.behind
+    if 0.0 <= playing - state.move_ends <= settings.limits.period:
+        playing = state.move_ends  # the time came between two periods
+    least = 0.5 * settings.smoothing * settings.simulation_period
+    # Stamps far apart must not make a move that never ends.
+    most = LONGEST + settings.simulation_period
+    ends = playing + max(least, min(most, patch.t_server - playing))
+    gains = gains_as_sent(patch, settings)
     if state.fade is None:
         fade = LawFade(Running(patch.law, gains))
     else:
         fade = switch(state.fade, patch.law, gains, force=state.normal_force, sight=state.sight)
     before, offset = state.surface, None
-    share = progress(state, now, settings)
     at_arrival = shown(state, state.probe, share)
     if before is not None and at_arrival is not None:
         offset = difference(at_arrival, before.look(state.probe))
     return LoopState(
         patch=patch,
-        arrived=now,
+        arrived=state.arrived,
         before=before,
         offset=offset,
-        surface=surface,
+        surface=one.surface,
         k_h_before=fade.now.gains.k_h,
         fade=fade,
         normal_force=state.normal_force,
@@ -77,21 +171,35 @@ def receive(
         friction=state.friction,
         compliance=state.compliance,
         safety=state.safety,
-        patience=patience,
-        replica=_models(state, patch, share),
+        patience=state.patience,
+        replica=_models(state, patch, share, ends - playing, settings),
         trust=state.trust,
+        playout=state.playout,
+        coming=rest,
+        move_begins=playing,
+        move_ends=ends,
     )
 
 
-def _models(state: LoopState, patch: Patch, share: float) -> Replica | None:
+def _models(
+    state: LoopState, patch: Patch, share: float, way: float, settings: LoopSettings
+) -> Replica | None:
     """Return the models with the partners of a new patch; None if it has none.
 
     A server that has been restarted counts its users from 1 again, like its ticks.
+
+    Args:
+        state: State after the last period.
+        patch: The new patch.
+        share: Completed fraction of the move before.
+        way: Duration of the move to the new patch [s].
     """
     if patch.partners is None:
         return None
     again = state.patch is not None and patch.tick <= state.patch.tick
-    return follow(None if again else state.replica, patch.partners, share)
+    late = way > _LATE * settings.simulation_period
+    before = (state.move_ends - state.move_begins) / way if late else 0.0
+    return follow(None if again else state.replica, patch.partners, share, before)
 
 
 def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> bool:
@@ -104,14 +212,15 @@ def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings)
     except RemoteProtocolError:
         return False
     # After a silence the patch may come from a restarted server, which counts from 1.
-    newest = state.patch
+    newest = newest_patch(state)
     return newest is None or patch.tick > newest.tick or is_silent(state, now, settings)
 
 
-def progress(state: LoopState, now: float, settings: LoopSettings) -> float:
-    """Return how much of the move to the newest patch is complete at time `now` [s], 0 to 1."""
-    way = settings.smoothing * settings.simulation_period
-    return min(1.0, (now - state.arrived) / way) if way > 0.0 else 1.0
+def progress(state: LoopState, now: float) -> float:
+    """Return how much of the move to the newest shown patch is complete at `now` [s], 0 to 1."""
+    way = state.move_ends - state.move_begins
+    done = (now - state.playout.behind - state.move_begins) / way if way > 0.0 else 1.0
+    return max(0.0, done) if done < 1.0 else 1.0
 
 
 def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
@@ -125,7 +234,7 @@ def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
     Args:
         state: State after the arrival of the newest patch.
         probe: Position of the tip [m].
-        share: Completed fraction of the move, from `progress`.
+        share: Completed fraction of the move to the newest, from `progress`.
     """
     if state.surface is None:
         return None

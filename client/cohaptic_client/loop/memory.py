@@ -32,40 +32,68 @@ RING_ROWS: Final = 8192  # 2 s at 4 kHz; the network process empties it every 0.
 
 
 class Slot:
-    """One value of at most `capacity` bytes at a fixed offset in the shared memory."""
+    """One value of at most `capacity` bytes at a fixed offset in the shared memory.
+
+    Attributes:
+        version: Number of the last value that was written or read; 0 before.
+    """
 
     def __init__(self, memory: mmap.mmap, offset: int, capacity: int) -> None:
         self._memory = memory
         self._offset = offset
         self._capacity = capacity
-        self._version = 0
+        self.version = 0
 
     @staticmethod
     def size(capacity: int) -> int:
         """Return the number of bytes that a slot for a value of `capacity` bytes takes."""
         return _HEAD.size + capacity
 
-    def write(self, payload: bytes) -> None:
-        """Replace the value."""
+    def write(self, payload: bytes, version: int = 0) -> None:
+        """Replace the value, which gets the next version or, if not 0, another later one."""
         assert len(payload) <= self._capacity
-        self._version += 1
-        check = zlib.crc32(payload, self._version & 0xFFFFFFFF)
-        frame = _HEAD.pack(self._version, len(payload), check) + payload
+        self.version = version or self.version + 1
+        check = zlib.crc32(payload, self.version & 0xFFFFFFFF)
+        frame = _HEAD.pack(self.version, len(payload), check) + payload
         self._memory[self._offset : self._offset + len(frame)] = frame
 
     def read(self) -> bytes | None:
         """Return the value if it is new since the last call, else None."""
         start = self._offset
         # The loop reads in every period, and mostly finds nothing new.
-        if _VERSION.unpack_from(self._memory, start)[0] == self._version:
+        if _VERSION.unpack_from(self._memory, start)[0] == self.version:
             return None
         version, length, check = _HEAD.unpack_from(self._memory, start)
-        if version == self._version or length > self._capacity:
+        if version == self.version or length > self._capacity:
             return None
         payload = self._memory[start + _HEAD.size : start + _HEAD.size + length]
         if zlib.crc32(payload, version & 0xFFFFFFFF) != check:
             return None
-        self._version = version
+        self.version = version
+        return payload
+
+
+class Slots:
+    """A few slots in turn, for values that come in bursts and are all wanted.
+
+    A reader that falls behind by more than all slots goes on with a newer value.
+    """
+
+    def __init__(self, slots: list[Slot]) -> None:
+        self._slots = slots
+        self._count = 0  # of the last value; it is the version of its slot
+
+    def write(self, payload: bytes) -> None:
+        """Put a value after the last one; it replaces the oldest."""
+        self._slots[self._count % len(self._slots)].write(payload, self._count + 1)
+        self._count += 1
+
+    def read(self) -> bytes | None:
+        """Return the next value, or None while there is none."""
+        slot = self._slots[self._count % len(self._slots)]
+        payload = slot.read()
+        if payload is not None:
+            self._count = slot.version
         return payload
 
 
@@ -116,7 +144,7 @@ class LoopMemory:
     """The memory that the network process and the haptic loop share.
 
     Attributes:
-        patch: Newest patch frame, for the loop.
+        patch: Newest patch frames, for the loop.
         sample: Newest tip and force, for the network process.
         command: Heartbeat, stop flag and acknowledgements, for the loop.
         status: State, statistics and error of the loop as JSON, for the network process.
@@ -129,11 +157,13 @@ class LoopMemory:
         with open(path, "r+b") as file:
             own(file.fileno())  # the mapping keeps the lock after the file is closed
             self._memory = mmap.mmap(file.fileno(), _TOTAL)
-        offsets = _offsets(_SLOTS.values())
-        self.patch, self.sample, self.command, self.status = (
+        offsets = _offsets(_SLOTS)
+        slots = [
             Slot(self._memory, offset, capacity)
-            for offset, capacity in zip(offsets, _SLOTS.values(), strict=False)
-        )
+            for offset, capacity in zip(offsets, _SLOTS, strict=False)
+        ]
+        self.patch = Slots(slots[:_PATCHES])
+        self.sample, self.command, self.status = slots[_PATCHES:]
         self.rows = RowRing(self._memory, offsets[-1])
 
     @classmethod
@@ -168,8 +198,11 @@ def remove_killed(now: float) -> None:
 _IN_MEMORY = "/dev/shm"  # Linux
 _PREFIX, _SUFFIX = "cohaptic-loop-", ".shm"
 MESH_SUFFIX: Final = ".mesh"  # appended to the path of the memory, for the resting mesh's file
-# A status holds a sentence of 300 characters, and JSON may write each of them as 12 bytes.
-_SLOTS = {"patch": MAX_MESH_FRAME_BYTES, "sample": 128, "command": 16, "status": 4096}
+# Patches that a link with jitter lets come at once; the loop takes one over in three periods.
+_PATCHES = 8
+# Bytes of the patches, sample, command and status. A status holds a sentence of 300 characters, and
+# JSON may write each of them as 12 bytes.
+_SLOTS = (*[MAX_MESH_FRAME_BYTES] * _PATCHES, 128, 16, 4096)
 
 
 def _reserved(folder: str | None) -> str:
@@ -201,4 +234,4 @@ def _offsets(capacities: Iterable[int]) -> list[int]:
     return offsets
 
 
-_TOTAL = _offsets(_SLOTS.values())[-1] + RowRing.size()
+_TOTAL = _offsets(_SLOTS)[-1] + RowRing.size()

@@ -48,6 +48,7 @@ class Replica:
         news: Partners of the newest patch.
         before: Numbers that were shown when that patch came, in the order of `numbers_of`.
         after: Numbers that are shown when the move to that patch is complete.
+        bends: Of what each partner wants on the way, beyond a straight line [m]; empty for none.
         models: Model of the own hand, and of each partner, as they move.
         gives: Give of the own hand, and of each partner.
         forces: Force of the own hand, and of each partner, in the last period [N].
@@ -62,6 +63,7 @@ class Replica:
     news: Final[Partners]
     before: Final[list[float]]
     after: Final[list[float]]
+    bends: Final[list[float]]
     models: Final[list[HandModel]]
     gives: Final[list[Give]]
     forces: Final[list[float]]
@@ -76,6 +78,7 @@ class Replica:
         news: Partners,
         before: list[float],
         after: list[float],
+        bends: list[float],
         models: list[HandModel],
         gives: list[Give],
         forces: list[float],
@@ -88,6 +91,7 @@ class Replica:
         self.news = news
         self.before = before
         self.after = after
+        self.bends = bends
         self.models = models
         self.gives = gives
         self.forces = forces
@@ -131,21 +135,29 @@ def share_answered(replica: Replica | None, trusted: float) -> float:
     return trusted * replica.news.weight
 
 
-def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
+def follow(replica: Replica | None, news: Partners, share: float, way: float = 0.0) -> Replica:
     """Return the models with the partners of a new patch.
 
     Args:
         replica: Models after the last period; None before the first patch with partners.
         news: Partners of the new patch.
         share: Completed fraction of the move to the patch before, 0 to 1.
+        way: Duration of that move over that of the move to the new patch; 0 to move along lines.
     """
     after = numbers_of(news)
     if replica is None:
         gives = [Give()] + [Give(p.give) for p in news.partners]
         forces = [0.0] + [p.force for p in news.partners]
-        return Replica(news, after, after, _told(news), gives, forces, [], step=math.nan)
+        return Replica(news, after, after, [], _told(news), gives, forces, [], step=math.nan)
     if replica.news.users == news.users:
-        return replace(replica, news=news, before=shown_numbers(replica, share), after=after)
+        bends = list[float]()
+        if share >= 1.0 and 0.0 < way < math.inf:
+            bends = [
+                _bend(replica.before[at(j)], replica.after[at(j)], after[at(j)], way)
+                for j in range(len(news.partners))
+            ]
+        before = shown_numbers(replica, share)
+        return replace(replica, news=news, before=before, after=after, bends=bends)
     # A hand that comes begins where its patch says. What this changes in the surface fades.
     old = {user: j + 1 for j, user in enumerate(replica.news.users)}
     gives, forces, wishes = [replica.gives[0]], [replica.forces[0]], list[float]()
@@ -160,6 +172,7 @@ def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
         news,
         after,
         after,
+        [],
         models,
         gives,
         forces,
@@ -169,6 +182,21 @@ def follow(replica: Replica | None, news: Partners, share: float) -> Replica:
         math.nan,
         replica.recent,
     )
+
+
+def _bend(then: float, before: float, after: float, way: float) -> float:
+    """Return how much a parabola through three values lies beyond a line through the last two.
+
+    Lines between ticks that come late leave a kink that a finger feels in what moves at 2 Hz. A
+    bend is at most as large as the steps, so that no lie is made larger than it is.
+
+    Args:
+        then, before, after: The values [m].
+        way: Time between the first two, over that between the last two.
+    """
+    bend = (then - before + way * (after - before)) / (way * (way + 1.0))
+    most = abs(after - before)
+    return max(-most, min(most, bend))
 
 
 def _told(news: Partners) -> list[HandModel]:
@@ -197,7 +225,10 @@ def shown_numbers(replica: Replica, share: float) -> list[float]:
     """Return the numbers of `numbers_of` in this period."""
     if share >= 1.0:
         return replica.after
-    return [a + share * (b - a) for a, b in zip(replica.before, replica.after, strict=True)]
+    numbers = [a + share * (b - a) for a, b in zip(replica.before, replica.after, strict=True)]
+    for j, bend in enumerate(replica.bends):
+        numbers[at(j)] += share * (share - 1.0) * bend
+    return numbers
 
 
 class Answer(NamedTuple):
@@ -257,7 +288,7 @@ def move(
     felt = [own, *answered.forces[1:]]
     felt += [0.0] * (len(replica.gives) - len(felt))
     return Replica(
-        replica.news, replica.before, replica.after,
+        replica.news, replica.before, replica.after, replica.bends,
         _glided(replica.models, _told(replica.news), dt), _moved(replica, felt, dt), felt,
         answered.wishes, answered.explained, answered.shift, answered.step, recent,
     )  # fmt: skip
@@ -267,8 +298,8 @@ def left_alone(replica: Replica, dt: float) -> Replica:
     """Return the models after a period in which nobody pressed [s]."""
     felt = [0.0] * len(replica.gives)
     return Replica(
-        replica.news, replica.before, replica.after, replica.models, _moved(replica, felt, dt),
-        felt, replica.wishes,
+        replica.news, replica.before, replica.after, replica.bends, replica.models,
+        _moved(replica, felt, dt), felt, replica.wishes,
     )  # fmt: skip
 
 

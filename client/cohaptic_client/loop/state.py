@@ -10,13 +10,14 @@ import sys
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState
 from cohaptic.control.geometry import LocalSurface, Sight
 from cohaptic.control.law import Law, LawSettings, LocalForce
 from cohaptic.control.mesh_fit import RestSurface, unpack
 from cohaptic.control.mesh_surface import MeshSurface, Surface
+from cohaptic.control.playout import NOT_PLAYED, Playout
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.vec import ZERO, Vec3, norm
@@ -72,8 +73,8 @@ class LoopSettings:
         simulation_period: Time between patches, N haptic periods [s].
         limits: Limits of the safety layer.
         law: Settings of the law's integral.
-        smoothing: Fraction of a simulation period over which the loop moves to a new patch, 0 to 1;
-            at 0 the surface jumps to each new patch, as in the paper.
+        smoothing: Fraction of the time from patch to patch over which the loop moves to a new one,
+            0 to 1; at 0 the surface jumps to each new patch, as in the paper.
         max_damping: Largest damping of the passivity layer; 0 switches the layer off [N s/m].
         surface: Function that makes the local surface of a patch.
         friction: Coefficient of friction mu of the contact; 0 for none.
@@ -93,18 +94,25 @@ class LoopSettings:
     max_stiffness: float = math.inf
 
 
+class Coming(NamedTuple):
+    """A patch whose time is still to come, and its surface."""
+
+    patch: Patch
+    surface: Surface
+
+
 @dataclass(init=False)
 class LoopState:
     """Memory of the loop from period to period.
 
     Fields:
-        patch: Newest patch; None before the first.
+        patch: Newest patch that is shown, or moved to; None before the first.
         arrived: Time at which the newest patch arrived [s].
-        before: Surface of the previous patch; None if there is none.
-        offset: Shown surface less `before`, both sampled at the probe when the newest patch
-            arrived; None without `before`.
-        surface: Surface of the newest patch; None before the first.
-        k_h_before: Gain in use when the newest patch arrived [N/m].
+        before: Surface of the patch before `patch`; None if there is none.
+        offset: Shown surface less `before`, both sampled at the probe when the move to `patch`
+            began; None without `before`.
+        surface: Surface of `patch`; None before the first.
+        k_h_before: Gain in use when the move to `patch` began [N/m].
         fade: Law in use; None before the first patch.
         normal_force: Normal force of the law in the last period [N].
         sight: Sample of the surface shown in the last period; None before the first.
@@ -121,6 +129,9 @@ class LoopState:
         patience: Time for which the server may be silent on this link [s].
         replica: Models of the hands; None before the first patch with partners.
         trust: How far models are trusted, whichever they are.
+        playout: Playing time of patches.
+        coming: Patches whose time is still to come, oldest first.
+        move_begins, move_ends: Playing times at which the move to `patch` begins and ends [s].
     """
 
     patch: Final[Patch | None]
@@ -142,6 +153,10 @@ class LoopState:
     patience: Final[float]
     replica: Final[Replica | None]
     trust: Final[Trust]
+    playout: Final[Playout]
+    coming: Final[tuple[Coming, ...]]
+    move_begins: Final[float]
+    move_ends: Final[float]
 
     def __init__(
         self,
@@ -164,6 +179,10 @@ class LoopState:
         patience: float = 0.0,
         replica: Replica | None = None,
         trust: Trust = FULL_TRUST,
+        playout: Playout = NOT_PLAYED,
+        coming: tuple[Coming, ...] = (),
+        move_begins: float = 0.0,
+        move_ends: float = 0.0,
     ) -> None:
         self.patch = patch
         self.arrived = arrived
@@ -184,6 +203,10 @@ class LoopState:
         self.patience = patience
         self.replica = replica
         self.trust = trust
+        self.playout = playout
+        self.coming = coming
+        self.move_begins = move_begins
+        self.move_ends = move_ends
 
     def silenced(self) -> LoopState:
         """Return this state with an infinitely old newest patch, so that the force fades."""

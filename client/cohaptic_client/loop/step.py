@@ -20,7 +20,7 @@ from cohaptic.protocol.patch import MAX_STIFFNESS
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.answer import WISH_RATE, WISH_RATE_IN_FADES, Own, answer
-from cohaptic_client.loop.arrival import is_silent, progress, shown
+from cohaptic_client.loop.arrival import is_silent, play, played, progress, shown
 from cohaptic_client.loop.contact import NO_SURFACE, Contact, press
 from cohaptic_client.loop.law_fade import LawFade, stiffest
 from cohaptic_client.loop.passivity import NOTHING_OWED, SLOW, Passivity, given_share, observe
@@ -185,6 +185,10 @@ def without_surface(
         patience=state.patience,
         replica=None if replica is None else left_alone(replica, settings.limits.period),
         trust=state.trust,
+        playout=state.playout,
+        coming=state.coming,
+        move_begins=state.move_begins,
+        move_ends=state.move_ends,
     )
     give = None if replica is None else replica.gives[0].y
     return after, Output(safety.force, ZERO, None, NO_SURFACE.local, 0.0, 0.0, True, give)
@@ -202,7 +206,9 @@ def _step(
     limits = settings.limits
     dt = 0.0 if state.safety.now is None else max(0.0, now - state.safety.now)
     silent = is_silent(state, now, settings)
-    share = progress(state, now, settings)
+    if state.coming:
+        state = play(state, now, settings)
+    share = progress(state, now)
     sight = shown(state, sample.position, share)
     contact = NO_SURFACE
     replica, explained, wished = state.replica, 0.0, 0.0
@@ -266,6 +272,10 @@ def _step(
         patience=state.patience,
         replica=replica,
         trust=trust,
+        playout=played(state, now, dt, settings),
+        coming=state.coming,
+        move_begins=state.move_begins,
+        move_ends=state.move_ends,
     )
     output = Output(
         force=safety.force,

@@ -53,7 +53,7 @@ class UserMetrics(_Frozen):
             in use may damp less, or no loop is slower. None if the lag is for another user or for
             none in particular.
         forbids_models: Whether this user pressed when models of the hands were last forbidden, and
-            its hand cannot be modelled, or its delay varies; false again once they are used in
+            its hand cannot be modelled, or its delay jumps; false again once they are used in
             full.
     """
 

@@ -22,7 +22,7 @@ NONE = "-"
 _MOST_NAMES = 3  # in a sentence
 _HINDERS = {
     "hand": "by a law or a device that has none",
-    "link": "over a link whose delay varies",
+    "link": "over a link whose delay jumps",
 }
 # Delay [s] above which a user feels that the object lags; fraction of unused samples above which
 # the user loses contact with the object.

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from cohaptic.control.law import Gains
 from cohaptic.protocol.messages import FixedGains, Hello
 from cohaptic.protocol.patch import Geometry
+from cohaptic_server.room.playing import Samples
 from cohaptic_server.room.seats.names import Claim, looks_like
 from cohaptic_server.world.state import Touch
 
@@ -28,7 +29,7 @@ class Member:
 
     Attributes:
         joined: Time at which the user joined [s].
-        touch: Newest sample with the user's settings; None before the first sample.
+        samples: Samples with the user's settings, as far as they are still to be read.
         used: Number of samples that were the newest one at a tick.
         seen: Sequence number of the last sample that `used` counts.
         gains: Control gains that the user chose; None for the server's gains.
@@ -42,11 +43,16 @@ class Member:
     max_force: float
     muted: bool = False
     joined: float = field(init=False)
-    touch: Touch | None = None
+    samples: Samples = field(default_factory=Samples)
     used: int = 0
     seen: int = 0
     gains: Gains | None = field(init=False)
     geometry: Geometry = field(init=False)
+
+    @property
+    def touch(self) -> Touch | None:
+        """Newest sample; None before the first sample."""
+        return self.samples.waiting[-1] if self.samples.waiting else None
 
     def __post_init__(self) -> None:
         self.joined = self.heard

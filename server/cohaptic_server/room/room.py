@@ -9,6 +9,7 @@ assigns to the room.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
@@ -155,6 +156,7 @@ class Room:
         self.left_alone: float | None = None
         self.force_budget: float | None = None
         self._reset_at: float | None = None
+        self._ticked = -math.inf  # time of the last tick [s]
 
     # Above 60 lines: the method checks in one place all that a hello may ask for.
     def join(
@@ -230,7 +232,7 @@ class Room:
         elif own_model is not None:
             give = sample.give
         # Positional arguments, since keyword arguments would double the time of this method.
-        member.touch = Touch(
+        touch = Touch(
             user,
             hello.law,
             hello.max_stiffness,
@@ -250,6 +252,7 @@ class Room:
             give,
             own_model,
         )
+        member.samples = member.samples.heard(touch)
         member.heard = now
 
     def set_law(self, user: int, change: SetLaw) -> None:
@@ -266,8 +269,7 @@ class Room:
             update={"law": change.law, "fixed_gains": change.fixed_gains}
         )
         member.gains = chosen_gains(change.fixed_gains)
-        if member.touch is not None:
-            member.touch = replace(member.touch, law=change.law, fixed_gains=member.gains)
+        member.samples = member.samples.with_law(change.law, member.gains)
 
     def _check_gains(self, gains: FixedGains | None) -> None:
         if gains is not None and not self.settings.allow_fixed_gains:
@@ -363,22 +365,24 @@ class Room:
         if self._reset_at is not None and now >= self._reset_at:
             self.world, self._reset_at = WorldState(self.world.tick), None
         released = self.frozen or self._reset_at is not None
+        touches = list[Touch]()
         for member in self.members.values():
-            if member.touch is not None and member.touch.seq != member.seen:
-                member.seen = member.touch.seq
+            if (newest := member.touch) is None:
+                continue
+            if newest.seq != member.seen:
+                member.seen = newest.seq
                 member.used += 1
-        # The force of a muted user fades like that of a user whose samples have stopped.
-        touches = [
-            replace(touch, fresh=False)
-            if released or member.muted or now - member.heard > STALE_AFTER
-            else touch
-            for member in self.members.values()
-            if (touch := member.touch) is not None
-        ]
+            member.samples, touch = member.samples.read(now)
+            # The force of a muted user fades like that of a user whose samples have stopped.
+            stale = released or member.muted or now - member.heard > STALE_AFTER
+            touches.append(replace(touch, fresh=False) if stale else touch)
         if self.force_budget is not None:
             touches = within_budget(touches, self.force_budget)
-        dt = self.settings.simulation_period
-        self.world, self.patches = advance(self.touched_body, self.world, touches, now=now, dt=dt)
+        dt, elapsed = self.settings.simulation_period, now - self._ticked
+        self._ticked = now
+        self.world, self.patches = advance(
+            self.touched_body, self.world, touches, now=now, dt=dt, elapsed=elapsed
+        )
         return self.patches
 
     @property

@@ -31,25 +31,25 @@ from cohaptic.vec import norm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.loops.vectors import jumped, tangential_parts
-from cohaptic_server.world.state import NEGLIGIBLE, Anticipation, Carried, Release, Touch
+from cohaptic_server.world.state import NEGLIGIBLE, Anticipation, Carried, Release, TickTime, Touch
 from cohaptic_server.world.users import Applied, Tracked, WorldState
 
 
 def remember(
-    past: tuple[Carried, ...], tick: int, tracked: Tracked, applied: Applied, ticks: int
+    past: tuple[Carried, ...], time: TickTime, tracked: Tracked, applied: Applied, ticks: int
 ) -> tuple[Carried, ...]:
     """Append the forces that the body carries in this tick to those of the last ticks.
 
     Args:
         past: Forces that the body carried in earlier ticks, oldest first.
-        tick: Number of this tick.
+        time: Number and time of this tick.
         ticks: Number of ticks to keep: all those whose patches samples may still answer.
 
     Returns:
         Forces of the last `ticks` ticks, this tick included, oldest first.
     """
     forces = tracked.contacts.normals * applied.force[:, None] + applied.tangential
-    return (*past[1 - ticks :], Carried(tick, _numbers(tracked), forces))
+    return (*past[1 - ticks :], Carried(time.number, time.now, _numbers(tracked), forces))
 
 
 def anticipate(
@@ -185,7 +185,7 @@ def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Flo
         previous: Forces applied in the last tick [N].
         requested: Forces that the lagged forces approach, of the same shape [N].
         lag: Time constant of each force, of a shape that broadcasts [s].
-        dt: Simulation period [s].
+        dt: Time since the last tick [s].
     """
     return np.asarray(requested + kept(lag, dt) * (previous - requested))
 
@@ -259,8 +259,8 @@ def apply_forces(
         tracked: Users with their contacts and requested forces.
         released: Numbers of the users whose force still fades at a previous contact; they do not
             press at their new contact yet.
-        dt: Simulation period N T [s].
-        max_move: Distance that a hand can move a contact in one tick [m].
+        dt: Time since the last tick [s].
+        max_move: Distance that a hand can move a contact in that time [m].
     """
     n, last = len(tracked.touches), state.users.applied
     if not n:

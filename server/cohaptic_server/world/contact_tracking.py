@@ -29,7 +29,7 @@ from cohaptic_server.world.displacement_field import (
 from cohaptic_server.world.lags.turning import steep_contacts
 from cohaptic_server.world.loops.tracking import track
 from cohaptic_server.world.loops.vectors import heights, pressed, smoothed
-from cohaptic_server.world.state import TickTime, Touch
+from cohaptic_server.world.state import Carried, TickTime, Touch
 from cohaptic_server.world.users import Tracked, WorldState, settings_of, vectors
 
 _MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
@@ -64,7 +64,7 @@ def track_contacts(
     probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
     rough = [i for i, touch in enumerate(touches) if touch.friction]
     followed = _places_to_follow(state, touches, before, probes)
-    contacts, surfaces, places = _follow(body, state, before, followed, time.period)
+    contacts, surfaces, places = _follow(body, state, before, followed, time.elapsed)
     n, frames = len(touches), contacts.frames
     height, push, velocity = np.empty(n), np.empty(n), np.empty((n, 3))
     heights(frames, probes, places, height)
@@ -178,11 +178,27 @@ def _loop_delay(
     if not touch.fresh:
         return delay
     if 0 < touch.tick <= state.tick:
-        late = (time.number - touch.tick) * time.period
+        late = time.now - time_of(state.past, touch.tick, time)
         # The first sample after an outage names a patch from before, which does not time the loop.
-        return delay.measured(late, time.now) if faded_in or late <= TOO_LONG else delay
+        counts = faded_in or late <= TOO_LONG
+        return delay.measured(late, time.now, time.elapsed) if counts else delay
     # The sample names no patch, since there was none yet, or a patch that was never made.
-    return delay.waited(time.period) if faded_in else delay
+    return delay.waited(time.elapsed) if faded_in else delay
+
+
+def time_of(past: Sequence[Carried], tick: int, time: TickTime) -> float:
+    """Return the time of an earlier tick [s].
+
+    Args:
+        past: Ticks that are remembered, oldest first.
+        tick: Its number.
+        time: This tick.
+    """
+    back = time.number - tick
+    # Ticks without users leave no trace.
+    if back <= len(past) and past[-back].tick == tick:
+        return past[-back].at
+    return time.now - (time.number - tick) * time.period
 
 
 def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:

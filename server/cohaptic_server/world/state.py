@@ -34,12 +34,14 @@ class TickTime:
     Args:
         number: Number of the tick; 1 for the first.
         now: Time of the tick on the server's clock [s].
-        period: Simulation period N T [s].
+        period: Simulation period N T, the time from tick to tick if none is late [s].
+        elapsed: Time since the last tick [s].
     """
 
     number: int
     now: float
     period: float
+    elapsed: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,11 +188,13 @@ class Carried:
 
     Args:
         tick: Number of the tick.
+        at: Time of the tick on the server's clock [s].
         users: Numbers of the users, shape (n,).
         forces: Forces on the hands, normal and tangential together, shape (n, 3) [N].
     """
 
     tick: int
+    at: float
     users: Ints
     forces: Floats
 

@@ -195,7 +195,7 @@ def show_swing(
         compliance: Compliance between the loads of the loop, shape (loads, loads) [m/N].
         spans: Span of each user's loads in `compliance`.
         starts: First load of each user in the response.
-        dt: Simulation period N T [s].
+        dt: Time since the last tick [s].
 
     Returns:
         The response with the chosen share; the same response if it has no swing.
@@ -231,6 +231,9 @@ _SLOWEST_SLIDE, _FASTEST_SLIDE = 0.1, 1.0
 # A contact that moves further than both of these in a tick was not moved by a hand.
 _MAX_STEP = 0.03  # m
 _MAX_SPEED = 1.5  # m/s, the speed at which a client's safety layer lets go
+# Periods; a server that stood still for longer has not computed what would have happened meanwhile.
+_LONGEST_TICK = 4.0
+_SHORTEST_TICK = 0.1  # filters divide by a time
 
 
 # The five steps in their order, each of which needs the arrays of those before it.
@@ -241,6 +244,7 @@ def advance(
     *,
     now: float,
     dt: float,
+    elapsed: float | None = None,
 ) -> tuple[WorldState, dict[int, Patch]]:
     """Advance the world by one simulation tick.
 
@@ -250,6 +254,9 @@ def advance(
         touches: Newest sample of every connected user who has sent one.
         now: Time of this tick on the server's clock [s].
         dt: Simulation period N T [s].
+        elapsed: Time since the last tick [s]; None for a tick on time. Whatever moves with time
+            moves by this, so that a late tick changes nothing but the times at which hands see it.
+            A body with a memory has its own constant period.
 
     Returns:
         The world after this tick, and a patch for each of `touches`, by user.
@@ -258,13 +265,14 @@ def advance(
     if not connected and is_at_rest(state):
         return pass_over(state, 1), {}
     body = touched_body.body
-    time = TickTime(state.tick + 1, now, dt)
-    fade, max_move = dt / RELEASE_TIME, _max_contact_move(body, dt)
+    elapsed = dt if elapsed is None else max(_SHORTEST_TICK * dt, min(_LONGEST_TICK * dt, elapsed))
+    time = TickTime(state.tick + 1, now, dt, elapsed)
+    fade, max_move = elapsed / RELEASE_TIME, _max_contact_move(body, elapsed)
 
     tracked = track_contacts(body, state, *_participants(state, connected, fade), time)
     releases = update_releases(state, tracked, fade, max_move=max_move)
     released = {release.user for release in releases}
-    applied = apply_forces(body, state, tracked, released, dt, max_move=max_move)
+    applied = apply_forces(body, state, tracked, released, elapsed, max_move=max_move)
 
     fading = [release.faded() for release in releases]
     # Steep contacts need the body's response in two more directions, along the surface.
@@ -303,12 +311,12 @@ def advance(
     if now - unknown_at < CALM_TIME:
         S = None
     plan = find_anticipation(loop, tracked.contacts.normals, S, turned, dt)
-    past = remember(state.past, time.number, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
-    room, cause = find_lag(loop, plan, state.room, state.cause, dt)
+    past = remember(state.past, time, tracked, applied, math.ceil(TOO_LONG / dt) + 1)
+    room, cause = find_lag(loop, plan, state.room, state.cause, elapsed)
     if touched_body.swings is not None:
         response = show_swing(
             touched_body.swings, response, hands, weight.tolist(), plan.gains, room.lag, compliance,
-            spans, starts.tolist(), dt,
+            spans, starts.tolist(), elapsed,
         )  # fmt: skip
     # Where forces are anticipated, contacts turn at once, as the anticipation assumes.
     turning = find_turning_lag(None if plan.gains else turned, loop.longest_delay, room.lag)

@@ -248,7 +248,7 @@ class Forbidden(NamedTuple):
 
     Args:
         by: `hand` for one that presses and cannot be modelled; `link` for one that presses and
-            whose delay varies; `number` if more hands press than a patch carries; `object` if the
+            whose delay jumps; `number` if more hands press than a patch carries; `object` if the
             object or a contact on it is no linear spring.
         users: Numbers of the users of such hands or links; empty for another reason.
     """

@@ -1,6 +1,6 @@
 """The loop delay of one client, as a recent maximum of measurements, so that gains do not chatter.
 
-Its recent minimum says how steady the loop is.
+How much it has jumped says how steady the loop is.
 
 A sample names the tick of the patch with which it was made; the server receives the sample some
 simulation periods later. That number of periods is d + 1 of science 3.1. The number includes the
@@ -9,8 +9,9 @@ delays of network and schedulers, and the server needs no common clock to count 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
+
+from cohaptic.control.playout import FALL, RISE
 
 # s; a measured delay counts for at least one window and at most two: long enough to see the rare
 # late messages of a network, short enough that gains recover within a few presses.
@@ -31,16 +32,18 @@ class LoopDelay:
         before: Largest delay in the previous window [s]; negative without such a window.
         until: End of the present window [s].
         unanswered: Time for which the client has pressed without naming the tick of a patch [s].
-        least: Least delay in the present window [s]; infinite before the first measurement.
-        least_before: Least delay in the previous window [s]; infinite without such a window.
+        glided: Delay as it is where playing runs a little faster or slower [s].
+        jumped: Largest difference from that in the present window [s].
+        jumped_before: The same in the previous window [s].
     """
 
     recent: float = -1.0
     before: float = -1.0
     until: float = 0.0
     unanswered: float = 0.0
-    least: float = math.inf
-    least_before: float = math.inf
+    glided: float = 0.0
+    jumped: float = 0.0
+    jumped_before: float = 0.0
 
     @property
     def value(self) -> float:
@@ -61,11 +64,13 @@ class LoopDelay:
         return min(TOO_LONG, max(0.0, self.recent, self.before))
 
     @property
-    def spread(self) -> float:
-        """How much the delay has varied lately; 0 before the first measurement [s]."""
-        largest = self.recent if self.recent > self.before else self.before
-        least = self.least if self.least < self.least_before else self.least_before
-        return largest - least if largest >= 0.0 else 0.0
+    def jump(self) -> float:
+        """How far the delay has jumped lately; 0 before the first measurement [s].
+
+        What playing at constant time makes of a link that wavers is no jump: its delay changes
+        slowly (`playout.py`, at both ends).
+        """
+        return self.jumped if self.jumped > self.jumped_before else self.jumped_before
 
     @property
     def too_long(self) -> bool:
@@ -85,17 +90,25 @@ class LoopDelay:
         """
         return replace(self, unanswered=self.unanswered + period)
 
-    def measured(self, delay: float, now: float) -> LoopDelay:
+    def measured(self, delay: float, now: float, dt: float = 0.0) -> LoopDelay:
         """Return the state after one more measurement of the loop delay.
 
         Args:
             delay: Loop delay of one sample [s]; clipped to the range 0 to `LONGEST`.
             now: Time of the measurement [s].
+            dt: Time since the measurement before [s].
         """
         delay = min(max(delay, 0.0), LONGEST)
+        if delay == self.glided <= self.recent and now < self.until and not self.unanswered:
+            return self
+        glided = self.glided
+        glided += max(-2.0 * FALL * dt, min(RISE * dt, delay - glided))
+        if self.recent < 0.0 and self.before < 0.0:
+            glided = delay
+        jump = abs(delay - glided)
         if now < self.until:
-            if self.least <= delay <= self.recent and not self.unanswered:
-                return self
-            largest, least = max(self.recent, delay), min(self.least, delay)
-            return LoopDelay(largest, self.before, self.until, 0.0, least, self.least_before)
-        return LoopDelay(delay, self.recent, now + WINDOW, 0.0, delay, self.least)
+            largest, jump = max(self.recent, delay), max(self.jumped, jump)
+            return LoopDelay(
+                largest, self.before, self.until, 0.0, glided, jump, self.jumped_before
+            )
+        return LoopDelay(delay, self.recent, now + WINDOW, 0.0, glided, jump, self.jumped)

@@ -84,4 +84,4 @@ def play(
 
 def shown_at(state: LoopState, probe: Vec3, now: float, settings: LoopSettings) -> Sight | None:
     """The surface that a loop shows at a time."""
-    return shown(state, probe, progress(state, now, settings))
+    return shown(state, probe, progress(state, now))

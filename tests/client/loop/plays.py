@@ -29,7 +29,8 @@ NORMAL = unit((-0.9, 0.3, 0.1))
 ALONG = unit((0.3, 0.9, 0.0))  # in the surface
 # Of a patch, those that the loop reads.
 PATCH_FIELDS = (
-    "tick", "law", "x_free", "c_ii", "k_h", "integral_gain", "own_force", "u_others", "compliance",
+    "tick", "t_server", "law", "x_free", "c_ii", "k_h", "integral_gain", "own_force", "u_others",
+    "compliance",
 )  # fmt: skip
 
 
@@ -44,6 +45,7 @@ class Play:
         way: Where the hand wants to be, over time: t [s], depth [m].
         silence: No patch between these times; ticks then count from 1 again [s].
         losses: No patch between any of these times; ticks go on [s].
+        wavers: Largest lateness of a patch, whose order stays [s].
         others: How far others push the material in and out, and along the surface [m].
         shove: From 0.6 s on, as far others have pushed it in at once [m].
         max_stiffness: Of the device [N/m].
@@ -57,6 +59,7 @@ class Play:
     way: tuple[tuple[float, float], ...]
     silence: tuple[float, float] = (9.0, 9.0)
     losses: tuple[tuple[float, float], ...] = ()
+    wavers: float = 0.0
     others: float = 0.004
     shove: float = 0.0
     max_stiffness: float = 2000.0
@@ -88,6 +91,7 @@ PLAYS = (
     Play("the server falls silent", ALONE, 8.0, HELD, silence=(0.5, 0.85)),
     # The first gap fades the force; the second, nearly as long, is the link's way.
     Play("patches are lost", ALONE, 8.0, HELD, losses=((0.4, 0.56), (0.9, 1.04))),
+    Play("the link wavers", ALONE, 5.0, HELD, wavers=0.07, losses=((0.9, 0.94),)),
     Play("a device softer than the object", ALONE, 0.0, HELD, max_stiffness=150.0),
     # Two late periods; then a fault while the hand is pressed, and back from outside.
     Play(
@@ -130,7 +134,7 @@ def patch_of(play: Play, t: float, tick: int, own_force: Vec3, c_ii: float) -> P
         c_ii = dot(NORMAL, times(compliance, NORMAL))
     share = {Law.PREDICTIVE: 1.0, Law.PI: 0.3, Law.PROPORTIONAL: 0.9}[law]
     return Patch(
-        tick=tick, seq=0, t_server=0.0, t_client=0.0, sample_wait=0.0,
+        tick=tick, seq=0, t_server=t, t_client=0.0, sample_wait=0.0,
         geometry=Geometry.SPHERE if play.curvature else Geometry.PLANE, law=law,
         x_free=scale(NORMAL, 0.1 + lift), normal=NORMAL, curvature=play.curvature, c_ii=c_ii,
         k_h=min(share / c_ii, play.max_stiffness),
@@ -151,7 +155,7 @@ def play_out(play: Play) -> dict[str, Any]:
         friction=play.friction,
         max_stiffness=play.max_stiffness,
     )
-    hand, rng = Hand(), random.Random(5)
+    hand, rng, lateness, last = Hand(), random.Random(5), random.Random(8), 0.0
     state, tip, force = LoopState(), HandState(tip_wanted(play, 0.0), ZERO), ZERO
     under_way, came, rows = deque[tuple[float, Patch]](), list[dict[str, Any]](), list[Any]()
     tick, own_force = 0, ZERO
@@ -163,7 +167,9 @@ def play_out(play: Play) -> dict[str, Any]:
             c_ii = round(rng.uniform(0.0038, 0.0042), 6)
             patch = patch_of(play, now, max(1, tick), own_force, c_ii)
             if not silent and not any(a <= now < b for a, b in play.losses):
-                under_way.append((round(now + DELAY, 6), patch))
+                late = lateness.uniform(0.0, play.wavers)
+                last = max(last, round(now + DELAY + late, 6))
+                under_way.append((last, patch))
         tip = move(tip, hand, tip_wanted(play, now), force, T)
         if i in play.left_out:
             continue
@@ -209,6 +215,7 @@ def row(i: int, tip: HandState, state: LoopState, out: Output) -> dict[str, Any]
         "damping_force": out.damping_force,
         "silent": out.silent,
         "patience": state.patience,
+        "behind": state.playout.behind,
         "depth": state.depth if math.isfinite(state.depth) else None,  # before the first patch
         "k_h": state.k_h,
         "owed": state.passivity.owed,

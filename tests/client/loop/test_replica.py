@@ -129,7 +129,14 @@ def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go
     gives = [Give(0.001 * i, 0.01 * i) for i in range(len(old) + 1)]
     replica = move(
         Replica(
-            replica.news, replica.before, replica.after, replica.models, gives, replica.forces, []
+            replica.news,
+            replica.before,
+            replica.after,
+            [],
+            replica.models,
+            gives,
+            replica.forces,
+            [],
         ),
         answered([0.5 * i for i in range(len(old) + 1)]),
         0.0,

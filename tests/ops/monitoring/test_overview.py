@@ -90,7 +90,7 @@ PRESSED = "pressed by a law or a device that has none"
         ("hand", "abc", f"user0, user1 and user2 {PRESSED}"),
         ("hand", "abcd", f"user0, user1, user2 and 1 more {PRESSED}"),
         ("hand", "", f"a user who has left {PRESSED}"),
-        ("link", "b", "user1 pressed over a link whose delay varies"),
+        ("link", "b", "user1 pressed over a link whose delay jumps"),
         ("number", "", "more than 8 hands pressed"),
         ("object", "", "the object or a contact on it was no linear spring"),
         ("", "", ""),

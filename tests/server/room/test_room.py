@@ -197,9 +197,11 @@ def test_the_newest_sample_replaces_the_last(small_balloon: Balloon) -> None:
     here = room(small_balloon)
     user = enter(here, "left")
     for seq in (1, 2, 9):
-        here.sample(user, sample(seq, probe=(0.09, 0.001 * seq, 0.0)), 0.0)
+        made = sample(seq, probe=(0.09, 0.001 * seq, 0.0))._replace(t_client=0.001 * seq)
+        here.sample(user, made, 0.001 * seq)
     patch = here.tick(0.01)[user]
-    assert (patch.seq, patch.t_client) == (9, sample(9).t_client)
+    assert patch.seq == 9
+    assert patch.t_client == pytest.approx(0.009)
 
 
 def test_a_hello_speaks_for_the_samples_that_follow(small_balloon: Balloon) -> None:

@@ -63,7 +63,9 @@ def foot_after(
         now = touch(
             at + share * (tip - at), share * force, friction=anchor is not None, anchor=anchor
         )
-        state, _ = advance(TouchedBody(body), state, [now, *others], now=0.0, dt=DT)
+        state, _ = advance(
+            TouchedBody(body), state, [now, *others], now=(state.tick + 1) * DT, dt=DT
+        )
     return state.users[1].contact.foot
 
 

@@ -64,7 +64,9 @@ def test_a_patch_is_free_of_its_users_own_force(
 
     def patch(force: float) -> Patch:
         mine = touch(1, at=side(angle), depth=depth, force=force)
-        return advance(TouchedBody(small_balloon), state, [mine, beside], now=0.0, dt=DT)[1][1]
+        return advance(
+            TouchedBody(small_balloon), state, [mine, beside], now=(state.tick + 1) * DT, dt=DT
+        )[1][1]
 
     a, b = patch(one), patch(other)
     # Own field added and taken out again: rounding of a displacement of a few centimetres.
@@ -97,7 +99,7 @@ def test_gains_and_stiffnesses_follow_from_the_rows_of_c(
         replace(touch(i, at=side(angle), depth=0.01, force=force), law=law, max_stiffness=limit)
         for i, ((angle, force), law) in enumerate(zip(hands, laws, strict=True), start=1)
     ]
-    state, patches = advance(TouchedBody(small_balloon), WorldState(), touches, now=0.0, dt=DT)
+    state, patches = advance(TouchedBody(small_balloon), WorldState(), touches, now=DT, dt=DT)
     assert state.response is not None
     for i, patch in enumerate(patches.values()):
         row = state.response.compliance[i].tolist()
@@ -165,7 +167,7 @@ def test_a_newcomers_force_rises_over_the_release_time(small_balloon: Balloon) -
     state, carried = WorldState(), list[float]()
     for _ in range(RISE + 5):
         state, patches = advance(
-            TouchedBody(small_balloon), state, [touch(force=2.0)], now=0.0, dt=DT
+            TouchedBody(small_balloon), state, [touch(force=2.0)], now=(state.tick + 1) * DT, dt=DT
         )
         carried.append(norm(patches[1].own_force))
     full = carried[-1]
@@ -184,7 +186,9 @@ def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: B
     assert state.room.lag < 1e-3
     full, lifts = state.users[2].force, [norm(patches[1].u_others)]
     for k in range(1, RISE + 1):
-        state, patches = advance(TouchedBody(small_balloon), state, [left], now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, [left], now=(state.tick + 1) * DT, dt=DT
+        )
         assert set(patches) == {1}
         lifts.append(norm(patches[1].u_others))
         left_over = state.users[2].force if 2 in state.users else 0.0
@@ -204,7 +208,9 @@ def test_whoever_comes_and_goes_nobodys_force_jumps(
     state, shares = WorldState(), dict[int, float]()
     for here in attendance:
         touches = [touch(i, at=side(1.5 * i), force=2.0) for i in sorted(here)]
-        state, patches = advance(TouchedBody(small_balloon), state, touches, now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, touches, now=(state.tick + 1) * DT, dt=DT
+        )
         assert set(patches) == here
         now = {number: user.presence for number, user in state.users.items()}
         for number in now.keys() | shares.keys():
@@ -291,6 +297,8 @@ def test_whatever_a_few_hands_do_their_patches_can_be_sent(
     ]
     state = WorldState()
     for _ in range(4):
-        state, patches = advance(TouchedBody(small_balloon), state, touches, now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, touches, now=(state.tick + 1) * DT, dt=DT
+        )
         for patch in patches.values():
             assert Patch.decode(patch.encode()).tick == state.tick

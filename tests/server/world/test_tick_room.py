@@ -56,7 +56,9 @@ def test_the_body_carries_forces_behind_the_lag_and_says_so(small_balloon: Ballo
     more = [replace(light[0], force=scale(light[0].force, 3.0)), *light[1:]]
     for _ in range(10):
         before = state
-        state, patches = advance(TouchedBody(small_balloon), before, more, now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), before, more, now=(state.tick + 1) * DT, dt=DT
+        )
         user, was = state.users[1], before.users[1].force
         share = 1.0 - kept(before.room.lag, DT)
         assert user.force == pytest.approx(was + share * (user.requested - was), rel=1e-9)
@@ -78,7 +80,9 @@ def test_nobodys_surface_moves_faster_than_others_may_move_a_hand(
     for pushes in blows:
         hands = [replace(t, force=scale(side(0.0), f)) for t, f in zip(CLOSE, pushes, strict=True)]
         before = patches
-        state, patches = advance(TouchedBody(small_balloon), state, hands, now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, hands, now=(state.tick + 1) * DT, dt=DT
+        )
         for i, patch in patches.items():
             way = dot(sub(patch.u_others, before[i].u_others), patch.normal)
             # What was known of the coupling is a tick old, and contacts slide to where others have
@@ -96,7 +100,9 @@ def test_a_probe_that_is_elsewhere_all_at_once_leaves_its_force_where_it_was(
     full = state.users[1].force
     there = touch(at=(0.5, 1.0, 0.0))
     for k in range(RISE):
-        state, patches = advance(TouchedBody(small_balloon), state, [there], now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, [there], now=(state.tick + 1) * DT, dt=DT
+        )
         left = sum(r.faded().force for r in state.releases)
         assert left == pytest.approx(full * max(0.0, 1.0 - k * DT / RELEASE_TIME), abs=1e-9)
         if left > 0.0:
@@ -116,7 +122,9 @@ def test_who_is_too_slow_only_watches(small_balloon: Balloon) -> None:
     state = replace(state, tick=state.tick + late)
     for k in range(RISE):
         here = touch(tick=state.tick - late, seq=8 + k)
-        state, patches = advance(TouchedBody(small_balloon), state, [here], now=0.0, dt=DT)
+        state, patches = advance(
+            TouchedBody(small_balloon), state, [here], now=(state.tick + 1) * DT, dt=DT
+        )
     assert state.users[1].delay.too_long
     assert (state.users[1].presence, state.users[1].force) == (0.0, 0.0)
     assert patches[1].x_free != ZERO
@@ -127,7 +135,9 @@ def test_a_force_that_is_held_grows_older_tick_by_tick(small_balloon: Balloon) -
     state, _ = play(small_balloon, [touch()], 2)
     held = touch(tick=state.tick, seq=8)
     for k in range(1, 25):
-        state, _ = advance(TouchedBody(small_balloon), state, [held], now=0.0, dt=DT)
+        state, _ = advance(
+            TouchedBody(small_balloon), state, [held], now=(state.tick + 1) * DT, dt=DT
+        )
         assert state.users[1].delay.counted == pytest.approx(k * DT)
 
 

@@ -24,7 +24,7 @@ SPEED = 0.2  # m/s
 # Calls of Python and of C in a tick, loops that are compiled not counted: for the room, and for
 # each user with a plane and with a mesh patch. Counted with CPython 3.11, and a tenth more. As
 # plain Python a body makes some more for each of its loads.
-PER_ROOM, PER_PLANE, PER_MESH = (320, 25, 26) if COMPILED else (320, 38, 39)
+PER_ROOM, PER_PLANE, PER_MESH = (320, 27, 28) if COMPILED else (320, 40, 41)
 
 
 def sliding(users: int, tick: int, geometry: Geometry) -> list[Touch]:

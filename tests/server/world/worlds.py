@@ -30,5 +30,5 @@ def play(
     state, patches = state or WorldState(), dict[int, Patch]()
     touched = TouchedBody(body)
     for _ in range(ticks):
-        state, patches = advance(touched, state, touches, now=0.0, dt=DT)
+        state, patches = advance(touched, state, touches, now=(state.tick + 1) * DT, dt=DT)
     return state, patches

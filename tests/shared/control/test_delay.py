@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.delay import LONGEST, TOO_LONG, UNKNOWN, WINDOW, LoopDelay
+from cohaptic.control.playout import FALL, RISE
 
 delays = st.floats(0.0, 2.0)
 
@@ -13,9 +15,9 @@ def test_before_the_first_measurement_a_long_delay_is_assumed() -> None:
 
 
 @given(st.lists(st.tuples(delays, st.floats(0.001, 1.0)), min_size=1, max_size=60))
-def test_it_and_its_spread_are_those_of_one_to_two_windows(seen: list[tuple[float, float]]) -> None:
+def test_it_is_that_of_one_to_two_windows(seen: list[tuple[float, float]]) -> None:
     state, now, times = LoopDelay(), 10.0, list[tuple[float, float]]()
-    assert state.spread == 0.0
+    assert state.jump == 0.0
     for delay, wait in seen:
         now += wait
         state = state.measured(delay, now)
@@ -23,7 +25,25 @@ def test_it_and_its_spread_are_those_of_one_to_two_windows(seen: list[tuple[floa
         recent = [d for t, d in times if now - t < WINDOW]
         late = [d for t, d in times if now - t <= 2.0 * WINDOW + 1.0]
         assert max(recent) <= state.value <= max(late)
-        assert max(recent) - min(recent) <= state.spread <= max(late) - min(late)
+        # Without time between measurements each difference from the first one is a jump.
+        first = times[0][1]
+        assert max(abs(d - first) for d in recent) <= state.jump
+        assert state.jump <= max(abs(d - first) for d in late)
+
+
+@given(st.lists(st.floats(0.01, 0.1), min_size=1, max_size=300), st.booleans(), delays)
+def test_a_delay_that_glides_as_playing_makes_it_has_not_jumped(
+    waits: list[float], rises: bool, jump: float
+) -> None:
+    delay, now = 1.0, 0.0
+    state = LoopDelay().measured(delay, now)
+    for dt in waits:
+        now += dt
+        delay = min(2.0, delay + RISE * dt) if rises else max(0.0, delay - 2.0 * FALL * dt)
+        state = state.measured(delay, now, dt)
+        assert state.jump <= 1e-9
+    state = state.measured(jump, now, 0.0)
+    assert state.jump == pytest.approx(abs(jump - delay), abs=1e-9)
 
 
 @given(delays, st.lists(st.floats(-0.02, 0.0), min_size=1, max_size=100))

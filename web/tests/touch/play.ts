@@ -15,7 +15,7 @@ const PERIODS = 1500; // of a millisecond
 
 export type PlayPatch = Pick<
   Patch,
-  "tick" | "law" | "x_free" | "c_ii" | "k_h" | "integral_gain" | "own_force" | "u_others" | "compliance"
+  "tick" | "t_server" | "law" | "x_free" | "c_ii" | "k_h" | "integral_gain" | "own_force" | "u_others" | "compliance"
 >;
 
 export interface Play {
@@ -42,7 +42,6 @@ export function patchOf(play: Play, given: PlayPatch): Patch {
   return {
     ...given,
     seq: 0,
-    t_server: 0,
     t_client: 0,
     sample_wait: 0,
     geometry: "sphere",
@@ -112,6 +111,7 @@ function seen(state: LoopState, out: Output): Record<string, unknown> {
     damping_force: out.damping_force,
     silent: out.silent,
     patience: state.patience,
+    behind: state.playout.behind,
     depth: Number.isFinite(state.depth) ? state.depth : null,
     k_h: state.fade?.now.gains.k_h ?? 0,
     owed: state.passivity.owed,

@@ -27,7 +27,7 @@ from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig, limits_on
-from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slot
+from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slots
 from cohaptic_client.loop.running.watchdog import Watchdog
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE, Mode, SafetyState
 from cohaptic_client.loop.state import LoopSettings, LoopState, Output, SurfaceMaker
@@ -41,8 +41,8 @@ class Intake:
     period after its frame is read, a mesh patch two periods.
 
     Args:
-        slot: Slot with the newest frame. The network process has decoded each frame before, and has
-            refused invalid ones.
+        slots: Slots with the newest frames. The network process has decoded each frame before, and
+            has refused invalid ones.
         make: Function that makes the surface of a patch.
 
     Attributes:
@@ -50,8 +50,8 @@ class Intake:
         surface: Surface of that patch.
     """
 
-    def __init__(self, slot: Slot, make: Callable[[Patch], Surface]) -> None:
-        self._slot: Final = slot
+    def __init__(self, slots: Slots, make: Callable[[Patch], Surface]) -> None:
+        self._slots: Final = slots
         self._make: Final = make
         self._begun: Patch | None = None
         self.patch: Patch | None = None
@@ -61,7 +61,7 @@ class Intake:
         """Do this period's part of the work; return whether `patch` is to be used now."""
         patch = self._begun
         if patch is None:
-            frame = self._slot.read()
+            frame = self._slots.read()
             if frame is not None:
                 self._begun = Patch.decode_checked(frame)
             return False

@@ -205,7 +205,7 @@ def find_lag(
         plan: Plan of this tick for the next.
         previous: Lag of the last tick.
         cause: Cause of that lag; it remains the cause while the lag falls.
-        dt: Simulation period N T [s].
+        dt: Time since the last tick [s].
     """
     # The gains of the paper's laws are chosen for any delay; such users need no lag.
     needed, m, gains, slow = 0.0, plan.m, plan.gains, False

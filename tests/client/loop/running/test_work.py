@@ -59,8 +59,8 @@ def test_a_period_calls_few_functions(parent: Parent, monkeypatch: pytest.Monkey
     counted(parent, monkeypatch, lambda: sys.setprofile(note), lambda: sys.setprofile(None))
     periods = LAST - FIRST
     each = {name: count / periods for name, count in calls.items()}
-    # 146 now, 33 of them the built-in min and max, which are no calls once compiled.
-    assert sum(each.values()) <= 149, calls.most_common(30)
+    # 155 now, 33 of them the built-in min and max, which are no calls once compiled.
+    assert sum(each.values()) <= 157, calls.most_common(30)
     # The clock: before the sleep and after it, and, once it is warm, at the end of the period.
     assert each["SystemClock.now"] <= 3.0
     assert each["sleep"] <= 1.0

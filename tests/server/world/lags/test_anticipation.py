@@ -9,10 +9,11 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.applied_forces import anticipate, remember
 from cohaptic_server.world.loads import contact_axes
-from cohaptic_server.world.state import NOTHING, Anticipation, Carried, UserState
+from cohaptic_server.world.state import NOTHING, Anticipation, Carried, TickTime, UserState
 from cohaptic_server.world.users import Applied, Tracked
 from tests.server.touches import contact_at, side, touch, user_of
 from tests.server.touches import tracked_of as arrays_of
+from tests.server.world.worlds import DT
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -42,7 +43,7 @@ def carried_of(tracked: Tracked, forces: Floats) -> tuple[Carried, ...]:
     past: tuple[Carried, ...] = ()
     for tick, force in enumerate(forces, start=1):
         applied = Applied(np.ones(len(force)), force, np.zeros((len(force), 3)))
-        past = remember(past, tick, tracked, applied, 100)
+        past = remember(past, TickTime(tick, tick * DT, DT, DT), tracked, applied, 100)
     return past
 
 
@@ -146,7 +147,7 @@ def test_only_so_many_ticks_are_remembered(
     past: tuple[Carried, ...] = ()
     for tick in range(1, ticks + 1):
         applied = Applied(np.ones(2), np.full(2, float(tick)), np.zeros((2, 3)))
-        past = remember(past, tick, tracked, applied, longest)
+        past = remember(past, TickTime(tick, tick * DT, DT, DT), tracked, applied, longest)
     assert [then.tick for then in past] == list(range(max(1, ticks - longest + 1), ticks + 1))
     newest = past[len(past) - 1]
     assert newest.forces == pytest.approx(ticks * tracked.contacts.normals)

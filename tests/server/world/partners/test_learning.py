@@ -250,7 +250,7 @@ def test_one_hand_learns_in_a_tick_and_each_has_its_turn() -> None:
         before = [wishes.hands[i + 1].clouds.windows if wishes.hands else 0 for i in range(3)]
         wishes = next_wishes(
             wishes, tracked_of(users), applied_of(users), np.zeros(3), between, np.full(3, 1e6),
-            True, TickTime(tick + 1, tick * DT, DT),
+            True, TickTime(tick + 1, tick * DT, DT, DT),
         )  # fmt: skip
         learned = [wishes.hands[i + 1].clouds.windows - before[i] for i in range(3)]
         assert sum(learned) <= 1
@@ -265,7 +265,7 @@ def test_nobody_learns_while_models_are_forbidden() -> None:
         users = [user_of(samples[tick], force=2.0), user_of(touch(2, at=side(2.0)), force=2.0)]
         wishes = next_wishes(
             wishes, tracked_of(users), applied_of(users), np.zeros(2), C, np.full(2, 1e6), True,
-            TickTime(tick + 1, tick * DT, DT),
+            TickTime(tick + 1, tick * DT, DT, DT),
         )  # fmt: skip
     assert wishes.weight == 0.0
     assert wishes.hands[1].clouds.windows == 0

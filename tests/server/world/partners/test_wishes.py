@@ -53,7 +53,7 @@ class Room:
         self.set(users)
         self.possible = possible
         self.wishes = Wishes()
-        self.time = TickTime(0, 0.0, DT)
+        self.time = TickTime(0, 0.0, DT, DT)
 
     def set(self, users: Sequence[UserState]) -> None:
         self.tracked: Tracked = tracked_of(users)
@@ -63,7 +63,7 @@ class Room:
         self.C: Floats = 0.002 * (np.eye(n) + np.ones((n, n)))
 
     def tick(self) -> Wishes:
-        self.time = TickTime(self.time.number + 1, self.time.now + DT, DT)
+        self.time = TickTime(self.time.number + 1, self.time.now + DT, DT, DT)
         self.wishes = next_wishes(
             self.wishes,
             self.tracked,

@@ -1,7 +1,8 @@
-/** Arrival of a patch: the transition of the surface to it, and how long the next may take. */
+/** Arrival of patches: the moves of the surface from each to the next, and how long the next may take. */
 
 import { blend, difference, look, shift, type Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
+import { advanced, begun, fits, LONGEST, measured, type Playout } from "../../control/playout";
 import type { Vec3 } from "../../model/vec";
 import type { Patch } from "../../protocol/patch";
 import { settled, switchLaw } from "./law_fade";
@@ -12,26 +13,85 @@ const PATIENCE = 2;
 const LONGEST_PATIENCE = 1; // s; a link that is silent for longer is of no use for touching
 const FORGET_GAPS = 30; // s
 
-/**
- * Receive a patch; a patch older than the newest is ignored.
- *
- * Surface and gain move to the new patch over one simulation period, from the surface in use.
- */
+const MOST_COMING = 32; // patches that wait
+const AT_ONCE = 1e-6; // s; rounding of times
+
+/** Receive a patch, which waits for its playing time; a patch older than the newest is ignored. */
 export function receive(state: LoopState, patch: Patch, now: number, settings: LoopSettings): LoopState {
+  const newest = state.coming.at(-1) ?? state.patch;
+  const silent = isSilent(state, now, settings);
   // After a silence the patch may be that of a restarted server, which counts from 1 again.
-  const stale = state.patch !== null && patch.tick <= state.patch.tick;
-  if (stale && !isSilent(state, now, settings)) return state;
-  const gains: Gains = { k_h: Math.min(patch.k_h, settings.max_stiffness), integral_gain: patch.integral_gain };
+  if (newest !== null && patch.tick <= newest.tick && !silent) return state;
   const gap = now - state.arrived;
   const patience = gap < Infinity ? nextPatience(state.patience, gap) : state.patience;
+  const way = settings.smoothing * settings.simulation_period;
+  const follows = newest !== null && patch.tick > newest.tick && patch.t_server > newest.t_server;
+  const held = settings.smoothing === 0; // each surface from its coming to the next, as in the paper
+  if (held || !follows || !fits(state.playout, now - patch.t_server)) {
+    // Also the first patch, or that of another server, or of a server whose clock says nothing.
+    const share = progress(state, now);
+    const playout = begun(now - patch.t_server + way);
+    return begin({ ...state, arrived: now, patience, playout }, patch, [], now, settings, share);
+  }
+  const early = settings.simulation_period - way;
+  const playout = silent ? state.playout : measured(state.playout, now - newest.t_server - early, now);
+  const coming = [...state.coming, patch].slice(-MOST_COMING);
+  return play({ ...state, arrived: now, patience, playout, coming }, now, settings);
+}
+
+/**
+ * Begin the move to the next patch if its time has come.
+ *
+ * Each patch is shown whole at its own playing time, and the move to it begins at that of the patch before.
+ */
+export function play(state: LoopState, now: number, settings: LoopSettings): LoopState {
+  const { coming, patch } = state;
+  const playing = now - state.playout.behind;
+  if (coming.length === 0 || patch === null || playing < state.move[1] - AT_ONCE) return state;
+  const period = settings.smoothing * settings.simulation_period;
+  let first = 0;
+  while (playing >= (coming[first + 1]?.t_server ?? Infinity) - period) first++;
+  const next = coming[first];
+  if (next === undefined || playing < next.t_server - settings.smoothing * (next.t_server - patch.t_server) - AT_ONCE) {
+    return state;
+  }
+  return begin(state, next, coming.slice(first + 1), now, settings, 1);
+}
+
+/** The playout after a period of that duration [s]. */
+export function played(state: LoopState, now: number, dt: number, settings: LoopSettings): Playout {
+  const newest = state.coming.at(-1) ?? state.patch;
+  if (newest === null) return state.playout;
+  const early = (1 - settings.smoothing) * settings.simulation_period;
+  return advanced(state.playout, Math.min(dt, LONGEST), now - newest.t_server - early);
+}
+
+/** Begin the move to a patch from what is shown now; `share` of the move before is complete. */
+function begin(
+  state: LoopState,
+  patch: Patch,
+  rest: readonly Patch[],
+  now: number,
+  settings: LoopSettings,
+  share: number,
+): LoopState {
+  let playing = now - state.playout.behind;
+  // The time came between two periods.
+  if (playing >= state.move[1] && playing - state.move[1] <= settings.limits.period) playing = state.move[1];
+  const least = 0.5 * settings.smoothing * settings.simulation_period;
+  const gains: Gains = { k_h: Math.min(patch.k_h, settings.max_stiffness), integral_gain: patch.integral_gain };
   const fade =
     state.fade === null
       ? settled(patch.law, gains)
       : switchLaw(state.fade, patch.law, gains, state.normal_force, state.sight);
   const before = state.patch;
-  const atArrival = shown(state, state.probe, now, settings);
+  const atArrival = shown(state, state.probe, share);
   const offset = before !== null && atArrival !== null ? difference(atArrival, look(before, state.probe)) : null;
-  return { ...state, patch, arrived: now, before, offset, k_h_before: fade.now.gains.k_h, fade, patience };
+  return {
+    ...state, patch, before, offset, k_h_before: fade.now.gains.k_h, fade, coming: rest,
+    // Stamps far apart must not make a move that never ends.
+    move: [playing, playing + Math.max(least, Math.min(LONGEST + settings.simulation_period, patch.t_server - playing))],
+  };
 }
 
 /** Longest normal silence of the server after one more patch, which came `gap` after the one before [s]. */
@@ -50,17 +110,17 @@ export function isSilent(state: LoopState, now: number, settings: LoopSettings):
   return now - state.arrived > Math.max(settings.limits.silent_after, state.patience);
 }
 
-/** The surface in use at a probe at `now`, in transition from the previous patch to the newest. */
-export function shown(state: LoopState, probe: Vec3, now: number, settings: LoopSettings): Sight | null {
+/** The surface in use at a probe, in transition from the previous patch to the newest. */
+export function shown(state: LoopState, probe: Vec3, share: number): Sight | null {
   if (state.patch === null) return null;
   const sight = look(state.patch, probe);
-  const share = progress(state, now, settings);
   if (share >= 1 || state.before === null) return sight;
   return blend(shift(look(state.before, probe), state.offset), sight, share);
 }
 
-/** Progress of the transition to the newest patch, 0 to 1. */
-export function progress(state: LoopState, now: number, settings: LoopSettings): number {
-  const way = settings.smoothing * settings.simulation_period;
-  return way > 0 ? Math.min(1, (now - state.arrived) / way) : 1;
+/** Progress of the move to the newest shown patch, 0 to 1. */
+export function progress(state: LoopState, now: number): number {
+  const [begins, ends] = state.move;
+  const done = ends > begins ? (now - state.playout.behind - begins) / (ends - begins) : 1;
+  return done < 1 ? Math.max(0, done) : 1;
 }

@@ -22,7 +22,7 @@ export function withGainsOfPatch(
   settings: LoopSettings,
 ): LawFade {
   const newest = gainsUnder(patch, sight, settings);
-  const target = state.k_h_before + progress(state, now, settings) * (newest.k_h - state.k_h_before);
+  const target = state.k_h_before + progress(state, now) * (newest.k_h - state.k_h_before);
   const k_h = slewGain(fade.now.gains.k_h, target, counted, state.normal_force);
   return withGains(fade, { k_h, integral_gain: newest.integral_gain });
 }

@@ -3,6 +3,7 @@
 import { type FrictionState, NO_FRICTION } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
 import { DEFAULT_LAW_SETTINGS, type LawSettings, type LocalForce } from "../../control/law";
+import { begun, type Playout } from "../../control/playout";
 import type { Compliance3 } from "../../model/body";
 import { type Vec3, ZERO } from "../../model/vec";
 import type { Patch } from "../../protocol/patch";
@@ -76,14 +77,14 @@ export interface Period {
 
 /** Memory of the loop. */
 export interface LoopState {
-  /** Newest patch; null before the first. */
+  /** Newest patch that is shown, or moved to; null before the first. */
   readonly patch: Patch | null;
   /** Time at which the newest patch came [s]. */
   readonly arrived: number;
   readonly before: Patch | null;
-  /** The surface in use when the newest patch came, minus that of `before`. */
+  /** The surface in use when the move to `patch` began, minus that of `before`. */
   readonly offset: Sight | null;
-  /** Gain in use when the newest patch came [N/m]. */
+  /** Gain in use when the move to `patch` began [N/m]. */
   readonly k_h_before: number;
   /** Law in use; null before the first patch. */
   readonly fade: LawFade | null;
@@ -105,6 +106,12 @@ export interface LoopState {
   readonly safety: SafetyState;
   /** Longest normal silence of the server on this link [s]. */
   readonly patience: number;
+  /** Playing time of patches. */
+  readonly playout: Playout;
+  /** Patches whose time is still to come, oldest first. */
+  readonly coming: readonly Patch[];
+  /** Playing times at which the move to `patch` begins and ends [s]. */
+  readonly move: readonly [begins: number, ends: number];
 }
 
 export const START: LoopState = {
@@ -124,6 +131,9 @@ export const START: LoopState = {
   compliance: null,
   safety: NOT_ENGAGED,
   patience: 0,
+  playout: begun(0),
+  coming: [],
+  move: [0, 0],
 };
 
 /** Output of a period. */

@@ -8,7 +8,7 @@
 import { anchorOf } from "../../control/friction";
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../model/vec";
 import { MAX_POSITION } from "../../protocol/layout";
-import { isSilent, shown } from "./arrival";
+import { isSilent, play, played, progress, shown } from "./arrival";
 import { NO_CONTACT, contactForce } from "./contact_force";
 import { givenShare, NOTHING_OWED, observe } from "./passivity";
 import { guard } from "./safety";
@@ -16,16 +16,17 @@ import type { DeviceSample, LoopSettings, LoopState, Output } from "./state";
 
 /** One haptic period: from a device's sample to the force it gets. */
 export function step(
-  state: LoopState,
+  last: LoopState,
   sample: DeviceSample,
   now: number,
   settings: LoopSettings,
 ): [state: LoopState, output: Output] {
+  const state = play(last, now, settings);
   const dt = state.safety.now === null ? 0 : Math.max(0, now - state.safety.now);
   // A late period moves the force by no more than two punctual ones.
   const counted = Math.min(dt, 2 * settings.limits.period);
   const silent = isSilent(state, now, settings);
-  const sight = shown(state, sample.position, now, settings);
+  const sight = shown(state, sample.position, progress(state, now));
   const { patch, fade } = state;
   const contact =
     sight === null || patch === null || fade === null
@@ -55,6 +56,7 @@ export function step(
     friction: contact.friction,
     compliance: contact.compliance,
     safety,
+    playout: played(state, now, dt, settings),
   };
   const output: Output = {
     force: safety.force,
