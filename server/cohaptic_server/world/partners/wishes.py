@@ -108,7 +108,8 @@ def next_wishes(
     pressing = applied.force > NEGLIGIBLE
     modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
     at, weight, forbidden = wishes.forbidden_at, wishes.weight, wishes.forbidden
-    if (reason := _forbidden(tracked, pressing, modelled, possible, time)) is not None:
+    reason = _forbidden(tracked, pressing, height, modelled, possible, time)
+    if reason is not None:
         at, weight = time.now, 0.0 if begins else max(0.0, weight - _FALL * time.elapsed)
         forbidden = reason
     elif time.now - at >= _CALM:
@@ -146,7 +147,12 @@ def next_wishes(
 
 
 def _forbidden(
-    tracked: Tracked, pressing: Mask, modelled: Mask, possible: bool, time: TickTime
+    tracked: Tracked,
+    pressing: Mask,
+    height: Floats,
+    modelled: Mask,
+    possible: bool,
+    time: TickTime,
 ) -> Forbidden | None:
     """Return the reason why models may not be used in a tick; None if they may."""
     if not possible:
@@ -159,9 +165,11 @@ def _forbidden(
     if int(pressing.sum()) > MAX_PARTNERS + 1:
         return Forbidden("number")
     most = _STEADY + 1.5 * time.period  # delays are counted in ticks
+    # A hand below the surface presses in the others' models, also while its client gives no force.
+    deep = np.flatnonzero((pressing | (height < 0.0)) & (tracked.settings[3] > 0.0)).tolist()
     jumped = [
-        user
-        for user, row in zip(users, rows, strict=True)
+        tracked.touches[row].user
+        for row in deep
         # What a hand wants that is told follows no force, so that nothing loops through its link.
         if tracked.touches[row].moves_models and _jumped(tracked, row, most, time)
     ]

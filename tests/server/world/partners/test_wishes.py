@@ -441,6 +441,16 @@ def test_only_a_link_that_presses_forbids_models(changes: dict[str, Any], forbid
     assert (room.wishes.weight == 0.0) is forbids
 
 
+def test_a_deep_hand_forbids_models_by_its_link_though_its_client_gives_it_no_force() -> None:
+    """Its model presses on the others in its place, and comes and goes with its samples."""
+    room = Room(TWO)
+    room.run(1.0)
+    room.set([late(hand(1, force=0.0), 0.02, 0.3), hand(2)])
+    room.height[0] = -0.005
+    room.run(FALL + 2.0 * DT)
+    assert (room.wishes.forbidden, room.wishes.weight) == (Forbidden("link", (1,)), 0.0)
+
+
 @pytest.mark.parametrize(
     ("users", "possible", "reason"),
     [
