@@ -110,11 +110,12 @@ def play(state: LoopState, now: float, settings: LoopSettings) -> LoopState:
 
 def played(state: LoopState, now: float, dt: float, settings: LoopSettings) -> Playout:
     """Return the playout after a period of that duration [s]."""
-    newest = state.coming[-1].patch if state.coming else state.patch
+    newest = newest_patch(state)
     if newest is None:
         return state.playout
     playout, early = state.playout, (1.0 - settings.smoothing) * settings.simulation_period
     age = now - newest.t_server - early
+    # Without calls, because this runs in every period and mostly finds nothing to do.
     if playout.behind == playout.wanted and age <= playout.behind:
         return playout
     return playout.advanced(min(dt, LONGEST), age)
