@@ -9,7 +9,6 @@ assigns to the room.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
@@ -156,7 +155,7 @@ class Room:
         self.left_alone: float | None = None
         self.force_budget: float | None = None
         self._reset_at: float | None = None
-        self._ticked = -math.inf  # time of the last tick [s]
+        self._ticked: float | None = None  # time of the last tick [s]; None after a rest
 
     # Above 60 lines: the method checks in one place all that a hello may ask for.
     def join(
@@ -378,7 +377,8 @@ class Room:
             touches.append(replace(touch, fresh=False) if stale else touch)
         if self.force_budget is not None:
             touches = within_budget(touches, self.force_budget)
-        dt, elapsed = self.settings.simulation_period, now - self._ticked
+        dt = self.settings.simulation_period
+        elapsed = None if self._ticked is None else now - self._ticked
         self._ticked = now
         self.world, self.patches = advance(
             self.touched_body, self.world, touches, now=now, dt=dt, elapsed=elapsed
@@ -394,3 +394,4 @@ class Room:
     def pass_over(self, ticks: int) -> None:
         """Count ticks that have passed while the room was at rest, without computing them."""
         self.world, self.patches = pass_over(self.world, ticks), {}
+        self._ticked = None  # the first tick after a rest is as long as any other

@@ -49,7 +49,8 @@ def remember(
         Forces of the last `ticks` ticks, this tick included, oldest first.
     """
     forces = tracked.contacts.normals * applied.force[:, None] + applied.tangential
-    return (*past[1 - ticks :], Carried(time.number, time.now, _numbers(tracked), forces))
+    at = round(1e9 * time.elapsed) + (past[-1].at if past else 0)
+    return (*past[1 - ticks :], Carried(time.number, at, _numbers(tracked), forces))
 
 
 def anticipate(

@@ -178,7 +178,7 @@ def _loop_delay(
     if not touch.fresh:
         return delay
     if 0 < touch.tick <= state.tick:
-        late = time.now - time_of(state.past, touch.tick, time)
+        late = since(state.past, touch.tick, time)
         # The first sample after an outage names a patch from before, which does not time the loop.
         counts = faded_in or late <= TOO_LONG
         return delay.measured(late, time.now, time.elapsed) if counts else delay
@@ -186,8 +186,8 @@ def _loop_delay(
     return delay.waited(time.elapsed) if faded_in else delay
 
 
-def time_of(past: Sequence[Carried], tick: int, time: TickTime) -> float:
-    """Return the time of an earlier tick [s].
+def since(past: Sequence[Carried], tick: int, time: TickTime) -> float:
+    """Return the time from an earlier tick to this one, as far as it counts [s].
 
     Args:
         past: Ticks that are remembered, oldest first.
@@ -197,8 +197,8 @@ def time_of(past: Sequence[Carried], tick: int, time: TickTime) -> float:
     back = time.number - tick
     # Ticks without users leave no trace.
     if back <= len(past) and past[-back].tick == tick:
-        return past[-back].at
-    return time.now - (time.number - tick) * time.period
+        return time.elapsed + 1e-9 * (past[-1].at - past[-back].at)
+    return back * time.period
 
 
 def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:

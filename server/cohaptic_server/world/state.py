@@ -35,7 +35,7 @@ class TickTime:
         number: Number of the tick; 1 for the first.
         now: Time of the tick on the server's clock [s].
         period: Simulation period N T, the time from tick to tick if none is late [s].
-        elapsed: Time since the last tick [s].
+        elapsed: Time since the last tick, at most four periods [s].
     """
 
     number: int
@@ -188,13 +188,14 @@ class Carried:
 
     Args:
         tick: Number of the tick.
-        at: Time of the tick on the server's clock [s].
+        at: Time of the tick without pauses of the server, from any time on [ns]; whole numbers, so
+            that differences are the same however long a room has run.
         users: Numbers of the users, shape (n,).
         forces: Forces on the hands, normal and tangential together, shape (n, 3) [N].
     """
 
     tick: int
-    at: float
+    at: int
     users: Ints
     forces: Floats
 

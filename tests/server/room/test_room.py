@@ -294,3 +294,22 @@ def test_a_body_with_too_many_vertices_has_no_mesh_patches(
         where.join(asked, 0.0)
     assert where.members == {}
     where.join(hello(), 0.0)
+
+
+def test_after_a_rest_a_newcomer_begins_as_in_a_room_that_never_rested(
+    small_balloon: Balloon,
+) -> None:
+    """The first tick is one period long, however long nobody was there."""
+    shares = list[float]()
+    for rests in (False, True):
+        here = room(small_balloon)
+        here.tick(0.0)
+        if rests:
+            here.pass_over(600)
+        else:
+            here.tick(10.0 - 1.0 / 60.0)
+        user = enter(here, "ann", 10.0)
+        here.sample(user, sample(), 10.0)
+        here.tick(10.0)
+        shares.append(float(here.world.users.tracked.presence[0]))
+    assert shares[0] == pytest.approx(shares[1]) == pytest.approx(1.0 / 60.0 / RELEASE_TIME)
