@@ -1,6 +1,6 @@
 """The loop delay of one client, as a recent maximum of measurements, so that gains do not chatter.
 
-How much it has jumped says how steady the loop is.
+How far it is from a delay that glides says how steady the loop is.
 
 A sample names the tick of the patch with which it was made; the server receives the sample some
 simulation periods later. That number of periods is d + 1 of science 3.1. The number includes the
@@ -16,6 +16,10 @@ from cohaptic.control.playout import FALL, RISE
 # s; a measured delay counts for at least one window and at most two: long enough to see the rare
 # late messages of a network, short enough that gains recover within a few presses.
 WINDOW = 4.0
+# s over which the distance of a delay from one that glides is averaged: a pause of 0.2 s counts as
+# 20 ms, and one in each second as 80.
+STEADY_TIME = 4.0
+_STEADY = 1e-4  # s; less is none
 UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
 LONGEST = 10.0  # s; a longer delay means that the client names wrong ticks
 # Longest loop delay of a client that may take part [s]: 400 ms of jitter on top of 250 ms each way,
@@ -33,8 +37,7 @@ class LoopDelay:
         until: End of the present window [s].
         unanswered: Time for which the client has pressed without naming the tick of a patch [s].
         glided: Delay as it is where playing runs a little faster or slower [s].
-        jumped: Largest difference from that in the present window [s].
-        jumped_before: The same in the previous window [s].
+        unsteady: Mean distance from that in the last `STEADY_TIME` [s].
     """
 
     recent: float = -1.0
@@ -42,8 +45,7 @@ class LoopDelay:
     until: float = 0.0
     unanswered: float = 0.0
     glided: float = 0.0
-    jumped: float = 0.0
-    jumped_before: float = 0.0
+    unsteady: float = 0.0
 
     @property
     def value(self) -> float:
@@ -62,15 +64,6 @@ class LoopDelay:
         measurement this delay is 0. `too_long` excludes such a client.
         """
         return min(TOO_LONG, max(0.0, self.recent, self.before))
-
-    @property
-    def jump(self) -> float:
-        """How far the delay has jumped lately; 0 before the first measurement [s].
-
-        What playing at constant time makes of a link that wavers is no jump: its delay changes
-        slowly (`playout.py`, at both ends).
-        """
-        return self.jumped if self.jumped > self.jumped_before else self.jumped_before
 
     @property
     def too_long(self) -> bool:
@@ -100,15 +93,17 @@ class LoopDelay:
         """
         delay = min(max(delay, 0.0), LONGEST)
         if delay == self.glided <= self.recent and now < self.until and not self.unanswered:
-            return self
+            if self.unsteady <= 0.0:
+                return self
         glided = self.glided
         glided += max(-2.0 * FALL * dt, min(RISE * dt, delay - glided))
         if self.recent < 0.0 and self.before < 0.0:
             glided = delay
-        jump = abs(delay - glided)
+        unsteady = self.unsteady
+        unsteady += min(1.0, dt / STEADY_TIME) * (abs(delay - glided) - unsteady)
+        if unsteady < _STEADY:
+            unsteady = 0.0
         if now < self.until:
-            largest, jump = max(self.recent, delay), max(self.jumped, jump)
-            return LoopDelay(
-                largest, self.before, self.until, 0.0, glided, jump, self.jumped_before
-            )
-        return LoopDelay(delay, self.recent, now + WINDOW, 0.0, glided, jump, self.jumped)
+            largest = max(self.recent, delay)
+            return LoopDelay(largest, self.before, self.until, 0.0, glided, unsteady)
+        return LoopDelay(delay, self.recent, now + WINDOW, 0.0, glided, unsteady)

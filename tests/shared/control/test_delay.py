@@ -4,10 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.delay import LONGEST, TOO_LONG, UNKNOWN, WINDOW, LoopDelay
+from cohaptic.control.delay import LONGEST, STEADY_TIME, TOO_LONG, UNKNOWN, WINDOW, LoopDelay
 from cohaptic.control.playout import FALL, RISE
 
 delays = st.floats(0.0, 2.0)
+DT = 1.0 / 60.0
 
 
 def test_before_the_first_measurement_a_long_delay_is_assumed() -> None:
@@ -17,7 +18,6 @@ def test_before_the_first_measurement_a_long_delay_is_assumed() -> None:
 @given(st.lists(st.tuples(delays, st.floats(0.001, 1.0)), min_size=1, max_size=60))
 def test_it_is_that_of_one_to_two_windows(seen: list[tuple[float, float]]) -> None:
     state, now, times = LoopDelay(), 10.0, list[tuple[float, float]]()
-    assert state.jump == 0.0
     for delay, wait in seen:
         now += wait
         state = state.measured(delay, now)
@@ -25,25 +25,37 @@ def test_it_is_that_of_one_to_two_windows(seen: list[tuple[float, float]]) -> No
         recent = [d for t, d in times if now - t < WINDOW]
         late = [d for t, d in times if now - t <= 2.0 * WINDOW + 1.0]
         assert max(recent) <= state.value <= max(late)
-        # Without time between measurements each difference from the first one is a jump.
-        first = times[0][1]
-        assert max(abs(d - first) for d in recent) <= state.jump
-        assert state.jump <= max(abs(d - first) for d in late)
 
 
-@given(st.lists(st.floats(0.01, 0.1), min_size=1, max_size=300), st.booleans(), delays)
-def test_a_delay_that_glides_as_playing_makes_it_has_not_jumped(
-    waits: list[float], rises: bool, jump: float
-) -> None:
+@given(st.lists(st.floats(0.01, 0.1), min_size=1, max_size=300), st.booleans())
+def test_a_delay_that_glides_as_playing_makes_it_is_steady(waits: list[float], rises: bool) -> None:
     delay, now = 1.0, 0.0
     state = LoopDelay().measured(delay, now)
     for dt in waits:
         now += dt
         delay = min(2.0, delay + RISE * dt) if rises else max(0.0, delay - 2.0 * FALL * dt)
         state = state.measured(delay, now, dt)
-        assert state.jump <= 1e-9
-    state = state.measured(jump, now, 0.0)
-    assert state.jump == pytest.approx(abs(jump - delay), abs=1e-9)
+        assert state.unsteady <= 1e-9
+
+
+def most_unsteady(pause: float, every: float, changes: int) -> float:
+    """Largest mean distance in a loop that is later by a pause, or on time again, so often [s]."""
+    state, most = LoopDelay().measured(0.1, 0.0), 0.0
+    for k in range(round(every * (changes + 1) / DT)):
+        late = round(k * DT // every) % 2 == 1
+        state = state.measured(0.1 + (pause if late else 0.0), k * DT, DT)
+        most = max(most, state.unsteady)
+    return most
+
+
+@given(st.floats(0.05, 0.25), st.floats(1.0, 2.0))
+def test_a_pause_counts_by_its_square_and_pauses_again_and_again_by_their_sum(
+    pause: float, every: float
+) -> None:
+    """The glide follows a pause within four times as long, so that its mean distance is small."""
+    once = most_unsteady(pause, every, changes=1)
+    assert once == pytest.approx(pause**2 / (2.0 * RISE) / STEADY_TIME, rel=0.35)
+    assert most_unsteady(pause, every, changes=8) > 1.5 * once
 
 
 @given(delays, st.lists(st.floats(-0.02, 0.0), min_size=1, max_size=100))

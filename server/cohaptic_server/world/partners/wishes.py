@@ -48,9 +48,12 @@ _FALL: Final = 3.0
 # s since models were last forbidden, before their share rises; a hand that taps beside them would
 # move it for ever.
 _CALM: Final = 2.0
-# s by which the delay of a loop may jump. Weak hands side by side on links that stall for 0.9 s
-# swung by 1.4 N with 0.2 s, and are still as without models with this.
-_STEADY: Final = 0.1
+# s; mean distance of a loop's delay from one that glides. A pause of 0.2 s adds 20 ms for some
+# seconds, and links that stall for 0.9 s again and again 200 ms.
+_STEADY: Final = 0.05
+# s, and ticks, by which the newest patch that a hand has answered is older than usual if its link
+# is silent just now.
+_SILENT: Final = 0.1
 # Factor of the compliance of a contact. Two hands at the very same place would make the compliance
 # between them singular.
 _APART: Final = 1.00001
@@ -164,28 +167,27 @@ def _forbidden(
         return Forbidden("hand", tuple(beside))
     if int(pressing.sum()) > MAX_PARTNERS + 1:
         return Forbidden("number")
-    most = _STEADY + 1.5 * time.period  # delays are counted in ticks
     # A hand below the surface presses in the others' models, also while its client gives no force.
     deep = np.flatnonzero((pressing | (height < 0.0)) & (tracked.settings[3] > 0.0)).tolist()
     jumped = [
         tracked.touches[row].user
         for row in deep
         # What a hand wants that is told follows no force, so that nothing loops through its link.
-        if tracked.touches[row].moves_models and _jumped(tracked, row, most, time)
+        if tracked.touches[row].moves_models and _jumped(tracked, row, time)
     ]
     return Forbidden("link", tuple(jumped)) if jumped else None
 
 
-def _jumped(tracked: Tracked, row: int, most: float, time: TickTime) -> bool:
-    """Return whether a hand's delay has jumped by more than that, and it is not silent just now.
+def _jumped(tracked: Tracked, row: int, time: TickTime) -> bool:
+    """Return whether a hand's delay jumps again and again, and it is not silent just now.
 
     One that has fallen silent may be gone for good; if it comes back, its delay has jumped.
     """
     delay = tracked.delays[row]
-    if delay.jump <= most:
+    if delay.unsteady <= _STEADY + 0.5 * time.period:  # delays are counted in ticks
         return False
     late = (time.number - tracked.touches[row].tick) * time.period
-    return late <= delay.glided + most
+    return late <= delay.glided + _SILENT + 1.5 * time.period
 
 
 def _heard(learned: Learned | None, touch: Touch) -> Learned:

@@ -403,10 +403,10 @@ def test_a_deep_hand_is_believed_for_a_force_into_the_object_alone(
 
 
 def late(user: UserState, *delays: float) -> UserState:
-    """The same user, whose loop had these delays one after another [s]."""
+    """The same user, whose loop had these delays in turn for three seconds [s]."""
     loop = LoopDelay()
-    for k, delay in enumerate(delays):
-        loop = loop.measured(delay, 0.1 * k)
+    for k in range(180):
+        loop = loop.measured(delays[k // 6 % len(delays)], DT * k, DT)
     # Its newest sample answers the newest patch, whichever that is.
     return replace(user, delay=loop, touch=replace(user.touch, tick=10**6))
 
