@@ -10,7 +10,8 @@ patches return. The force is clamped, and its rate is limited in both directions
 vanishes jolts the hand as much as one that appears. Changes that the hand's own motion does not
 explain are limited to `EXTERNAL_RATE`, whatever force a law computes from a patch. A motion
 explains a change of the force in its own period only; a change that `max_rate` has held back is
-remembered for about `FORGET_OWN`.
+remembered for about `FORGET_OWN`. After a loop has stood still, what the hand did meanwhile changes
+the force as slowly as the hand did it.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of thi
 # not explain: a rotation of the force adds a second-order term to the change.
 BACKSTOP: Final = 1.02
 FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
+# Periods; in a longer one the loop stood still. A busy machine begins one in a thousand 2 ms late.
+STOOD_STILL: Final = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +112,8 @@ class SafetyState:
         own: Change of the force that the hand's own motion explains and `max_rate` has held back
             [N].
         velocity: Velocity of the hand in the last period [m/s].
+        catch_up: Rate at which the force follows a motion during which the loop stood still [N/s];
+            0 where there is none.
     """
 
     mode: Final[Mode]
@@ -121,6 +126,7 @@ class SafetyState:
     left: Final[float]
     own: Final[float]
     velocity: Final[Vec3]
+    catch_up: Final[float]
 
     def __init__(
         self,
@@ -134,6 +140,7 @@ class SafetyState:
         left: float = 0.0,
         own: float = 0.0,
         velocity: Vec3 = ZERO,
+        catch_up: float = 0.0,
     ) -> None:
         self.mode = mode
         self.scale = scale
@@ -145,6 +152,7 @@ class SafetyState:
         self.left = left
         self.own = own
         self.velocity = velocity
+        self.catch_up = catch_up
 
 
 NEVER_ENGAGED: Final = SafetyState()
@@ -199,19 +207,32 @@ def guard(
     time = limits.engage_time if up else limits.fade_time
     share = next_share(state.scale, up, min(size, limits.max_force), time, step)
     most = limits.max_rate * step
-    own += state.own * (1.0 - step / FORGET_OWN)
     if damping > 0.0 and velocity != state.velocity:
         own += damping * norm(sub(velocity, state.velocity))
     if own > 2.0 * limits.max_force:
         own = 2.0 * limits.max_force
+    catch_up, at_once = state.catch_up, own
+    if dt > STOOD_STILL * limits.period:
+        catch_up, at_once = max(catch_up, own / dt), 0.0
+    if catch_up > 0.0:
+        own += state.own
+        at_once += catch_up * step
+    else:
+        own += state.own * (1.0 - step / FORGET_OWN)
+        at_once = own
+    own = min(own, 2.0 * limits.max_force)
+    most = min(most, at_once + BACKSTOP * limits.external_rate * step)
     held_back = own - most if own > most else 0.0
-    most = min(most, own + BACKSTOP * limits.external_rate * step)
     force = limited(state.force, requested, share, limits.max_force, most)
     if held_back > 0.0:  # no more than is still to come
         wanted = limited(state.force, requested, share, limits.max_force, math.inf)
         held_back = min(held_back, norm(sub(wanted, force)))
     mode, cause = (_ENGAGED, "") if engaged else (state.mode, state.fault)
-    return SafetyState(mode, share, force, quiet, now, cause, own=held_back, velocity=velocity)
+    if held_back == 0.0:
+        catch_up = 0.0
+    return SafetyState(
+        mode, share, force, quiet, now, cause, own=held_back, velocity=velocity, catch_up=catch_up
+    )
 
 
 def smooth(left: float) -> float:

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.loop.safety import (
+    BACKSTOP,
+    EXTERNAL_RATE,
     FAULT_RELEASE_TIME,
     LEAST_RATE,
     OWN_SPEED,
@@ -98,7 +100,8 @@ def test_a_late_period_moves_the_force_no_further_than_two_punctual_ones(
 ) -> None:
     late = period._replace(dt=max(period.dt, 2.0 * PERIOD))
     after, two = (play(state, [p])[-1] for p in (late, period._replace(dt=2.0 * PERIOD)))
-    assert after == replace(two, now=after.now)
+    # What it remembers besides is how slowly to go on.
+    assert after == replace(two, now=after.now, own=after.own, catch_up=after.catch_up)
 
 
 @given(forces.filter(lambda f: norm(f) > LIMITS.max_force))
@@ -171,6 +174,30 @@ def test_a_hand_that_taps_meets_its_own_force(stiffness: float, speed: float) ->
         force += stiffness * speed * PERIOD
         state = play(state, [Period((0.0, 0.0, force))], limits)[-1]
         assert state.force[2] == pytest.approx(force, rel=1e-9)
+
+
+@given(st.floats(0.006, 0.2), st.floats(0.0, 8.0), st.floats(0.0, 8.0))
+def test_after_the_loop_stood_still_the_force_follows_as_slowly_as_the_hand_moved(
+    stood: float, before: float, after: float
+) -> None:
+    """A pause of 87 ms was followed by 2 N in one period; the hand had taken 87 ms for its way."""
+    limits = replace(LIMITS, stall=1.0)
+    state, force, now = pressing((before, 0.0, 0.0)), (after, 0.0, 0.0), stood
+    own = abs(after - before)
+    late = guard(state, force, now=now, velocity=ZERO, silent=False, limits=limits, own=own)
+    seen = [state, late]
+    while now < 2.0 * stood + 0.01:
+        now += PERIOD
+        seen.append(
+            guard(seen[-1], force, now=now, velocity=ZERO, silent=False, limits=limits, own=0.0)
+        )
+    steps = [norm(sub(b.force, a.force)) for a, b in pairwise(seen)]
+    most = (own / stood + BACKSTOP * EXTERNAL_RATE) * PERIOD
+    # The late period counts as two.
+    assert max(steps[1:]) <= most + 1e-9
+    assert steps[0] <= 2.0 * most + 1e-9
+    assert norm(sub(seen[-1].force, force)) < 1e-9
+    assert seen[-1].catch_up == 0.0
 
 
 @given(st.floats(0.0, 1.0), st.booleans(), st.floats(0.0, 40.0), st.floats(0.001, 1.0))
