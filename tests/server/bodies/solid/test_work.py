@@ -99,9 +99,3 @@ def test_sliding_is_as_cheap_as_pressing() -> None:
     (rows, calls), (sliding_rows, sliding_calls) = work(body, 0.0), work(body, 0.3)
     assert sliding_rows == pytest.approx(rows, rel=0.2)
     assert sliding_calls == pytest.approx(calls, rel=0.1)
-
-
-def test_a_tick_calls_little_per_finger() -> None:
-    """No call per vertex or per column: a contact has fifty of each."""
-    _, calls = work(served(64, 40, 0.01), 0.3)
-    assert calls < 250 * FINGERS
