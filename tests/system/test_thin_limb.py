@@ -58,13 +58,15 @@ def test_both_come_to_rest(limb: Solid, delay: float, may_swing: int) -> None:
 def test_forces_at_a_long_delay_are_those_without_one(limb: Solid) -> None:
     """One hand 19 mm deep, one 9 mm, a quarter turn apart, each of which turns the other.
 
-    Where what turned contacts answer was not anticipated, they were 2 and 15 % off.
+    Where what turned contacts answer was not anticipated, they were 2 and 15 % off. They come to
+    rest slowly: after 8 s of half a second there and back they are still 4 % off.
     """
     places = ((0.0438, math.radians(20.0), 0.0186), (0.013, math.radians(-82.3), 0.0088))
     near, far = (
-        [force[-2000:].mean() for force in forces_of(limb, places, delay)] for delay in (0.0, 0.25)
+        [force[-2000:].mean() for force in forces_of(limb, places, delay, settle=12.0)]
+        for delay in (0.0, 0.25)
     )
-    assert far == pytest.approx(near, rel=0.04)
+    assert far == pytest.approx(near, rel=0.03)
     assert min(near) > 0.005
 
 
@@ -81,6 +83,7 @@ def forces_of(
     places: tuple[tuple[float, float, float], ...],
     delay: float,
     late: float = 0.0,
+    settle: float = SETTLE,
 ) -> list[Floats]:
     """Forces of hands that press and hold [N]; of each its height, angle and depth."""
     session = VirtualSession(limb)
@@ -88,5 +91,5 @@ def forces_of(
         at = 1.2 + k * late
         script = HandScript(depth=depth, approach_at=at, place=place(limb, height, angle))
         session.join(f"hand {k}", script, delay=delay, seed=k)
-    session.run(1.7 + SETTLE)
+    session.run(1.7 + settle)
     return [np.array(user.force) for user in session.users.values()]
