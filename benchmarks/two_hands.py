@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from cohaptic.control.law import Law
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MIN_COMPLIANCE
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_client.devices.simulated import INFO
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.body import Body, Load
@@ -75,11 +76,11 @@ def play(body: Body, scene: Scene, trips: float = HELD_ON_TRIPS) -> Row:
     """
     session = VirtualSession(body, scene.simulation_hz)
     # Engaged, and with patches, before it approaches.
-    begin = 1.0 + 2.0 * scene.delay
+    begin = 1.0 + 2.0 * scene.link.delay
     for k, name in enumerate(scene.names):
         at = begin + (0.5 * scene.rhythm.period if k == 0 else 0.0)
         script = replace(scene.script(k), approach_at=at, rhythm=None)
-        session.join(name, script, delay=scene.delay, seed=k, geometry="mesh", law=scene.law)
+        session.join(name, script, delay=scene.link.delay, seed=k, geometry="mesh", law=scene.law)
     period, ramp = scene.rhythm.period, 0.5  # s; the approach
     session.run(begin + period)
     stretches = [
@@ -94,12 +95,12 @@ def play(body: Body, scene: Scene, trips: float = HELD_ON_TRIPS) -> Row:
         for row, verdict in zip(force, judge(force, stretches, stretches, measured), strict=True)
     ]
     ends = [measured(stretch) for stretch in stretches]
-    on = HELD_ON + trips * 2.0 * scene.delay
+    on = HELD_ON + trips * 2.0 * scene.link.delay
     session.run(on)
     late = np.array([user.force for user in session.users.values()])[:, -round(0.5 * on / PERIOD) :]
     pressed = expected[1].force[:, None]
     return {
-        "delay_s": scene.delay,
+        "delay_s": scene.link.delay,
         "press_n": float(expected[1].force[0]),
         "felt_n": float(abs(expected[1].felt_from_others[1])),
         "force_error": _worst_error(force, ends, [e.force for e in expected]),
@@ -162,7 +163,7 @@ def main(
     delays = DELAYS if not delays_ms else [1e-3 * delay for delay in delays_ms]
     with threadpool_limits(limits=1):  # as in the server's tick
         try:
-            scene = Scene(delay=delays[0], law=law)
+            scene = Scene(link=LinkSettings(delays[0]), law=law)
             demand = Demand(scene.users, scene.simulation_hz, nonlinear)
             source = resolved(file, options, _quiet, print, demand)
             body, scene, row["places"] = set_up(
@@ -178,7 +179,9 @@ def main(
                 row["passed_over"] = found.passed_over
             row["surface_vertices"] = len(body.mesh.vertices)
             for delay in delays:
-                row["sessions"].append(play(body, replace(scene, delay=delay), hold_trips))
+                row["sessions"].append(
+                    play(body, replace(scene, link=LinkSettings(delay)), hold_trips)
+                )
             if isinstance(body, Solid):
                 row |= survey(body, body.shape.held)
         except BodyError as error:

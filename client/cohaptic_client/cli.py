@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cohaptic.cli.network import DelayMs, JitterMs, Network, injected
 from cohaptic.cli.output import Output, Overwrite, new_output
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic.control.proportional_integral import Thresholds
@@ -62,8 +64,9 @@ def touch(
     law: Annotated[Law, typer.Option(help="Control law of the local model.")] = DEFAULT_LAW,
     friction: Annotated[float, typer.Option(help="Coefficient of friction, 0 (none) to 2.")] = 0.0,
     max_force: Annotated[float, typer.Option(help="Largest force on the hand [N].")] = 10.0,
-    delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 0.0,
-    jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
+    network: Network = "",
+    delay_ms: DelayMs = None,
+    jitter_ms: JitterMs = None,
     record: Annotated[
         Path | None,
         typer.Option(help="Write every haptic period to this new .npz file."),
@@ -249,7 +252,7 @@ def touch(
     def link(delay: float | None, jitter: float | None, salt: int) -> LinkSettings:
         one_way = delay_ms if delay is None else delay
         extra = jitter_ms if jitter is None else jitter
-        return LinkSettings(1e-3 * one_way, 1e-3 * extra, 2 * seed + salt)
+        return replace(injected(network, one_way, extra), seed=2 * seed + salt)
 
     up, down = link(delay_up_ms, jitter_up_ms, 0), link(delay_down_ms, jitter_down_ms, 1)
     # Imported here, so that the help and errors in option values need not wait for these imports.

@@ -92,6 +92,7 @@ def touch_status(
         loop_hz=float(loop.get("loop_hz", 0.0)),
         loop_late_p99=float(loop.get("late_p99", 0.0)),
         loop_missed=int(loop.get("missed", 0)),
+        wavers=float(loop.get("wavers", 0.0)),
         level=row.level,
         wanted=row.wanted,
         max_force=settings.force_limit,

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from cohaptic.cli.network import JitterMs, Network, injected
 from cohaptic.cli.output import Overwrite
 from cohaptic.control.law import DEFAULT_LAW, Law
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
@@ -22,7 +23,7 @@ Friction = Annotated[
     typer.Option(help="Coefficient of friction; above 0 one finger drags another."),
 ]
 _RUN = "Run and results"  # chapter of the help, after the options that most people need
-Seed = Annotated[int, typer.Option(help="Seed of the jitter.", rich_help_panel=_RUN)]
+Seed = Annotated[int, typer.Option(help="Seed of the network's draws.", rich_help_panel=_RUN)]
 Json = Annotated[
     Path | None, typer.Option(help="Write the result to this file.", rich_help_panel=_RUN)
 ]
@@ -47,12 +48,17 @@ Strict = Annotated[
 ]
 
 
+# Long, because each option of the command is a parameter.
 @takes_object
 def demo(
     duration: Duration = None,
-    users: Annotated[int, typer.Option(help="Hands round the balloon, 2 to 16.")] = 2,
-    delay_ms: Annotated[float, typer.Option(help="Injected delay, each way [ms].")] = 80.0,
-    jitter_ms: Annotated[float, typer.Option(help="Largest further delay, each way [ms].")] = 0.0,
+    users: Annotated[int, typer.Option(help="Hands, 2 to 16.")] = 2,
+    network: Network = "",
+    delay_ms: Annotated[
+        float | None,
+        typer.Option(help="Injected delay, each way [ms].", show_default="80"),
+    ] = None,
+    jitter_ms: JitterMs = None,
     law: Annotated[Law, typer.Option(help="Control law.")] = DEFAULT_LAW,
     friction: Friction = 0.0,
     simulation_hz: Annotated[
@@ -94,12 +100,13 @@ def demo(
     first two hands did not feel each other. Where the machine or the link kept a force from being
     judged, the result says so, and the status is 0.
     """
+    from cohaptic.simulated.networks import words_for
     from cohaptic_tools.demo.demonstration import demonstrate
-    from cohaptic_tools.demo.scene import Scene
+    from cohaptic_tools.demo.scene import USUAL, Scene
 
     scene = Scene(
-        users, 1e-3 * delay_ms, 1e-3 * jitter_ms, law, seed=seed, duration=duration,
-        friction=friction,
+        users, injected(network or words_for(USUAL), delay_ms, jitter_ms), law, seed=seed,
+        duration=duration, friction=friction,
     )  # fmt: skip
     browser = not no_browser
     result = demonstrate(

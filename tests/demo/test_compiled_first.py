@@ -17,12 +17,14 @@ ROOT = Path(__file__).parents[2]
 # A kernel in plain Python, so that its calls can be seen, in a process of its own.
 CALLED = """
 import sys
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_tools.demo.scene import Scene
 
 called = set()
-for scene in (Scene(delay=0.0), Scene(delay=0.0, users=4), Scene(delay=0.0, friction=0.8)):
+near = LinkSettings()
+for scene in (Scene(link=near), Scene(4, near), Scene(link=near, friction=0.8)):
     session = VirtualSession(Balloon())
     for user, name in enumerate(scene.names):
         session.join(name, scene.script(user), friction=scene.friction)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_tools.demo.analysis import Recording, Timeline, stretches
@@ -17,8 +18,8 @@ from cohaptic_tools.demo.result import DemoResult, evaluate
 from cohaptic_tools.demo.scene import Scene, reference
 from tests.demo.recordings import blank, dragged, played, save
 
-SCENE = Scene(delay=0.05, duration=9.0)  # of which 8.2 are enough
-DRAG = Scene(delay=0.05, duration=9.0, friction=0.8)
+SCENE = Scene(link=LinkSettings(0.05), duration=9.0)  # of which 8.2 are enough
+DRAG = Scene(link=LinkSettings(0.05), duration=9.0, friction=0.8)
 DELAY = 0.12  # s after which the recorded hands feel each other
 # Relative difference of forces at rest, which the reference and a simulation find differently.
 SAME = 2e-3
@@ -356,7 +357,7 @@ def test_a_link_that_wavers_is_blamed_before_the_law_and_the_machine(
 ) -> None:
     left = held_back(copy(recordings[0]), 1.0, 0.045)
     left.columns["fx"] += 0.5 * np.sin(2.0 * np.pi * 3.0 * left.columns["t"])
-    wavering = replace(SCENE, jitter=0.04, duration=10.0)
+    wavering = replace(SCENE, link=LinkSettings(0.05, 0.04), duration=10.0)
     result = judged(small_balloon, [left, recordings[1]], tmp_path, scene=wavering)
     assert (result.users[0].rest, result.late) == (None, Blame.LINK)
     assert result.shows_it

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_tools.demo.scene import BESIDE, DRAG, MEASURE, PRESS_DEPTH, Scene, reference
@@ -46,13 +47,13 @@ def test_the_first_hand_presses_and_the_others_rest() -> None:
 @given(st.floats(0.0, 2.0), st.floats(0.0, 1.0))
 def test_a_longer_way_gets_a_slower_rhythm(delay: float, jitter: float) -> None:
     """Five round trips and the time to measure fit into every press."""
-    half = 0.5 * Scene(delay=delay, jitter=jitter).rhythm.period
+    half = 0.5 * Scene(link=LinkSettings(delay, jitter)).rhythm.period
     assert half >= 5.0 * 2.0 * (delay + jitter) + MEASURE
 
 
 @given(st.floats(5.0, 60.0), st.floats(0.0, 1.0))
 def test_a_press_and_a_release_fit_into_the_duration(duration: float, delay: float) -> None:
-    assert Scene(delay=delay, duration=duration).rhythm.period <= duration - 3.0
+    assert Scene(link=LinkSettings(delay), duration=duration).rhythm.period <= duration - 3.0
 
 
 @pytest.mark.parametrize("n", [-1, 0, 1, 17])
@@ -105,7 +106,7 @@ def test_with_friction_two_stand_side_by_side_and_the_first_drags() -> None:
 
 @given(st.floats(6.0, 60.0), st.floats(0.0, 1.0))
 def test_a_press_and_a_drag_fit_into_the_duration(duration: float, delay: float) -> None:
-    scene = Scene(delay=delay, duration=duration, friction=0.8)
+    scene = Scene(link=LinkSettings(delay), duration=duration, friction=0.8)
     assert 1.5 * scene.rhythm.period <= duration - 3.0 + 1e-9
 
 

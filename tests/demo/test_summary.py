@@ -35,6 +35,7 @@ def result(left: dict[str, Any] | None = None, **right: Any) -> DemoResult:
         simulation_hz=60.0,
         delay_ms=50.0,
         jitter_ms=0.0,
+        network="delay=50",
         seed=0,
         friction=0.0,
         lag_ms=0.0,
@@ -174,9 +175,11 @@ def test_what_kept_a_force_from_being_judged_is_named() -> None:
     assert verdict(busy).startswith(
         "This machine was too busy to judge the force of right: a patch for left came 40 ms late"
     )
-    wavering = unknown.model_copy(update={"late": Blame.LINK, "jitter_ms": 40.0})
+    wavering = unknown.model_copy(update={"late": Blame.LINK, "network": "delay=50,jitter=40"})
     assert verdict(wavering).startswith("The link kept the force of right moving: a patch for left")
-    assert "by a jitter of 40 ms" in verdict(wavering)
+    assert "by a network that wavers (predictive law, each way delay=50,jitter=40" in verdict(
+        wavering
+    )
     for told in (busy, wavering):
         assert told.shows_it
         assert not told.proves_it

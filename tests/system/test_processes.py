@@ -17,6 +17,7 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic.recording.part import part_of
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import Hand
 from cohaptic.status.report import TouchStatus
 from cohaptic_client.loop.arrival import LONGEST_PATIENCE
@@ -121,7 +122,7 @@ def test_the_demo_shows_a_finger_that_another_drags_along(tmp_path: Path) -> Non
 
 
 def test_a_killed_client_jolts_nobody_and_can_be_replaced(tmp_path: Path) -> None:
-    scene = Scene(delay=0.02)
+    scene = Scene(link=LinkSettings(0.02))
     with Stage(scene, tmp_path) as stage:
         wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
         wait_until(stage, lambda s: s["left"].level < 1.0)
@@ -154,7 +155,7 @@ def test_a_server_that_dies_or_hangs_leaves_hands_with_a_smooth_zero(
     # Law force of a hand that has gone on to where it wants to be, at the worst.
     hardest = BALLOON_K_O * PRESS_DEPTH
     longest = LONGEST_PATIENCE + hardest / SAFETY_FADE_RATE
-    with Stage(Scene(delay=0.02), tmp_path) as stage:
+    with Stage(Scene(link=LinkSettings(0.02)), tmp_path) as stage:
         wait_until(stage, lambda s: s["left"].level == 1.0 and s["right"].felt_from_others > 1.5)
         threading.Event().wait(0.5)
         os.kill(stage.server.pid, how)
@@ -222,7 +223,7 @@ def stood_still(t: Floats, start: float, end: float, period: float) -> float:
 
 
 def scene_delay() -> float:
-    return Scene(delay=0.02).delay
+    return Scene(link=LinkSettings(0.02)).link.delay
 
 
 def test_two_users_feel_each_other_on_an_object_from_a_file(

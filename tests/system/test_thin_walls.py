@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -61,7 +62,7 @@ def test_a_wall_is_pressed_until_it_is_felt(wall: Solid, placement: Placement) -
 def test_a_session_finds_the_forces_of_the_reference(
     wall: Solid, placement: Placement, delay: float
 ) -> None:
-    scene = Scene(2, delay, places=placement.places, depth=placement.depth)
+    scene = Scene(2, LinkSettings(delay), places=placement.places, depth=placement.depth)
     expected = reference(scene, wall, pressed=True)
     session = VirtualSession(wall, scene.simulation_hz)
     for k, name in enumerate(scene.names):

@@ -6,6 +6,6 @@ export function user(number: number): UserState {
   return {
     user: number, name: "", probe: [0.1, 0, 0], foot: [0.1, 0, 0], x_free: [0.1, 0, 0], normal: [1, 0, 0], force: [0, 0, 0],
     c_ii: 1 / 250, k_o_coupled: 140, k_h: 126, integral_gain: 0, loop_delay: 0.05, curvature: 10, law: "proportional",
-    geometry: "sphere", fresh: true, friction: false, presence: 1, latency: { delay: 0, jitter: 0 },
+    geometry: "sphere", fresh: true, friction: false, presence: 1, latency: { delay: 0, jitter: 0, network: "" },
   };
 }

@@ -190,8 +190,7 @@ class Conversation:
             self._send_sample(tip._replace(force=ZERO))
         self._link.send(self._session.farewell())
         # Both messages are still on their way through the injected delay.
-        up = self._settings.up
-        await asyncio.sleep(up.delay + up.jitter + _FLUSH)
+        await asyncio.sleep(self._settings.up.longest + _FLUSH)
 
     def _hear(self, data: Data) -> None:
         """Handle one message from the server, after its injected latency."""

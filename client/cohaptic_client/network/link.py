@@ -48,7 +48,7 @@ class Delayed:
     def __init__(
         self, settings: LinkSettings, clock: Clock, deliver: Callable[[Data], None]
     ) -> None:
-        self._at_once = settings.delay == settings.jitter == 0.0
+        self._at_once = settings.at_once
         self._line: DelayLine[Data] = DelayLine(settings)
         self._clock = clock
         self._deliver = deliver
@@ -177,7 +177,7 @@ class Link:
             done, _ = await asyncio.wait({pump, failed}, return_when=asyncio.FIRST_COMPLETED)
             if pump in done and not failed.done():
                 # The server's last message is still on its way through the injected delay.
-                await asyncio.sleep(self._down.delay + self._down.jitter)
+                await asyncio.sleep(self._down.longest)
             return failed.result() if failed.done() else pump.result()
         finally:
             self._ws.deliver = None

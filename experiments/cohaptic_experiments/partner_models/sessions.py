@@ -21,11 +21,12 @@ from typing import Final
 
 import numpy as np
 
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import Hand, HandScript, Intention, ease
 from cohaptic.vec import Vec3, add, scale
 from cohaptic_client.devices.simulated import INFO, SimulatedDevice
 from cohaptic_experiments.transparency.product import Product, Variant
-from cohaptic_experiments.transparency.scheme import Link, SchemeSession
+from cohaptic_experiments.transparency.scheme import SchemeSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
 
@@ -185,7 +186,7 @@ def play(ensemble: Ensemble, number: int) -> Room:
         Variant(budget=ensemble.budget, layer=layer, models=ensemble.models, pages=told),
     )  # fmt: skip
     devices = [SimulatedDevice(hand, plan, INFO) for hand, plan in zip(hands, plans, strict=True)]
-    link = Link(delay, _JITTER if delay else 0.0, number)
+    link = LinkSettings(delay, _JITTER if delay else 0.0, number)
     _, force = SchemeSession(product, devices, link).run(_END + _STILL)
     last, ago = round(_LAST * 1000), round((_LAST + 2.0) * 1000)
     wishes = product.room.world.wishes

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from cohaptic.control.law import Law
+from cohaptic.simulated.delay_line import AT_ONCE, LinkSettings
 from cohaptic.simulated.hand import Hand
+from cohaptic.simulated.networks import words_for
 from cohaptic_client.devices.simulated import INFO, PRESETS
 from cohaptic_experiments.transparency.budget import Budget, measure_budget
 from cohaptic_experiments.transparency.frequency import (
@@ -28,7 +30,11 @@ from cohaptic_experiments.transparency.press import (
     true_presses,
 )
 from cohaptic_experiments.transparency.product import Variant
-from cohaptic_experiments.transparency.scheme import Link
+from cohaptic_experiments.transparency.roughness import (
+    Roughness,
+    measure_roughness,
+    true_sway,
+)
 from cohaptic_experiments.transparency.setting import USUAL, Setting
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
@@ -40,7 +46,8 @@ class Cell:
 
     Args:
         law: Law of every user.
-        delay: Delay, each way [s].
+        link: Network of every user, each way.
+        late_ticks: Share of the server's ticks that come one or two periods late.
         users: Number of users.
         preset: Name of the simulated device of every user; "rig" for the usual one, which may
             render 8 N s/m of damping. The hand that sways over frequency is always on a rig.
@@ -51,7 +58,8 @@ class Cell:
     """
 
     law: Law = Law.PREDICTIVE
-    delay: float = 0.0
+    link: LinkSettings = AT_ONCE
+    late_ticks: float = 0.0
     users: int = 2
     preset: str = "rig"
     hand: Hand = USUAL
@@ -69,6 +77,7 @@ class Row:
         transparency: Ratios over frequency.
         lag: Lag of the room [s].
         press: Delays of the press of the first hand, for each other hand.
+        roughness: How rough the sway of the first hand is felt by each other hand.
         budget: Parts of the delay of the second hand; None if it was not measured.
     """
 
@@ -76,6 +85,7 @@ class Row:
     transparency: Transparency
     lag: float
     press: Sequence[Delayed]
+    roughness: Sequence[Roughness]
     budget: Budget | None
 
     @property
@@ -95,6 +105,7 @@ class Bench:
         self._body = body
         self._responses = cache(self._true_responses)
         self._presses = cache(self._true_presses)
+        self._sways = cache(self._true_sway)
 
     def measure(self, cell: Cell, *, budget: bool = False) -> Row:
         """Measure one cell, with the parts of its delay if `budget` is true."""
@@ -106,11 +117,13 @@ class Bench:
         felt = felt_presses(setting, lambda: setting.product(variant))
         press = [delayed(a, b) for a, b in zip(felt, true, strict=True)]
         parts = measure_budget(setting, variant, felt[0]) if budget else None
-        return Row(cell, over_frequency, product.lag, press, parts)
+        true_force = self._sways(replace(cell, law=Law.PREDICTIVE, models=True))
+        rough = measure_roughness(setting, lambda: setting.product(variant), true_force)
+        return Row(cell, over_frequency, product.lag, press, rough, parts)
 
     def _setting(self, cell: Cell) -> Setting:
         info = INFO if cell.preset == "rig" else PRESETS[cell.preset]
-        setting = Setting(self._body, cell.users, cell.hand, info, Link(cell.delay))
+        setting = Setting(self._body, cell.users, cell.hand, info, cell.link, cell.late_ticks)
         return replace(setting, apart=0.0) if cell.together else setting
 
     def _true_responses(self, users: int, preset: str, hand: Hand) -> Responses:
@@ -118,6 +131,9 @@ class Bench:
 
     def _true_presses(self, users: int, preset: str, hand: Hand) -> list[Press]:
         return true_presses(self._setting(Cell(users=users, preset=preset, hand=hand)))
+
+    def _true_sway(self, cell: Cell) -> Floats:
+        return true_sway(self._setting(cell))
 
 
 def measure_all(
@@ -137,7 +153,9 @@ def as_json(row: Row) -> dict[str, Any]:
     found, cell = row.transparency, row.cell
     return {
         "law": cell.law.value,
-        "delay_ms": 1e3 * cell.delay,
+        "delay_ms": 1e3 * cell.link.delay,
+        "network": words_for(cell.link),
+        "late_ticks": cell.late_ticks,
         "users": cell.users,
         "preset": cell.preset,
         "hand": asdict(cell.hand),
@@ -161,6 +179,10 @@ def as_json(row: Row) -> dict[str, Any]:
                 "true_change_n": _number(press.true_change),
             }
             for press in row.press
+        ],
+        "roughness": [
+            {name: _number(value) for name, value in asdict(rough).items()}
+            for rough in row.roughness
         ],
         "budget_ms": None
         if row.budget is None

@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from cohaptic.cli.app import ChapterCommand
+from cohaptic.cli.network import JitterMs
 from cohaptic.cli.output import Overwrite, new_output
 from cohaptic.control.law import Law
+from cohaptic.simulated.networks import NETWORKS
 
 bench = typer.Typer(help="Measure what the network does to touch.", no_args_is_help=True)
 
@@ -26,8 +28,25 @@ def transparency(
         list[Law] | None, typer.Option(help="Control law.", show_default="predictive")
     ] = None,
     delay_ms: Annotated[
-        list[float] | None, typer.Option(help="Delay, each way [ms].", show_default="0, 80, 250")
+        list[float] | None,
+        typer.Option(help="Delay, each way [ms].", show_default="0, 80, 250, or that of --network"),
     ] = None,
+    network: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WORDS",
+            help=f"Network: {', '.join(NETWORKS)}; or as delay=80,jitter=40,loss=1.",
+        ),
+    ] = None,
+    jitter_ms: JitterMs = None,
+    loss: Annotated[
+        float | None,
+        typer.Option(help="Messages that are lost and repeated [%].", show_default=False),
+    ] = None,
+    late_ticks: Annotated[
+        float, typer.Option(help="Ticks that come one or two periods late [%].")
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(help="Seed of the network's draws.")] = 0,
     users: Annotated[
         list[int] | None, typer.Option(help="Hands, 2 to 16.", show_default="2")
     ] = None,
@@ -63,22 +82,24 @@ def transparency(
 
     Hands come to the balloon one after the other and rest pressed into it, in virtual time, with
     the real room, frames and haptic loops. The first one sways by eleven sines at once, and then
-    presses. All is divided by the truth: the same hands, simulated without a network. Options may
-    be given several times; all combinations are measured.
+    presses. All is divided by the truth: the same hands, simulated without a network. Then it sways
+    at 1 Hz: how rough that is felt. Options may be given several times; all combinations are
+    measured.
     """
     json_output = new_output("--json", json, overwrite=overwrite)
     picture = new_output("--out", out, ".png", overwrite=overwrite)
-    from cohaptic_experiments.transparency.command import Grid, read_hand, run
+    from cohaptic_experiments.transparency.command import Grid, links_of, read_hand, run
     from cohaptic_experiments.transparency.setting import USUAL
 
     grid = Grid(
         tuple(law or [Law.PREDICTIVE]),
-        tuple(delay_ms if delay_ms else [0.0, 80.0, 250.0]),
+        links_of(network or [], delay_ms or [], jitter_ms, loss, seed),
         tuple(users or [2]),
         tuple(preset or ["rig"]),
         simulation_hz,
         models,
         tuple(map(read_hand, hand)) if hand else (USUAL,),
         together,
+        1e-2 * late_ticks,
     )
     run(grid, budget=budget, json_file=json_output, picture_file=picture)

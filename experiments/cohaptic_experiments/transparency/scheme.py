@@ -7,13 +7,15 @@ scheme is a baseline, or an idea that is tried before it is built.
 
 from __future__ import annotations
 
+import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from cohaptic.simulated.delay_line import DelayLine, LinkSettings
+from cohaptic.simulated.delay_line import AT_ONCE, DelayLine
+from cohaptic.simulated.delay_line import LinkSettings as Link
 from cohaptic.vec import Vec3, norm
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_experiments.virtual_session import PERIOD
@@ -73,16 +75,8 @@ class Scheme(Protocol[Up, Down]):
 AnyScheme = Scheme[Any, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Link:
-    """Delay and jitter between each user and the server, each way [s]; the draws follow a seed."""
-
-    delay: float = 0.0
-    jitter: float = 0.0
-    seed: int = 0
-
-
-AT_ONCE: Final = Link()
+# Of the ticks that come late, the share that comes two periods late; the others come one late.
+_LATEST: Final = 1.0 / 3.0
 
 
 class SchemeSession(Generic[Up, Down]):
@@ -91,13 +85,19 @@ class SchemeSession(Generic[Up, Down]):
     Args:
         scheme: Way of coupling.
         devices: Device with a hand of each user.
-        link: Link of every user.
+        link: Link of every user; the draws of each follow from its seed.
+        late_ticks: Share of the server's ticks that come one or two periods late.
     """
 
     def __init__(
-        self, scheme: Scheme[Up, Down], devices: Sequence[Device], link: Link = AT_ONCE
+        self,
+        scheme: Scheme[Up, Down],
+        devices: Sequence[Device],
+        link: Link = AT_ONCE,
+        late_ticks: float = 0.0,
     ) -> None:
         self.scheme, self.devices, self.now = scheme, devices, 0.0
+        self._late_ticks, self._chance = late_ticks, random.Random(link.seed + 99)
         self._next_tick = 0.0
         users = range(len(devices))
         self._up = [DelayLine[Up](_settings(link, 2 * user)) for user in users]
@@ -113,7 +113,7 @@ class SchemeSession(Generic[Up, Down]):
             for user, line in enumerate(self._up):
                 self._came[user] += [Arrived(self.now, told) for told in line.pop_due(self.now)]
             if self.now >= self._next_tick:
-                self._next_tick += self.scheme.period
+                self._next_tick += self.scheme.period * self._periods()
                 for user, message in self.scheme.server(self.now, self._came).items():
                     self._down[user].push(message, self.now)
                 self._came = {user: [] for user in range(n)}
@@ -126,6 +126,13 @@ class SchemeSession(Generic[Up, Down]):
                 tips[user, :, k], forces[user, k] = sample.position, norm(force)
         return tips, forces
 
+    def _periods(self) -> int:
+        """Return the number of periods until the next tick."""
+        if not self._late_ticks:
+            return 1
+        share = self._chance.random() / self._late_ticks
+        return 1 if share >= 1.0 else 2 if share >= _LATEST else 3
 
-def _settings(link: Link, number: int) -> LinkSettings:
-    return LinkSettings(link.delay, link.jitter, 1000 * link.seed + number)
+
+def _settings(link: Link, number: int) -> Link:
+    return replace(link, seed=1000 * link.seed + number)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
+from cohaptic.simulated.delay_line import AT_ONCE, LinkSettings
 from cohaptic.simulated.hand import Hand, HandScript
 from cohaptic.vec import Vec3
 from cohaptic_client.devices.device import DeviceInfo
@@ -14,7 +15,7 @@ from cohaptic_client.devices.simulated import INFO, SimulatedDevice
 from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_experiments.transparency.motion import Probing, Wave
 from cohaptic_experiments.transparency.product import Product, Variant
-from cohaptic_experiments.transparency.scheme import AT_ONCE, AnyScheme, Link, SchemeSession
+from cohaptic_experiments.transparency.scheme import AnyScheme, SchemeSession
 from cohaptic_experiments.virtual_session import PERIOD
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats
@@ -43,6 +44,7 @@ class Setting:
         hand: Mechanics of the hands.
         info: Device of every hand.
         link: Link of every user.
+        late_ticks: Share of the server's ticks that come one or two periods late.
         depth: Depth at which the hands want to rest [m].
         apart: Time from the touch of one hand to that of the next [s]. Of hands that touch at the
             same instant nobody can tell what each wanted and what the others did to it, so that the
@@ -53,7 +55,8 @@ class Setting:
     users: int = 2
     hand: Hand = USUAL
     info: DeviceInfo = INFO
-    link: Link = AT_ONCE
+    link: LinkSettings = AT_ONCE
+    late_ticks: float = 0.0
     depth: float = 0.008
     apart: float = 0.7
 
@@ -103,8 +106,8 @@ class Setting:
         clamped: bool = False,
     ) -> tuple[Floats, Floats]:  # fmt: skip
         """Play a session; return tips, (n, 3, t) [m], and sizes of the forces, (n, t) [N]."""
-        session = SchemeSession(scheme, self.devices(plans, clamped=clamped), self.link)
-        return session.run(seconds)
+        devices = self.devices(plans, clamped=clamped)
+        return SchemeSession(scheme, devices, self.link, self.late_ticks).run(seconds)
 
     def truth(self, plans: Sequence[Probing], seconds: float, *, clamped: bool = False) -> Motion:
         """Play the same hands without a network."""
@@ -113,7 +116,7 @@ class Setting:
 
     def without_network(self) -> Setting:
         """Return the same setting with a link that takes no time."""
-        return replace(self, link=AT_ONCE)
+        return replace(self, link=AT_ONCE, late_ticks=0.0)
 
 
 def _mover(device: SimulatedDevice) -> Mover:

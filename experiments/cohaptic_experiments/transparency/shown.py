@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.control.law import Law
+from cohaptic.simulated.delay_line import AT_ONCE
+from cohaptic.simulated.networks import NETWORKS
 from cohaptic_experiments.transparency.cells import Cell, Row
 from cohaptic_experiments.transparency.frequency import Transparency
 from cohaptic_experiments.transparency.setting import USUAL
@@ -75,9 +78,32 @@ def after_a_press(rows: Sequence[Row]) -> Table:
     title = "felt of a press later than without a network, in ms; settled: after the press"
     table = _table(title, "", "10 %", "half", "90 %", "settled", "both ways", "lag")
     for row in rows:
-        last, ways = row.latest, 2.0 * row.cell.delay
+        last, ways = row.latest, 2.0 * row.cell.link.delay
         times = (*last.late, last.settled, ways, row.lag)
         table.add_row(name(row.cell), *map(_milliseconds, times))
+    return table
+
+
+def of_roughness(rows: Sequence[Row]) -> Table:
+    """Return a table of what the network adds to a sway as the roughest other hand feels it."""
+    title = (
+        "swing of the force on a resting hand while another sways at 1 Hz [mN],"
+        "\nthat of the truth, and what is above 12 Hz; path, of the true one; lateness"
+        "\nand its range [ms]; largest change within 20 ms at rest [mN]"
+    )
+    table = _table(title, "", "swing", "true", "fast", "path", "late", "range", "rest")
+    for row in rows:
+        worst = max(row.roughness, key=lambda rough: rough.fast)
+        table.add_row(
+            name(row.cell),
+            f"{1e3 * worst.swing:.0f}",
+            f"{1e3 * worst.true_swing:.0f}",
+            f"{1e3 * worst.fast:.0f}",
+            f"{worst.path:.2f}",
+            _milliseconds(worst.late),
+            _milliseconds(worst.offset_range),
+            f"{1e3 * max(rough.at_rest for rough in row.roughness):.0f}",
+        )
     return table
 
 
@@ -105,8 +131,8 @@ def _table(title: str, first: str, *columns: str) -> Table:
 
 def name(cell: Cell) -> str:
     """Return the name of a cell: law, delay, users, and what is not usual."""
-    words = [f"{1e3 * cell.delay:g} ms", f"{cell.users}"]
-    if cell.hand == USUAL or cell.law != Law.PREDICTIVE:  # a terminal has room for little
+    words = [_network(cell), f"{cell.users}"]
+    if cell.law != Law.PREDICTIVE:  # a terminal has room for little
         words.insert(0, cell.law.value)
     if cell.preset != "rig":
         words.append(cell.preset)
@@ -117,6 +143,17 @@ def name(cell: Cell) -> str:
     if cell.together:
         words.append("together")
     return ", ".join(words)
+
+
+def _network(cell: Cell) -> str:
+    link = replace(cell.link, seed=0)
+    names = {known.link: name for name, known in NETWORKS.items()}
+    if not (words := names.get(link, "")):
+        jitter = f"+{1e3 * link.jitter:g}" if link.jitter else ""
+        words = f"{1e3 * link.delay:g}{jitter} ms"
+        words += f" {100.0 * link.loss:g} % lost" if link.loss else ""
+        words += " and more" if replace(link, delay=0.0, jitter=0.0, loss=0.0) != AT_ONCE else ""
+    return words + (f" {100.0 * cell.late_ticks:g} % late" if cell.late_ticks else "")
 
 
 def picture(rows: Sequence[Row]) -> Figure:

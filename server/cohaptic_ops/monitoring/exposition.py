@@ -90,6 +90,11 @@ _USER_GAUGES: tuple[tuple[str, str, Callable[[UserMetrics], float | None]], ...]
         lambda u: u.loss,
     ),
     ("user_silence_seconds", "Time since a user's newest message", lambda u: u.silence),
+    (
+        "user_wavers_seconds",
+        "Time by which a user's samples are used later, so that nobody feels the link's jitter",
+        lambda u: u.wavers,
+    ),
     ("user_force_newtons", "Force that the body gets of a user", lambda u: u.force),
 )
 

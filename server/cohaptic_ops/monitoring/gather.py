@@ -117,6 +117,7 @@ class Gatherer:
             capabilities=member.hello.capabilities,
             sets_lag=cause.by if member.user in cause.users else None,
             forbids_models=wishes.weight < 1.0 and member.user in wishes.forbidden.users,
+            wavers=member.samples.playout.wavers,
         )
 
 

@@ -55,6 +55,8 @@ class UserMetrics(_Frozen):
         forbids_models: Whether this user pressed when models of the hands were last forbidden, and
             its hand cannot be modelled, or its delay jumps; false again once they are used in
             full.
+        wavers: Time by which this user's samples are used later than the link's least delay, so
+            that nobody feels its jitter [s].
     """
 
     seat: int = Field(ge=1)
@@ -67,6 +69,7 @@ class UserMetrics(_Frozen):
     capabilities: Capabilities | None = None
     sets_lag: Literal["damping", "delay"] | None = None
     forbids_models: bool = False
+    wavers: float = Field(default=0.0, ge=0.0)
 
 
 class RoomMetrics(_Frozen):

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from cohaptic.errors import one_line
 from cohaptic.status.quantiles import TIME_EDGES
-from cohaptic.status.table import LEAST_LAG
+from cohaptic.status.table import LEAST_LAG, LEAST_WAVERS
 from cohaptic_ops.monitoring.metrics import ClusterHealth, RoomMetrics, TimeCounts, UserMetrics
 
 _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the rest
@@ -83,7 +83,11 @@ def overview(status: Status, before: Status | None, width: int) -> RenderableTyp
         parts.append(_users(status.rooms, width))
     # Below the tables, which they would move while hands come and go.
     for room in status.rooms:
-        parts += [Text(words, _ODD) for words in (lag_words(room), models_words(room)) if words]
+        parts += [
+            Text(words, _ODD)
+            for words in (lag_words(room), models_words(room), wavers_words(room))
+            if words
+        ]
     return Group(*parts)
 
 
@@ -132,6 +136,18 @@ def models_words(room: RoomStatus) -> str:
         why = f"{who} pressed {_HINDERS[metrics.models_off]}"
     share = f"{100.0 * (metrics.models or 0.0):.0f} %"
     return f"{_name(room.name)}: models of the hands answer to {share}, since {why}"
+
+
+def wavers_words(room: RoomStatus) -> str:
+    """Return a sentence on the users whose links waver, and what that costs; empty without any."""
+    metrics = room.metrics
+    users = [] if metrics is None else [u for u in metrics.users if u.wavers >= LEAST_WAVERS]
+    if not room.ticking or not users:
+        return ""
+    most = 1e3 * max(user.wavers for user in users)
+    told, many = _names(users), len(users) > 1
+    links = f"links of {told} waver" if many else f"link of {told} wavers"
+    return f"{_name(room.name)}: the {links}; felt {most:.0f} ms later for that"
 
 
 def _names(users: Sequence[UserMetrics]) -> str:

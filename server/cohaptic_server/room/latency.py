@@ -12,9 +12,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from cohaptic.errors import ProtocolError, RemoteProtocolError
-from cohaptic.protocol.watch_messages import Latency, SetLatency
-from cohaptic.simulated.delay_line import DelayLine, LinkSettings
+from cohaptic.errors import ProtocolError, RemoteProtocolError, SettingError
+from cohaptic.protocol.watch_messages import (
+    MAX_INJECTED_DELAY,
+    MAX_INJECTED_JITTER,
+    Latency,
+    SetLatency,
+)
+from cohaptic.simulated.delay_line import AT_ONCE, DelayLine, LinkSettings
+from cohaptic.simulated.networks import read_network
 from cohaptic_server.access.keys import forbidden
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.watch.watcher import Watcher
@@ -26,24 +32,24 @@ class UserLatency:
     """Delay lines of one user's messages, one line for each direction.
 
     Args:
-        seed: Seed of the random jitter.
+        seed: Seed of the random draws.
     """
 
     def __init__(self, seed: int) -> None:
-        self.delay = self.jitter = 0.0
+        self.link = AT_ONCE
         self._up: DelayLine[Data] = DelayLine(LinkSettings(seed=2 * seed))
         self._down: DelayLine[Data] = DelayLine(LinkSettings(seed=2 * seed + 1))
 
-    def set(self, delay: float, jitter: float) -> None:
-        """Set delay and jitter of later messages, each way [s]; messages in flight keep theirs."""
-        self.delay, self.jitter = delay, jitter
+    def set(self, link: LinkSettings) -> None:
+        """Set the link of later messages, each way; messages in flight keep their delay."""
+        self.link = link
         for line in (self._up, self._down):
-            line.settings = replace(line.settings, delay=delay, jitter=jitter)
+            line.settings = replace(link, seed=line.settings.seed)
 
     @property
     def gone(self) -> bool:
-        """Whether delay and jitter are zero and no message is in flight."""
-        return self.delay == self.jitter == 0.0 and not self._up and not self._down
+        """Whether the link takes no time and no message is in flight."""
+        return self.link.at_once and not self._up and not self._down
 
     def push_up(self, data: Data, now: float) -> None:
         """Accept a message from the user; raise LinkOverflow if too many are in flight."""
@@ -83,6 +89,29 @@ def refusal(peer: Peer, *, allowed: bool) -> ProtocolError | None:
     return None
 
 
+def link_of(change: SetLatency) -> LinkSettings:
+    """Return the link that a watcher asks for.
+
+    Raises:
+        RemoteProtocolError: Its words for a network make no link, or one that is too slow.
+    """
+    try:
+        link = read_network(change.network)
+    except SettingError as error:
+        raise RemoteProtocolError(error.name, error.value, error.limit) from None
+    delay = link.delay if change.delay is None else change.delay
+    jitter = link.jitter if change.jitter is None else change.jitter
+    for name, value, most in (
+        ("delay", delay, MAX_INJECTED_DELAY),
+        ("jitter", jitter, MAX_INJECTED_JITTER),
+        ("tail", link.tail, MAX_INJECTED_JITTER),
+        ("stall", link.stall, MAX_INJECTED_DELAY),
+    ):
+        if value > most:
+            raise RemoteProtocolError(f"{name} of a network", f"{value:g} s", f"at most {most:g} s")
+    return replace(link, delay=delay, jitter=jitter)
+
+
 def set_latency(
     peers: Iterable[Peer], watchers: Iterable[Watcher], change: SetLatency, outcome: Outcome
 ) -> None:
@@ -91,22 +120,29 @@ def set_latency(
     Args:
         peers: Peers of the room.
         watchers: Watchers of the room.
-        change: Number of the user, with the new delay and jitter [s].
+        change: Number of the user, with the new link.
         outcome: Receives the peer whose latency has changed.
+
+    Raises:
+        RemoteProtocolError: The link is none.
     """
-    latency = (change.delay, change.jitter)
+    link = link_of(change)
     for other in peers:
-        if other.user == change.user and other.latency != latency:
-            other.latency = latency
+        if other.user == change.user and (other.latency, other.network) != (link, change.network):
+            other.latency, other.network = link, change.network
             outcome.delayed.append(other)
-            news = Latency(user=change.user, delay=change.delay, jitter=change.jitter)
+            news = _news(change.user, other)
             for watcher in watchers:
                 watcher.tell_latency(news)
 
 
 def latencies(peers: Iterable[Peer]) -> Iterator[Latency]:
-    """Iterate over the latencies of all users whose delay or jitter is not zero."""
+    """Iterate over the latencies of all users whose link takes time."""
     for peer in peers:
-        delay, jitter = peer.latency
-        if peer.user is not None and (delay, jitter) != (0.0, 0.0):
-            yield Latency(user=peer.user, delay=delay, jitter=jitter)
+        if peer.user is not None and not peer.latency.at_once:
+            yield _news(peer.user, peer)
+
+
+def _news(user: int, peer: Peer) -> Latency:
+    link = peer.latency
+    return Latency(user=user, delay=link.delay, jitter=link.jitter, network=peer.network)

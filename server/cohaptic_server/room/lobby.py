@@ -285,9 +285,12 @@ class Lobby:
                 moderate(*who, request, now, to_wall, outcome)
             case SetLatency():
                 error = refusal(peer, allowed=self.room.settings.allow_latency)
-                if error is None:
-                    set_latency(self.peers, self.audience.watchers, request, outcome)
-                else:
+                try:
+                    if error is None:
+                        set_latency(self.peers, self.audience.watchers, request, outcome)
+                except ProtocolError as wrong:
+                    error = wrong
+                if error is not None:
                     session.fail(error)
             case SetView():
                 pass  # the session has handled this message

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cohaptic.errors import one_line
+from cohaptic.simulated.delay_line import AT_ONCE, LinkSettings
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
@@ -20,7 +21,8 @@ class Peer:
         session: Server's half of the protocol with the client; a `Watcher` replaces the first
             session if the client watches.
         user: User number in the room; None before the client has joined, and for a watcher.
-        latency: Injected delay and jitter, each way [s].
+        latency: Injected link, each way.
+        network: Words with which a watcher asked for it.
         needs_mesh: Whether the mesh at rest must be sent next.
         source: Network address against whose rate limits the connection counts.
         guest: Identity and grants of the client, which the token in its first message determines.
@@ -31,7 +33,8 @@ class Peer:
 
     session: ServerSession | Watcher
     user: int | None = None
-    latency: tuple[float, float] = (0.0, 0.0)
+    latency: LinkSettings = AT_ONCE
+    network: str = ""
     needs_mesh: bool = False
     source: str = ""
     guest: Guest = ANYBODY

@@ -94,7 +94,7 @@ class Connection:
         self.take_samples()
         if self._latency is None:
             self._latency = UserLatency(seed=self.user or 0)
-        self._latency.set(*self.peer.latency)
+        self._latency.set(self.peer.latency)
         self._run()
 
     def receive(self, data: Data) -> None:

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.clock import SystemClock
+from cohaptic.simulated.networks import in_words
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.table import EVERY, status_line, status_view
 from cohaptic_tools.demo.processes import DemoFailed, Stage
@@ -138,7 +139,7 @@ def picture(
     head = Text.assemble(
         (scene.names[0], "bold"),
         f" {_action(scene)} ",
-        (f"{scene.law.value} law, {1e3 * scene.delay:g} ms each way", "bold"),
+        (f"{scene.law.value} law, {in_words(scene.link)}", "bold"),
         f", {scene.simulation_hz:g} Hz. {_progress(scene, since)}",
     )
     top = _TOP_TANGENTIAL if scene.drags else _TOP

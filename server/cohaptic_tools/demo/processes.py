@@ -20,6 +20,7 @@ from pydantic import ValidationError
 from cohaptic.errors import CohapticError
 from cohaptic.recording.part import part_of
 from cohaptic.simulated.hand import HandScript
+from cohaptic.simulated.networks import words_for
 from cohaptic.status.report import TouchStatus
 from cohaptic.vec import Vec3, add
 from cohaptic_tools.demo.scene import Scene
@@ -196,8 +197,7 @@ class Stage:
             "--geometry", "plane",
             # A busy server may answer slowly at first; the end of the server is detected elsewhere.
             "--wait", f"{_JOIN:g}",
-            "--delay-ms", f"{1e3 * scene.delay:g}",
-            "--jitter-ms", f"{1e3 * scene.jitter:g}",
+            "--network", words_for(scene.link),
             "--seed", str(scene.seed + user),
             *placement_options(script, scene.origin),
             "--depth-mm", repr(1e3 * script.depth),

@@ -18,7 +18,7 @@ from cohaptic_tools.demo.analysis import Recording
 
 
 class Blame(Enum):
-    """Reason for which patches or haptic periods came late: the machine, or the injected jitter."""
+    """Reason for which patches or haptic periods came late: the machine, or the network."""
 
     MACHINE = "machine"
     LINK = "link"
@@ -41,7 +41,7 @@ class Lateness:
     patch: float = 0.0
     stall: float = 0.0
 
-    def blame(self, period: float, jitter: float) -> Blame | None:
+    def blame(self, period: float, wavers: float) -> Blame | None:
         """Return the cause of what came late; None if everything came on time.
 
         Up to a whole simulation period counts as on time: a patch that comes so late still comes
@@ -49,9 +49,9 @@ class Lateness:
 
         Args:
             period: Simulation period [s].
-            jitter: Largest injected jitter, one way [s].
+            wavers: Largest extra delay that the injected network adds, one way [s].
         """
-        if max(self.stall, self.patch - jitter) > period:
+        if max(self.stall, self.patch - wavers) > period:
             return Blame.MACHINE
         return Blame.LINK if self.patch > period else None
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from cohaptic.simulated.networks import words_for
 from cohaptic.status.report import TouchStatus
 from cohaptic_server.bodies.body import Body
 from cohaptic_tools.demo.analysis import (
@@ -107,6 +108,7 @@ class DemoResult(BaseModel):
     simulation_hz: float
     delay_ms: float = Field(description="Injected, one way.")
     jitter_ms: float
+    network: str = Field(description="Words for the whole injected link.")
     seed: int
     friction: float = Field(description="mu of every finger; 0 for none.")
     lag_ms: float = Field(
@@ -148,6 +150,7 @@ class DemoResult(BaseModel):
         return self.shows_it and rests and max(errors, default=0.0) <= GOOD_ERROR
 
 
+# Above 60 lines: half of them name the results.
 def evaluate(
     scene: Scene,
     body: Body,
@@ -169,7 +172,7 @@ def evaluate(
     expected = 0.5 * scene.rhythm.period - scene.rhythm.ramp
     pressed = stretches(timeline, pressed=True, expected=expected)
     off = stretches(timeline, pressed=False, expected=expected)
-    windows = press_windows(timeline, injected=2.0 * (scene.delay + scene.jitter))
+    windows = press_windows(timeline, injected=2.0 * scene.link.longest)
     held = [*pressed, *off]
     late, blamed = _late(scene, loaded, timeline, held)
     parts = [part_on_time(loaded, timeline.t, s, 1.0 / scene.simulation_hz) for s in held]
@@ -197,8 +200,9 @@ def evaluate(
     return DemoResult(
         law=scene.law.value,
         simulation_hz=scene.simulation_hz,
-        delay_ms=1e3 * scene.delay,
-        jitter_ms=1e3 * scene.jitter,
+        delay_ms=1e3 * scene.link.delay,
+        jitter_ms=1e3 * scene.link.jitter,
+        network=words_for(scene.link),
         seed=scene.seed,
         friction=scene.friction,
         lag_ms=1e3 * _lag(timeline, pressed, statuses),
@@ -214,7 +218,7 @@ def _always_on_time(scene: Scene, loaded: Sequence[Recording]) -> bool:
     """Return whether everything came on time in all of the demonstration, also while hands move."""
     period = 1.0 / scene.simulation_hz
     whole = most([lateness(recording, -math.inf, math.inf, period) for recording in loaded])
-    return whole.blame(period, scene.jitter) is None
+    return whole.blame(period, scene.link.wavers) is None
 
 
 def _late(
@@ -226,7 +230,9 @@ def _late(
     """
     period = 1.0 / scene.simulation_hz
     late = in_stretches(loaded, timeline.t, held or [slice(0, timeline.t.size)], period)
-    return late, [most(of_all).blame(period, scene.jitter) for of_all in zip(*late, strict=True)]
+    return late, [
+        most(of_all).blame(period, scene.link.wavers) for of_all in zip(*late, strict=True)
+    ]
 
 
 def _rests(

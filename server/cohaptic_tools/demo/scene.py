@@ -19,6 +19,7 @@ MIN_USERS, MAX_USERS = 2, 16
 PRESS_DEPTH = 0.02  # m; intended depth of the first hand's press; the others press half as deep
 DRAG = 0.006  # m; length of a drag with friction: perceptible, and no finger slips at mu = 0.6
 BESIDE = math.radians(30.0)  # angle around the balloon between two hands of which one drags
+USUAL = LinkSettings(0.08)  # Europe to America
 _SETTLE = 1.5  # s in which a hand presses and all hands come to rest, without any delay
 _ROUND_TRIPS = 5.0  # round trips after which the mutual response of two hands has decayed
 MEASURE = 0.6  # s at the end of each press and release over which forces are averaged
@@ -31,11 +32,10 @@ class Scene:
 
     Args:
         users: Number of hands; the first hand presses, the others rest.
-        delay: Injected delay, one way, in both directions [s].
-        jitter: Largest extra delay, one way [s].
+        link: Injected network, one way, the same in both directions.
         law: Control law of every client.
         simulation_hz: Ticks per second.
-        seed: Seed of the jitter.
+        seed: Seed of the link's draws.
         duration: Duration of the demonstration [s]; None without an end.
         places: Places of the hands on the surface; if empty, the hands stand evenly around the
             body.
@@ -47,8 +47,7 @@ class Scene:
     """
 
     users: int = 2
-    delay: float = 0.08
-    jitter: float = 0.0
+    link: LinkSettings = USUAL
     law: Law = DEFAULT_LAW
     simulation_hz: float = 60.0
     seed: int = 0
@@ -61,7 +60,6 @@ class Scene:
     def __post_init__(self) -> None:
         if not MIN_USERS <= self.users <= MAX_USERS:
             raise SettingError("number of users", self.users, f"from {MIN_USERS} to {MAX_USERS}")
-        LinkSettings(self.delay, self.jitter)  # which checks both
         if self.duration is not None and not 2.0 <= self.duration <= 86400.0:
             raise SettingError("duration", f"{self.duration:g} s", "from 2 s to a day")
         if not 0.0 <= self.friction <= MAX_FRICTION:
@@ -111,7 +109,7 @@ class Scene:
     @property
     def _half(self) -> float:
         """Duration of one part of a period in which forces can settle [s]."""
-        return _SETTLE + 2.0 * _ROUND_TRIPS * (self.delay + self.jitter) + MEASURE
+        return _SETTLE + 2.0 * _ROUND_TRIPS * self.link.longest + MEASURE
 
     @property
     def _parts(self) -> float:

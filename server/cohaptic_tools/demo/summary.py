@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cohaptic.control.friction import MAX_FRICTION
+from cohaptic.simulated.networks import in_words, read_network
 from cohaptic.status.table import LEAST_LAG, lag_words, soft_words
 from cohaptic_tools.demo.felt import FELT
 from cohaptic_tools.demo.punctuality import Blame
@@ -93,7 +94,7 @@ def slipping(result: DemoResult) -> list[UserResult]:
 
 def verdict(result: DemoResult) -> str:
     """Return a summary of the demonstration in a sentence or two."""
-    how = f"{result.law} law, {result.delay_ms:g} ms each way, {result.simulation_hz:g} Hz"
+    how = f"{result.law} law, {in_words(read_network(result.network))}, {result.simulation_hz:g} Hz"
     swinging = _names(u for u in result.users if u.rest is Rest.UNSTABLE)
     if swinging:
         return f"Unstable: the force of {swinging} swings and does not come to rest ({how})."
@@ -110,8 +111,8 @@ def verdict(result: DemoResult) -> str:
         return _too_short(result, how)
     if unknown and result.late is Blame.LINK:
         return (
-            f"The link kept the force of {unknown} moving: {_lateness(result)}, by a jitter of"
-            f" {result.jitter_ms:g} ms ({how}).\nA law is judged with less of it (--jitter-ms)."
+            f"The link kept the force of {unknown} moving: {_lateness(result)}, by a network that"
+            f" wavers ({how}).\nA law is judged on a steadier one (--network, --jitter-ms)."
         )
     if unknown and result.late is Blame.MACHINE:
         return (

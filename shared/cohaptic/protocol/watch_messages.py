@@ -48,6 +48,7 @@ MAX_WATCHING_TEXT = 16_384  # characters of `watching` for the fullest room
 MAX_RATE = 60.0  # frames per second; screens show no more
 MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
+MAX_NETWORK_TEXT = 200  # characters of the words for a link
 
 MOST_PUT_OUT = 64  # banned names in one message to an administrator
 
@@ -58,6 +59,7 @@ ModerationName = Literal[
 MeshForm = Literal["exact", "quantised"]
 Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
 Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+Network = Annotated[str, Field(max_length=MAX_NETWORK_TEXT)]
 
 
 class Watch(WithSecrets):
@@ -101,14 +103,18 @@ class SetLatency(ControlMessage):
 
     Args:
         user: Number of the user; ignored if that user is not (or no longer) in the room.
-        delay: Delay each way, so that the round trip grows by twice as much [s]; 0 for no delay.
-        jitter: Largest extra delay of a message, each way [s].
+        delay: Delay each way, so that the round trip grows by twice as much [s]; 0 for no delay;
+            None for that of the network.
+        jitter: Largest extra delay of a message, each way [s]; None for that of the network.
+        network: Words for the rest of the link, as `cohaptic.simulated.networks` reads them; empty
+            for a link without losses and stalls.
     """
 
     type: Literal["set_latency"] = "set_latency"
     user: int = Field(ge=1, lt=2**32)
-    delay: float = Field(ge=0.0, le=MAX_INJECTED_DELAY)
-    jitter: float = Field(default=0.0, ge=0.0, le=MAX_INJECTED_JITTER)
+    delay: float | None = Field(default=None, ge=0.0, le=MAX_INJECTED_DELAY)
+    jitter: float | None = Field(default=None, ge=0.0, le=MAX_INJECTED_JITTER)
+    network: Network = ""
 
 
 class Moderate(ControlMessage):
@@ -180,12 +186,14 @@ class Latency(ControlMessage):
         user: Number of the user.
         delay: Delay each way [s].
         jitter: Largest extra delay of a message, each way [s].
+        network: Words for the rest of the link, as in `SetLatency`.
     """
 
     type: Literal["latency"] = "latency"
     user: int
     delay: float
     jitter: float
+    network: str = ""
 
 
 class Moderated(ControlMessage):

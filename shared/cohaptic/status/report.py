@@ -39,6 +39,8 @@ class TouchStatus(BaseModel):
         loop_hz: Periods per second since the start.
         loop_late_p99: 99th percentile of the delay with which haptic periods start [s].
         loop_missed: Number of haptic periods that the loop skipped because it was too late.
+        wavers: Time by which others are felt later than the link's least delay, so that its jitter
+            is not felt (science 3.16) [s].
         level: Intended position of a simulated hand, from 0 (released) to 1 (pressed).
         wanted: Normal force that the law computes, before any limit [N].
         max_force: Limit of the force on this hand; 0 if unknown [N].
@@ -65,6 +67,7 @@ class TouchStatus(BaseModel):
     loop_hz: float = 0.0
     loop_late_p99: float = 0.0
     loop_missed: int = 0
+    wavers: float = 0.0
     level: float = 0.0
     wanted: float = 0.0
     max_force: float = 0.0

@@ -19,6 +19,7 @@ from cohaptic.status.report import TouchStatus
 _BAR = 10  # characters of a full force bar
 _FULL = 6.0  # N that fill the bar; a firm press of a finger
 _NAME = 12  # characters of a name
+LEAST_WAVERS = 0.01  # s; scheduling alone makes a few milliseconds
 LEAST_LAG = 0.005  # s; with two decimals a shorter lag would be shown as zero
 
 
@@ -66,6 +67,9 @@ def status_notes(users: Sequence[TouchStatus]) -> list[str]:
         if user.cut
     ]
     notes += [f"{user.name}: force off: {user.fault}" for user in users if user.fault]
+    notes += [
+        f"{user.name}: {wavers_words(user.wavers)}" for user in users if user.wavers >= LEAST_WAVERS
+    ]
     lag = max((user.lag for user in users), default=0.0)
     return notes + ([lag_words(lag)] if lag >= LEAST_LAG else [])
 
@@ -73,6 +77,11 @@ def status_notes(users: Sequence[TouchStatus]) -> list[str]:
 def soft_words(renders: float, k_o: float) -> str:
     """Return a device's stiffness and the object's `k_o` [N/m] in words: "300 of 500 N/m"."""
     return f"{renders:,.0f} of {k_o:,.0f} N/m"
+
+
+def wavers_words(wavers: float) -> str:
+    """Return in words what playing at constant time costs on a link that wavers [s]."""
+    return f"the link wavers: others are felt {1e3 * wavers:.0f} ms later"
 
 
 def lag_words(lag: float) -> str:

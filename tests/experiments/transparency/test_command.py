@@ -11,6 +11,7 @@ import pytest
 import cohaptic.cli.app
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import Hand
 from cohaptic_experiments.transparency.command import Grid, read_hand
 
@@ -74,12 +75,19 @@ def test_what_cannot_be_measured_is_refused_before_it_begins(
 
 def test_a_grid_has_every_combination_once() -> None:
     hands = (read_hand("0.15,8,400"), read_hand("0.5, 1, 1e3"))
-    grid = Grid((Law.PREDICTIVE, Law.PI), (0.0, 80.0), (2, 4), ("rig", "omni"), 60.0, hands=hands)
+    grid = Grid(
+        (Law.PREDICTIVE, Law.PI),
+        (LinkSettings(), LinkSettings(0.08)),
+        (2, 4),
+        ("rig", "omni"),
+        60.0,
+        hands=hands,
+    )
     cells = grid.cells()
     assert len(cells) == len(set(cells)) == 32
     assert {cell.hand for cell in cells} == {Hand(), Hand(0.5, 1.0, 1000.0)}
-    again = Grid((Law.PI, Law.PI), (80.0, 80.0), (2,), ("rig",), 60.0)
+    again = Grid((Law.PI, Law.PI), (LinkSettings(0.08), LinkSettings(0.08)), (2,), ("rig",), 60.0)
     assert len(again.cells()) == 1
-    assert {cell.delay for cell in cells} == {0.0, 0.08}
+    assert {cell.link.delay for cell in cells} == {0.0, 0.08}
     with pytest.raises(SettingError):
-        Grid((Law.PI,), (0.0,), (17,), ("rig",), 60.0)
+        Grid((Law.PI,), (LinkSettings(),), (17,), ("rig",), 60.0)

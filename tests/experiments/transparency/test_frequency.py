@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_experiments.transparency.frequency import (
     FREQUENCIES,
     HALF_POWER,
@@ -20,7 +21,6 @@ from cohaptic_experiments.transparency.frequency import (
     true_responses,
 )
 from cohaptic_experiments.transparency.product import Variant
-from cohaptic_experiments.transparency.scheme import Link
 from cohaptic_experiments.transparency.setting import Setting
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
@@ -82,7 +82,7 @@ def test_without_lag_layer_and_delay_the_program_is_transparent(balloon: Balloon
     assert bare.weakest[low] == pytest.approx(1.0, abs=0.08)
     assert np.abs(bare.own[low]) == pytest.approx(1.0, abs=0.08)
     assert bare.bandwidth > 8.0
-    far = replace(setting, link=Link(0.08))
+    far = replace(setting, link=LinkSettings(0.08))
     late = measure(far, far.product(variant), truth)
     # At 0.1 Hz everything is there, both ways and the further rounds later.
     assert late.weakest[0] == pytest.approx(1.0, abs=0.02)

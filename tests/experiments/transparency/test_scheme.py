@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from cohaptic.control.law import Law
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.devices.simulated import SimulatedDevice
 from cohaptic_experiments.transparency.product import Product, Variant
-from cohaptic_experiments.transparency.scheme import Arrived, Link, SchemeSession
+from cohaptic_experiments.transparency.scheme import Arrived, SchemeSession
 from cohaptic_experiments.transparency.setting import Setting
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
@@ -57,7 +58,7 @@ def test_a_message_takes_both_ways_and_less_than_a_tick(
     delay: float, period: float, small_balloon: Balloon
 ) -> None:
     scheme = Echo(period)
-    _, forces = SchemeSession(scheme, devices(2, small_balloon), Link(delay)).run(1.0)
+    _, forces = SchemeSession(scheme, devices(2, small_balloon), LinkSettings(delay)).run(1.0)
     assert len(scheme.ticks) == pytest.approx(1.0 / period, abs=1)
     assert np.diff(scheme.ticks) == pytest.approx(period, abs=PERIOD)
     assert min(scheme.ages) >= 2.0 * delay - 1e-9
@@ -69,7 +70,7 @@ def test_a_message_takes_both_ways_and_less_than_a_tick(
 @pytest.mark.parametrize("law", list(Law))
 def test_the_program_as_a_scheme_is_the_program(law: Law, small_balloon: Balloon) -> None:
     """The same forces, to the last bit, as in the session that the experiments use."""
-    setting = Setting(small_balloon, 2, link=Link(0.02))
+    setting = Setting(small_balloon, 2, link=LinkSettings(0.02))
     plans = setting.intentions()
     _, forces = setting.play(Product(small_balloon, 2, Variant(law)), plans, 4.0)
     session = VirtualSession(small_balloon, now=0.0)

@@ -105,6 +105,17 @@ def test_a_sentence_tells_why_there_are_no_models(off: str, by: str, why: str) -
     assert lines == ([f"main: models of the hands answer to 50 %, since {why}"] if why else [])
 
 
+def test_a_sentence_tells_whose_link_wavers_and_what_that_costs() -> None:
+    def told(*wavers: float) -> list[str]:
+        users = tuple(user(i, f"user{i}", wavers=w) for i, w in enumerate(wavers, start=1))
+        return [line for line in drawn(of(ticking(room(users=users))), 120) if "waver" in line]
+
+    assert told(0.004, 0.0121) == ["main: the link of user2 wavers; felt 12 ms later for that"]
+    both = "main: the links of user1 and user2 waver; felt 50 ms later for that"
+    assert told(0.02, 0.05) == [both]
+    assert told(0.004) == []
+
+
 def test_brackets_in_a_name_are_brackets() -> None:
     text = "\n".join(drawn(of(ticking(room(users=(user(name="[red]ada[/]"),)))), 80))
     assert "[red]ada[/]" in text

@@ -3,6 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_server.room.latency import UserLatency
 
 steps = st.lists(
@@ -28,12 +29,12 @@ def test_order_is_kept_whatever_is_set_and_nothing_is_lost(
     for way, pause, change in said:
         now += pause
         if change is not None:
-            path.set(*change)
+            path.set(LinkSettings(*change))
         number += 1
         (path.push_up if way == "up" else path.push_down)(str(number), now)
         sent[way].append(str(number))
         pushed[str(number)] = now
-        limits[str(number)] = (path.delay, path.jitter)
+        limits[str(number)] = (path.link.delay, path.link.jitter)
         for direction, due in (("up", path.due_up(now)), ("down", path.due_down(now))):
             for data in due:
                 came[direction].append(str(data))
@@ -51,9 +52,9 @@ def test_it_stops_when_it_is_set_to_zero_after_what_was_in_flight(
     delay: float, jitter: float, later: float
 ) -> None:
     path = UserLatency(3)
-    path.set(delay, jitter)
+    path.set(LinkSettings(delay, jitter))
     path.push_up("first", 0.0)
-    path.set(0.0, 0.0)
+    path.set(LinkSettings())
     path.push_up("second", later * delay)
     assert not path.gone
     first = path.next_due()
@@ -68,7 +69,7 @@ def test_it_stops_when_it_is_set_to_zero_after_what_was_in_flight(
 
 def test_the_two_ways_are_apart() -> None:
     path = UserLatency(1)
-    path.set(0.1, 0.0)
+    path.set(LinkSettings(0.1))
     path.push_up("up", 0.0)
     path.push_down(b"down", 0.05)
     assert path.due_down(0.1) == []

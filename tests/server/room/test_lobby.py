@@ -27,6 +27,7 @@ from cohaptic.protocol.watch_messages import (
     Watching,
     decode_watch_control,
 )
+from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import LogLine, Outcome, Peer
@@ -290,7 +291,7 @@ def test_latency_is_injected_where_it_is_allowed_and_told_to_every_watcher(
     user, asks, sees = join(there, "ann"), watch(there), watch(there)
     change = encode_control(SetLatency(user=user.user or 0, delay=0.2, jitter=0.05))
     outcome = say(there, asks, change)
-    assert (outcome.delayed, user.latency) == ([user], (0.2, 0.05))
+    assert (outcome.delayed, user.latency) == ([user], LinkSettings(0.2, 0.05))
     for peer in (asks, sees):
         (told,) = peer.session.take(clear=True)
         assert isinstance(told, str)
@@ -305,7 +306,7 @@ def test_latency_is_refused_where_it_is_not_allowed(small_balloon: Balloon) -> N
     user, peer = join(there, "ann"), watch(there)
     change = SetLatency(user=user.user or 0, delay=0.2, jitter=0.0)
     assert say(there, peer, encode_control(change)).delayed == []
-    assert user.latency == (0.0, 0.0)
+    assert user.latency.at_once
     assert peer.session.close is not None
     assert "--allow-latency" in peer.session.close[1]
 

@@ -87,7 +87,7 @@ CONTROL: dict[str, Any] = {
     "watch with company": Watch(protocol=PROTOCOL_VERSION, company=True),
     "watch with a token": Watch(protocol=PROTOCOL_VERSION, token="eyJh.eyJz.c2ln"),
     "set_view": SetView(encoding="forces", rate=60.0),
-    "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125),
+    "set_latency": SetLatency(user=2, delay=0.125, jitter=0.03125, network="wifi"),
     "moderate": Moderate(action="kick", user=2),
     "watching": Watching(
         simulation_period=0.0625,
@@ -119,7 +119,7 @@ CONTROL: dict[str, Any] = {
     "moderated": Moderated(action="ban", user=3, done=False),
     "moderate a name": Moderate(action="unban", name="left"),
     "put_out": PutOut(names=("left", "right")),
-    "latency": Latency(user=2, delay=0.125, jitter=0.03125),
+    "latency": Latency(user=2, delay=0.125, jitter=0.03125, network="wifi"),
     "present": Present(name="left", user=1, key="0123456789abcdef", open=True),
     "present without a hand": Present(name="left"),
     "follow": Follow(user=2),

@@ -6,7 +6,14 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from cohaptic.status.report import AS_STIFF, TouchStatus
-from cohaptic.status.table import LEAST_LAG, bar, status_notes, status_table, status_view
+from cohaptic.status.table import (
+    LEAST_LAG,
+    LEAST_WAVERS,
+    bar,
+    status_notes,
+    status_table,
+    status_view,
+)
 
 WELL = TouchStatus(
     name="ann", state="touching", force=4.36, felt_from_others=-1.2, indentation=0.0123,
@@ -104,6 +111,15 @@ def test_a_lag_is_told_from_where_it_shows(lag: float) -> None:
     told = status_notes([WELL.model_copy(update={"lag": lag})])
     assert bool(told) == (lag >= LEAST_LAG)
     assert " 0.00 s" not in "".join(told)
+
+
+@given(st.floats(0.0, 1.0))
+def test_what_a_wavering_link_costs_is_told_from_where_it_is_more_than_scheduling(
+    wavers: float,
+) -> None:
+    told = status_notes([WELL.model_copy(update={"wavers": wavers})])
+    late = f"{WELL.name}: the link wavers: others are felt {1e3 * wavers:.0f} ms later"
+    assert told == ([late] if wavers >= LEAST_WAVERS else [])
 
 
 @given(st.floats(1.0, 1e6), st.floats(0.0, 1e6), st.sampled_from(["predictive", "pi", ""]))

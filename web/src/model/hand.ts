@@ -90,6 +90,8 @@ export interface TouchState {
   readonly network: number | null;
   /** Server's clock minus the page's [s]. */
   readonly clock_offset: number;
+  /** Time by which others are felt later than the link's least delay, so that its jitter is not felt [s]. */
+  readonly wavers: number;
   readonly simulation_period: number;
   /** Since the last report: most by which a tick of the server was late, and a period of the loop [s]. */
   readonly tick_late: number;
@@ -109,6 +111,8 @@ export interface OwnLink {
   /** Most of late by which a tick of the server was late, and a period of the hand's loop [s]. */
   readonly tick_late: number;
   readonly loop_stall: number;
+  /** `wavers` of the hand's state [s]. */
+  readonly wavers: number;
 }
 
 /** A hand in the room. Made by `startTouch` (`touch/handle.ts`). */

@@ -14,11 +14,15 @@ import type { Recording } from "./recording";
 import type { Subscribe } from "./subscribe";
 import type { Vec3 } from "./vec";
 
-/** Injected latency, each way [s]. */
+/** Injected network, each way: delay and largest extra delay [s], and the words for losses and stalls, which name a network. */
 export interface Latency {
   readonly delay: number;
   readonly jitter: number;
+  readonly network: string;
 }
+
+/** A network that is asked for; what is left out is the network's own. */
+export type LatencyWish = Partial<Omit<Latency, "network">> & Pick<Latency, "network">;
 
 /** One user, as the server has it at the time shown. */
 export interface UserState {
@@ -183,7 +187,7 @@ export interface SceneStore {
   recorded(): Recording | null;
   setView(encoding: Encoding, rate: number): void;
   /** Refused by the server unless `info.allow_latency`. */
-  setLatency(user: number, latency: Latency): void;
+  setLatency(user: number, wish: LatencyWish): void;
   /** Refused by the server unless `info.room_admin`. An order about a person needs `user`, or `name` for one who was put out. */
   order(order: Order, user?: number, name?: string): void;
   /** Notifies of changes of status, info, mesh, roster or events, but not of frames: call `at` when drawing. */

@@ -69,7 +69,7 @@ export type ClientControl =
   | ({ readonly type: "aim" } & Aim)
   | { readonly type: "point"; readonly point: Vec3 }
   | { readonly type: "set_view"; readonly encoding: Encoding; readonly rate: number }
-  | { readonly type: "set_latency"; readonly user: number; readonly delay: number; readonly jitter: number }
+  | { readonly type: "set_latency"; readonly user: number; readonly delay?: number; readonly jitter?: number; readonly network: string }
   | { readonly type: "moderate"; readonly action: Order; readonly user: number | null; readonly name?: string };
 
 export interface Welcome {
@@ -109,7 +109,7 @@ export type ServerControl =
   | { readonly type: "named"; readonly name: string; readonly reason: string }
   | { readonly type: "user_joined"; readonly user: number; readonly name: string }
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
-  | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number }
+  | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number; readonly network: string }
   | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
   | { readonly type: "moderated"; readonly action: string; readonly user: number | null; readonly done: boolean }
   | { readonly type: "put_out"; readonly names: readonly string[] }
@@ -159,6 +159,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
       user: integer(f, "user"),
       delay: number(f, "delay", 0, 10),
       jitter: number(f, "jitter", 0, 10),
+      network: text(f, "network"),
     }),
   ],
   [

@@ -9,7 +9,7 @@ import { between, type Frame, place, usersBetween } from "../watch/interpolation
 import { lastBefore } from "./scrubber";
 
 const NEAR = 6; // frames whose surfaces are kept in the cache
-const NO_LATENCY = { delay: 0, jitter: 0 }; // an added latency is part of the measured delay
+const NO_LATENCY = { delay: 0, jitter: 0, network: "" }; // an added latency is part of the measured delay
 
 export interface Shown extends SceneSnapshot {
   /** Whether the server was heard at that time; during a silence the scene is that from before. */

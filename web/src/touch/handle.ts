@@ -87,7 +87,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     get link() {
       // The measured value may not yet contain a delay that was added a moment ago.
       const network = state === null || state.network === null ? null : Math.max(state.network, 2 * delay);
-      return { network, page_wait: wait.value, clock_step, tick_late: tick.value, loop_stall: stall.value };
+      return { network, page_wait: wait.value, clock_step, tick_late: tick.value, loop_stall: stall.value, wavers: state?.wavers ?? 0 };
     },
     point: (target, presses = true) => {
       say({ type: "point", target, presses });

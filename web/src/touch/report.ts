@@ -1,6 +1,7 @@
 /** The report of the haptic Worker to the page, as a pure function. */
 
 import { normalShift } from "../control/friction";
+import { wavers } from "../control/playout";
 import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
 import { add, norm, scale, type Vec3 } from "../model/vec";
 import type { Welcome } from "../protocol/messages";
@@ -69,6 +70,7 @@ export function reportOf(known: Known): TouchState {
     round_trip: timing.round_trip,
     network: shortestTrip(timing),
     clock_offset: clockOffset(timing),
+    wavers: wavers(loop.playout),
     simulation_period: welcome?.simulation_period ?? 0,
     ...known.late,
     trace: known.trace,

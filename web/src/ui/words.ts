@@ -68,6 +68,7 @@ export const LAW_WORDS: Readonly<Record<LawName, readonly [name: string, hint: s
 const NEAR = 0.15; // s; hardly anybody notices so short a loop: two ticks, two ways across a town, a picture
 const FAR_OFF = 0.4; // s; with a longer loop a voice call would be tiring
 
+const WAVERS = 0.01; // s; scheduling alone makes a few milliseconds
 const NOTED = 0.05; // s; from this delay of its own on, a page says so
 const OFTEN = 0.1; // s by which a loop may exceed its shortest trip: ticks of the server, a sample's wait
 
@@ -94,7 +95,7 @@ export function connectionWords(user: Pick<UserState, "fresh" | "loop_delay" | "
   const longest = user.loop_delay - share;
   const heldUp = longest - network - own.clock_step >= OFTEN;
   const now = heldUp ? `, now and then up to ${milliseconds(longest)}` : "";
-  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${late("this page", share)}${late("the server", own.tick_late)}${late("this browser", own.loop_stall, own.clock_step)}`;
+  return `${farness(heldUp ? longest : network)}: ${way} there and back${now}${added}${late("this page", share)}${late("the server", own.tick_late)}${late("this browser", own.loop_stall, own.clock_step)}${own.wavers < WAVERS ? "" : `; the link wavers: ${milliseconds(own.wavers)}`}`;
 }
 
 /** Words on what is late by itself; a clock that goes in steps shows no less than these. */

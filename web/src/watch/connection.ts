@@ -6,7 +6,7 @@
 
 import { greenUrl, socketUrl } from "../address";
 import type { RestMesh } from "../model/body";
-import type { Encoding, Latency, RoomEvent, SceneSnapshot, SceneStore, UserHistory, WatchInfo, WatchPhase, WatchStatus } from "../model/scene";
+import type { Encoding, LatencyWish, RoomEvent, SceneSnapshot, SceneStore, UserHistory, WatchInfo, WatchPhase, WatchStatus } from "../model/scene";
 import type { Order, Restraints } from "../model/orders";
 import type { Pass } from "../model/pass";
 import type { Recording } from "../model/recording";
@@ -137,8 +137,8 @@ export class Watch implements SceneStore {
     this.notify();
   }
 
-  setLatency(user: number, { delay, jitter }: Latency): void {
-    this.say(encodeControl({ type: "set_latency", user, delay, jitter }));
+  setLatency(user: number, wish: LatencyWish): void {
+    this.say(encodeControl({ type: "set_latency", user, ...wish }));
   }
 
   order(order: Order, user?: number, name?: string): void {

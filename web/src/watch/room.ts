@@ -6,7 +6,7 @@ import type { WatchEvent } from "./session";
 
 const MOST_EVENTS = 100;
 const MOST_REMEMBERED = 256; // names, also of those who have left
-const NONE: Latency = { delay: 0, jitter: 0 };
+const NONE: Latency = { delay: 0, jitter: 0, network: "" };
 
 /** Roster, injected latency and the newest events of a room. */
 export class Room {
@@ -59,9 +59,9 @@ export class Room {
         this.say({ at, kind: "left", user: event.user, name: event.name, detail: event.reason });
         break;
       case "latency": {
-        const { user, delay, jitter } = event;
-        this.latencies.set(user, { delay, jitter });
-        const detail = `${Math.round(1e3 * delay)} ms each way, up to ${Math.round(1e3 * jitter)} ms more`;
+        const { user, delay, jitter, network } = event;
+        this.latencies.set(user, { delay, jitter, network });
+        const detail = `${network === "" ? "" : `${network}, `}${Math.round(1e3 * delay)} ms each way, up to ${Math.round(1e3 * jitter)} ms more`;
         this.say({ at, kind: "latency", user, name: this.nameOf(user), detail });
         break;
       }

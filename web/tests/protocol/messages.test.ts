@@ -29,7 +29,7 @@ const SENT: ClientControl[] = [
   { type: "bye" },
   { type: "watch", protocol: 4, encoding: "frames", rate: 30, mesh: "quantised" },
   { type: "set_view", encoding: "forces", rate: 60 },
-  { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125 },
+  { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125, network: "wifi" },
   { type: "present", name: "left", user: 1, key: "0123456789abcdef", open: true },
   { type: "follow", user: 2 },
   { type: "aim", azimuth: -1.375, elevation: 0.25, distance: 5.5 },

@@ -84,7 +84,7 @@ test("a hand has its page's secret, and that of another page another", async () 
 test("how long a report waits for the page, and by which clock it was made, is known of the hand", async () => {
   const { startTouch } = await fresh();
   const handle = startTouch(SETTINGS);
-  expect(handle.link).toEqual({ network: null, page_wait: 0, clock_step: 0, tick_late: 0, loop_stall: 0 });
+  expect(handle.link).toEqual({ network: null, page_wait: 0, clock_step: 0, tick_late: 0, loop_stall: 0, wavers: 0 });
   const hear = Idle.made[0]?.onmessage as (event: object) => void;
   hear({ data: { type: "state", state: { t: performance.now() / 1000 - 0.2, network: 0.01 }, clock_step: 0.1 } });
   expect(handle.link).toMatchObject({ network: 0.01, clock_step: 0.1 });

@@ -54,8 +54,8 @@ describe("a device", () => {
 });
 
 describe("a connection", () => {
-  const user = { fresh: true, loop_delay: 0.167, latency: { delay: 0, jitter: 0 }, presence: 1 };
-  const own = { network: 0.0004, page_wait: 0.12, clock_step: 0, tick_late: 0.01, loop_stall: 0.02 };
+  const user = { fresh: true, loop_delay: 0.167, latency: { delay: 0, jitter: 0, network: "" }, presence: 1 };
+  const own = { network: 0.0004, page_wait: 0.12, clock_step: 0, tick_late: 0.01, loop_stall: 0.02, wavers: 0.004 };
 
   it("of the own hand is as far as its network, and what the page adds is told apart", () => {
     expect(connectionWords(user, own)).toBe("Close by: under 1\u202fms there and back; this page is up to 167\u202fms late");
@@ -79,7 +79,7 @@ describe("a connection", () => {
   it("says no more than a coarse clock can know, and a delay that was added at once", () => {
     expect(connectionWords(user, { ...own, page_wait: 0.07, clock_step: 0.1 })).toBe("Close by: under 100\u202fms there and back");
     expect(connectionWords(user, { ...own, page_wait: 0, clock_step: 0.1 })).toBe("Close by: under 100\u202fms there and back");
-    expect(connectionWords({ ...user, loop_delay: 0.5, latency: { delay: 0.24, jitter: 0 } }, { ...own, page_wait: 0 })).toBe(
+    expect(connectionWords({ ...user, loop_delay: 0.5, latency: { delay: 0.24, jitter: 0, network: "" } }, { ...own, page_wait: 0 })).toBe(
       "Far away: 480\u202fms there and back, 240\u202fms of it each way added here",
     );
   });
@@ -89,6 +89,7 @@ describe("a connection", () => {
     expect(connectionWords(near, { ...own, page_wait: 0, tick_late: 0.12 })).toBe(
       "Close by: under 1\u202fms there and back; the server is up to 120\u202fms late",
     );
+    expect(connectionWords(near, { ...own, page_wait: 0, wavers: 0.034 })).toContain("; the link wavers: 34\u202fms");
     const stopped = { ...own, page_wait: 0, loop_stall: 0.31 };
     expect(connectionWords(near, stopped)).toBe("Close by: under 1\u202fms there and back; this browser is up to 310\u202fms late");
     expect(connectionWords(near, { ...stopped, clock_step: 0.3 })).toBe("Close by: under 300\u202fms there and back");

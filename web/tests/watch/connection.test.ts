@@ -84,13 +84,13 @@ describe("one who watches", () => {
     browser.join();
     const before = heard;
     browser.line.say({ type: "user_joined", user: 2, name: "<b>bo</b>" });
-    browser.line.say({ type: "latency", user: 2, delay: 0.125, jitter: 0.02 });
+    browser.line.say({ type: "latency", user: 2, delay: 0.125, jitter: 0.02, network: "wifi" });
     expect(browser.watch.roster.map(({ name }) => name)).toEqual(["ana", "<b>bo</b>"]);
     browser.line.frame(sceneFrame(5, 100, [record(2)], 0));
     expect(browser.watch.at(browser.time)?.users[0]).toMatchObject({ name: "<b>bo</b>", latency: { delay: 0.125 } });
     browser.line.say({ type: "user_left", user: 2, name: "<b>bo</b>", reason: "bye" });
     expect(browser.watch.events.map(({ kind }) => kind)).toEqual(["joined", "latency", "left"]);
-    expect(browser.watch.events[1]?.detail).toBe("125 ms each way, up to 20 ms more");
+    expect(browser.watch.events[1]?.detail).toBe("wifi, 125 ms each way, up to 20 ms more");
     expect(heard).toBe(before + 3);
     stop();
     browser.line.say({ type: "user_joined", user: 3, name: "cy" });
@@ -100,7 +100,7 @@ describe("one who watches", () => {
   test("hears another name of one who is there", () => {
     const browser = new Browser();
     browser.join();
-    browser.line.say({ type: "latency", user: 1, delay: 0.125, jitter: 0 });
+    browser.line.say({ type: "latency", user: 1, delay: 0.125, jitter: 0, network: "" });
     browser.line.say({ type: "user_joined", user: 1, name: "anna" });
     expect(browser.watch.roster).toEqual([{ user: 1, name: "anna" }]);
     expect(browser.watch.events.at(-1)).toMatchObject({ kind: "renamed", name: "ana", detail: "goes by the name anna now." });
@@ -112,10 +112,10 @@ describe("one who watches", () => {
     const browser = new Browser();
     browser.join();
     browser.watch.setView("frames", 999);
-    browser.watch.setLatency(1, { delay: 0.1, jitter: 0 });
+    browser.watch.setLatency(1, { delay: 0.1, jitter: 0, network: "" });
     expect(browser.line.texts.slice(1)).toEqual([
       { type: "set_view", encoding: "frames", rate: 60 },
-      { type: "set_latency", user: 1, delay: 0.1, jitter: 0 },
+      { type: "set_latency", user: 1, delay: 0.1, jitter: 0, network: "" },
     ]);
   });
 

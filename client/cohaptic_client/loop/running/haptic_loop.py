@@ -266,6 +266,7 @@ class HapticLoop:
                 cost_p50=statistics.cost.quantile(0.5),
                 cost_p99=statistics.cost.quantile(0.99),
                 missed=statistics.missed,
+                wavers=self._state.playout.wavers,
                 mode=safety.mode.value,
                 fault=safety.fault,
                 device_silent=not self._heard_device,

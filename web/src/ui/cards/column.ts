@@ -6,7 +6,7 @@ import { AreaCard } from "./area_card";
 import { type Choice, choice, el, say, show } from "../dom";
 import { type Inks, inks } from "../plots/canvas";
 import type { RoomOrders } from "./orders";
-import { OrdersPlace } from "./orders_place";
+import { Later } from "./later";
 import { Level } from "./level";
 import type { PlotCursor } from "../plots/cursor";
 import type { Charted } from "../plots/strip_chart";
@@ -65,14 +65,14 @@ export class Column {
     class: "fine latency-note",
     text: "This server does not let pages add delay; start it with --allow-latency to get sliders here.",
   });
-  private readonly roomOrders: OrdersPlace<RoomOrders>;
+  private readonly roomOrders: Later<RoomOrders>;
   private readonly frozen = el("p", { class: "fine room-orders", text: "The object is frozen: it takes nobody\u2019s force." });
   private readonly cursor: PlotCursor = { before: null };
   private readonly when = el("span", { class: "count panel-when" });
   private ink: Inks | null = null;
 
   constructor(private readonly page: ColumnPage) {
-    this.roomOrders = new OrdersPlace(({ RoomOrders: Made }) => new Made((...order) => { page.store.order(...order); }));
+    this.roomOrders = new Later(() => import("./orders").then(({ RoomOrders: Made }) => new Made((...order) => { page.store.order(...order); })));
     this.encoding = choice<Encoding>(
       "How the surface comes",
       [
@@ -182,8 +182,8 @@ export class Column {
   private card(user: number): UserCard {
     let card = this.cards.get(user);
     if (card === undefined) {
-      card = new UserCard(user, this.cursor, (latency) => {
-        this.page.store.setLatency(user, latency);
+      card = new UserCard(user, this.cursor, (wish) => {
+        this.page.store.setLatency(user, wish);
       }, (order) => { this.page.store.order(order, user); }, () => { this.page.company.toggle(user); });
       card.paint(this.page.colour(user));
       card.open(this.cards.size < OPEN_AT_FIRST);

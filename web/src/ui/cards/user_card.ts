@@ -2,14 +2,15 @@
 
 import type { OwnLink } from "../../model/hand";
 import type { Order } from "../../model/orders";
-import type { Latency, UserState } from "../../model/scene";
+import type { LatencyWish, UserState } from "../../model/scene";
 import { forceShare } from "../../model/scale";
 import { dot, norm, sub } from "../../model/vec";
 import { depthOf, proxyOf } from "../../view/pose";
-import { el, say, show, slider, type Slider, symbol } from "../dom";
+import { el, say, show, symbol } from "../dom";
 import { icon } from "../icons";
+import type { AddedNetwork } from "./added_network";
+import { Later } from "./later";
 import type { UserOrders } from "./orders";
-import { OrdersPlace } from "./orders_place";
 import type { Inks } from "../plots/canvas";
 import type { PlotCursor } from "../plots/cursor";
 import type { Lane } from "../plots/lanes";
@@ -76,17 +77,14 @@ export class UserCard {
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
   private readonly chart: StripChart;
-  private readonly latency: { root: HTMLElement; delay: Slider; jitter: Slider };
-  private readonly orders: OrdersPlace<UserOrders>;
+  private readonly latency: Later<AddedNetwork>;
+  private readonly orders: Later<UserOrders>;
 
-  constructor(user: number, cursor: PlotCursor, setLatency: (latency: Latency) => void, order: (order: Order) => void, follow: () => void) {
+  constructor(user: number, cursor: PlotCursor, setLatency: (wish: LatencyWish) => void, order: (order: Order) => void, follow: () => void) {
     this.chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over some seconds", cursor);
     this.follow = el("button", { class: "button card-follow", text: "Follow", attrs: { type: "button", "aria-pressed": "false" }, on: { click: follow } });
-    this.orders = new OrdersPlace(({ UserOrders: Made }) => new Made(order));
-    const send = (): void => { setLatency({ delay: 1e-3 * delay.value, jitter: 1e-3 * jitter.value }); };
-    const delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, send);
-    const jitter = slider("added jitter", { max: 200, step: 5, unit: "ms" }, send);
-    this.latency = { root: el("div", { class: "latency" }, delay.root, jitter.root), delay, jitter };
+    this.orders = new Later(() => import("./orders").then(({ UserOrders: Made }) => new Made(order)));
+    this.latency = new Later(() => import("./added_network").then(({ AddedNetwork: Made }) => new Made(setLatency)));
     this.body = el(
       "div",
       { class: "card-body", id: `card-${user}` },
@@ -148,7 +146,10 @@ export class UserCard {
     this.orders.get(orders)?.write(name, muted, orders);
     say(this.name, own ? `${name} (you)` : name);
     this.root.classList.toggle("own", own);
-    show(this.latency.root, mayDelay && user !== undefined);
+    const delays = mayDelay && user !== undefined;
+    const latency = this.latency.get(delays);
+    if (user !== undefined) latency?.write(user.latency, delays);
+    show(this.latency.root, delays && latency !== null);
     const soft = user === undefined ? "" : softWords(user);
     say(this.soft, soft);
     show(this.soft, soft !== "");
@@ -178,8 +179,6 @@ export class UserCard {
     say(this.coupled, stiffness(user.k_o_coupled));
     say(this.gain, stiffness(user.k_h));
     say(this.loop, user.loop_delay > 0 ? milliseconds(user.loop_delay) : "\u2013");
-    this.latency.delay.set(1e3 * user.latency.delay);
-    this.latency.jitter.set(1e3 * user.latency.jitter);
   }
 
   /** @param scene Data of a replay to draw; null draws the last seconds. */

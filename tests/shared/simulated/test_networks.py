@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cohaptic.errors import SettingError
+from cohaptic.simulated.delay_line import LinkSettings
+from cohaptic.simulated.networks import NETWORKS, in_words, read_network, words_for
+
+links = st.builds(
+    LinkSettings,
+    **{
+        name: st.integers(0, 5000).map(lambda ms: 1e-3 * ms) for name in ("delay", "jitter", "tail")
+    },
+    memory=st.integers(0, 60).map(float),
+    loss=st.integers(0, 50).map(lambda percent: 1e-2 * percent),
+    stall=st.integers(0, 5000).map(lambda ms: 1e-3 * ms),
+    stalls=st.integers(0, 120).map(lambda times: times / 60.0),
+)
+
+
+@given(links)
+def test_what_is_written_is_read_as_the_same_link(link: LinkSettings) -> None:
+    again = read_network(words_for(link))
+    for name in ("delay", "jitter", "tail", "memory", "loss", "stall", "stalls"):
+        assert getattr(again, name) == pytest.approx(getattr(link, name), rel=1e-8)
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_a_name_is_a_network_and_words_after_it_replace_its_own(name: str) -> None:
+    link = read_network(name)
+    assert link == NETWORKS[name].link
+    other = read_network(f"{name}, delay=30, loss=1")
+    assert (other.delay, other.loss, other.tail) == (0.03, 0.01, link.tail)
+    assert NETWORKS[name].source
+
+
+def test_no_words_are_a_link_that_takes_no_time() -> None:
+    assert read_network("").at_once
+    assert words_for(LinkSettings()) == ""
+
+
+def test_a_person_reads_a_delay_alone_as_such() -> None:
+    assert in_words(LinkSettings(0.08)) == "80 ms each way"
+    assert in_words(LinkSettings(0.08, 0.04)) == "each way delay=80,jitter=40"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("wify", "one of: lan, wifi"),
+        ("delay=80,wifi", "one of: lan"),
+        ("speed=3", "NAME=VALUE of: delay"),
+        ("delay=much", "delay of a network is 'much'; it must be a number \\[ms\\]"),
+        ("delay=-1", "delay of a link"),
+        ("loss=60", "loss of a link is 0.6; it must be from 0 to 0.5"),
+        ("stalls=nan", "stalls of a link"),
+        ("=", "one of: lan"),
+    ],
+)
+def test_other_words_say_what_is_known(text: str, words: str) -> None:
+    with pytest.raises(SettingError, match=words):
+        read_network(text)
