@@ -67,7 +67,7 @@ class VaryingLine(DelayLine[bytes]):
 
 
 def varying(link: str, r: random.Random) -> VaryingLine:
-    """Return one direction of a link of one of `LINKS`."""
+    """Return one direction of a link of one of `LINKS`, or of one that pauses every few seconds."""
     phase, period = r.uniform(0.0, 2.0), r.choice([1.0, 1.0, 2.0])
     range_of = _SLOWEST - _FASTEST
 
@@ -83,7 +83,14 @@ def varying(link: str, r: random.Random) -> VaryingLine:
     def usual(_: float) -> float:
         return r.uniform(0.02, 0.05) if link == "repeats" else 0.02
 
-    delay = {"jumps": jumps, "ramps": ramps, "random": by_chance}.get(link, usual)
+    pause, every = 0.0, 1.0
+    if link == "pauses":  # drawn for these alone, so that rooms of a seed stay what they were
+        pause, every = r.uniform(0.4, 0.7), r.uniform(2.0, 4.0)
+
+    def pauses(t: float) -> float:
+        return 0.02 + max(0.0, pause - (t + phase) % every)
+
+    delay = {"jumps": jumps, "ramps": ramps, "random": by_chance, "pauses": pauses}.get(link, usual)
     held = {"bursts": 0.3, "long bursts": 0.9}.get(link, 0.0)
     return VaryingLine(delay, held, 0.4 if link == "repeats" else 0.0, r)
 
@@ -93,7 +100,8 @@ class Room:
     """A room on links that vary.
 
     Args:
-        kind: One of `KINDS`; with "all", each hand has a kind of link, and ticks are missed.
+        kind: One of `KINDS`, or "pauses"; with "all", each hand has a kind of link, and ticks are
+            missed.
         hands: Number of hands.
         motion: One of `MOTIONS`.
         close: Whether hands stand 0.3 rad apart.

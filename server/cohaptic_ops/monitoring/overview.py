@@ -22,7 +22,7 @@ NONE = "-"
 _MOST_NAMES = 3  # in a sentence
 _HINDERS = {
     "hand": "by a law or a device that has none",
-    "link": "over a link whose delay jumps",
+    "link": "over a link whose delay jumps again and again",
 }
 # Delay [s] above which a user feels that the object lags; fraction of unused samples above which
 # the user loses contact with the object.
@@ -147,7 +147,7 @@ def wavers_words(room: RoomStatus) -> str:
     most = 1e3 * max(user.wavers for user in users)
     told, many = _names(users), len(users) > 1
     links = f"links of {told} waver" if many else f"link of {told} wavers"
-    return f"{_name(room.name)}: the {links}; felt {most:.0f} ms later for that"
+    return f"{_name(room.name)}: the {links}; what comes of it is felt up to {most:.0f} ms later"
 
 
 def _names(users: Sequence[UserMetrics]) -> str:

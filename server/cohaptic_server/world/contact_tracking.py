@@ -175,9 +175,12 @@ def _loop_delay(
     Without a newer sample, a user's force is held and answers an older patch in each tick, so that
     the delay grows.
     """
+    named = 0 < touch.tick <= state.tick
     if not touch.fresh:
-        return delay
-    if 0 < touch.tick <= state.tick:
+        if not named:
+            return delay
+        return delay.unheard(since(state.past, touch.tick, time), time.elapsed)
+    if named:
         late = since(state.past, touch.tick, time)
         # The first sample after an outage names a patch from before, which does not time the loop.
         counts = faded_in or late <= TOO_LONG

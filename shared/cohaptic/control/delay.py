@@ -16,10 +16,10 @@ from cohaptic.control.playout import FALL, RISE
 # s; a measured delay counts for at least one window and at most two: long enough to see the rare
 # late messages of a network, short enough that gains recover within a few presses.
 WINDOW = 4.0
-# s over which the distance of a delay from one that glides is averaged: a pause of 0.2 s counts as
-# 20 ms, and one in each second as 80.
+# s over which the distance of a delay from one that glides is averaged: rare pauses are forgotten.
 STEADY_TIME = 4.0
-_STEADY = 1e-4  # s; less is none
+_STEADY = 1e-8  # s2; less is none
+_FARTHEST = 0.5  # s; who was away for longer is not waited for longer
 UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
 LONGEST = 10.0  # s; a longer delay means that the client names wrong ticks
 # Longest loop delay of a client that may take part [s]: 400 ms of jitter on top of 250 ms each way,
@@ -37,7 +37,8 @@ class LoopDelay:
         until: End of the present window [s].
         unanswered: Time for which the client has pressed without naming the tick of a patch [s].
         glided: Delay as it is where playing runs a little faster or slower [s].
-        unsteady: Mean distance from that in the last `STEADY_TIME` [s].
+        unsteady: Mean square of the distance from that in the last `STEADY_TIME` [s2]. A long pause
+            counts for more than several short ones of the same sum.
     """
 
     recent: float = -1.0
@@ -83,26 +84,44 @@ class LoopDelay:
         """
         return replace(self, unanswered=self.unanswered + period)
 
+    def unheard(self, delay: float, dt: float) -> LoopDelay:
+        """Return the state after a tick in which the client counted as silent.
+
+        Nothing is known of its delay then, but its loop is not steady.
+
+        Args:
+            delay: Age of the patch that its newest sample names [s].
+            dt: Time since the tick before [s].
+        """
+        if self.recent < 0.0 and self.before < 0.0:
+            return self
+        glided, unsteady = self._glided(min(max(delay, 0.0), LONGEST), dt)
+        return replace(self, glided=glided, unsteady=unsteady)
+
+    def _glided(self, delay: float, dt: float) -> tuple[float, float]:
+        """Return `glided` and `unsteady` after a time [s] at whose end the delay is this [s]."""
+        if self.recent < 0.0 and self.before < 0.0:
+            return delay, 0.0
+        glided = self.glided
+        glided += max(-2.0 * FALL * dt, min(RISE * dt, delay - glided))
+        off = min(_FARTHEST, abs(delay - glided))
+        unsteady = self.unsteady
+        unsteady += min(1.0, dt / STEADY_TIME) * (off * off - unsteady)
+        return glided, unsteady if unsteady >= _STEADY else 0.0
+
     def measured(self, delay: float, now: float, dt: float = 0.0) -> LoopDelay:
         """Return the state after one more measurement of the loop delay.
 
         Args:
             delay: Loop delay of one sample [s]; clipped to the range 0 to `LONGEST`.
             now: Time of the measurement [s].
-            dt: Time since the measurement before [s].
+            dt: Time since the tick before [s].
         """
         delay = min(max(delay, 0.0), LONGEST)
         if delay == self.glided <= self.recent and now < self.until and not self.unanswered:
             if self.unsteady <= 0.0:
                 return self
-        glided = self.glided
-        glided += max(-2.0 * FALL * dt, min(RISE * dt, delay - glided))
-        if self.recent < 0.0 and self.before < 0.0:
-            glided = delay
-        unsteady = self.unsteady
-        unsteady += min(1.0, dt / STEADY_TIME) * (abs(delay - glided) - unsteady)
-        if unsteady < _STEADY:
-            unsteady = 0.0
+        glided, unsteady = self._glided(delay, dt)
         if now < self.until:
             largest = max(self.recent, delay)
             return LoopDelay(largest, self.before, self.until, 0.0, glided, unsteady)

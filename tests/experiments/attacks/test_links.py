@@ -24,6 +24,14 @@ def test_on_the_worst_links_of_all_models_add_nothing() -> None:
     assert still(room) <= max(RESTS, 1.05 * still(room, models=False))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [50631, 3])
+def test_pauses_every_few_seconds_swing_no_room(seed: int) -> None:
+    """A rule that forgave each pause by itself let three hands swing by 1.9 N."""
+    room = Room("pauses", 3, "tremble", close=True, seed=seed)
+    assert still(room) <= max(RESTS, 1.05 * still(room, models=False))
+
+
 @pytest.mark.parametrize("link", LINKS)
 def test_a_link_delivers_all_in_the_order_of_sending(link: str) -> None:
     line, now, come = varying(link, random.Random(1)), 100.0, list[bytes]()

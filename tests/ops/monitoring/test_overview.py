@@ -90,7 +90,7 @@ PRESSED = "pressed by a law or a device that has none"
         ("hand", "abc", f"user0, user1 and user2 {PRESSED}"),
         ("hand", "abcd", f"user0, user1, user2 and 1 more {PRESSED}"),
         ("hand", "", f"a user who has left {PRESSED}"),
-        ("link", "b", "user1 pressed over a link whose delay jumps"),
+        ("link", "b", "user1 pressed over a link whose delay jumps again and again"),
         ("number", "", "more than 8 hands pressed"),
         ("object", "", "the object or a contact on it was no linear spring"),
         ("", "", ""),
@@ -110,8 +110,10 @@ def test_a_sentence_tells_whose_link_wavers_and_what_that_costs() -> None:
         users = tuple(user(i, f"user{i}", wavers=w) for i, w in enumerate(wavers, start=1))
         return [line for line in drawn(of(ticking(room(users=users))), 120) if "waver" in line]
 
-    assert told(0.004, 0.0121) == ["main: the link of user2 wavers; felt 12 ms later for that"]
-    both = "main: the links of user1 and user2 waver; felt 50 ms later for that"
+    assert told(0.004, 0.0121) == [
+        "main: the link of user2 wavers; what comes of it is felt up to 12 ms later"
+    ]
+    both = "main: the links of user1 and user2 waver; what comes of it is felt up to 50 ms later"
     assert told(0.02, 0.05) == [both]
     assert told(0.004) == []
 

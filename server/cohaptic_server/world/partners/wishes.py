@@ -48,9 +48,13 @@ _FALL: Final = 3.0
 # s since models were last forbidden, before their share rises; a hand that taps beside them would
 # move it for ever.
 _CALM: Final = 2.0
-# s; mean distance of a loop's delay from one that glides. A pause of 0.2 s adds 20 ms for some
-# seconds, and links that stall for 0.9 s again and again 200 ms.
-_STEADY: Final = 0.05
+# s rms by which a loop's delay may differ from one that glides, in the last 4 s. A pause of 0.3 s,
+# or one of 0.2 s in each second, stays below; with pauses of 0.6 s in each 2.5 s three hands side
+# by side swung by 2 N.
+_STEADY: Final = 0.09
+# Share of its square below which models may come back: pauses every few seconds would else let them
+# come and go.
+_STEADY_AGAIN: Final = 0.25
 # s, and ticks, by which the newest patch that a hand has answered is older than usual if its link
 # is silent just now.
 _SILENT: Final = 0.1
@@ -111,7 +115,8 @@ def next_wishes(
     pressing = applied.force > NEGLIGIBLE
     modelled = np.array([has_model(touch) for touch in touches], dtype=np.bool_)
     at, weight, forbidden = wishes.forbidden_at, wishes.weight, wishes.forbidden
-    reason = _forbidden(tracked, pressing, height, modelled, possible, time)
+    wavers = weight < 1.0 and forbidden.by == "link"
+    reason = _forbidden(tracked, pressing, height, modelled, possible, wavers, time)
     if reason is not None:
         at, weight = time.now, 0.0 if begins else max(0.0, weight - _FALL * time.elapsed)
         forbidden = reason
@@ -155,6 +160,7 @@ def _forbidden(
     height: Floats,
     modelled: Mask,
     possible: bool,
+    wavers: bool,
     time: TickTime,
 ) -> Forbidden | None:
     """Return the reason why models may not be used in a tick; None if they may."""
@@ -173,18 +179,19 @@ def _forbidden(
         tracked.touches[row].user
         for row in deep
         # What a hand wants that is told follows no force, so that nothing loops through its link.
-        if tracked.touches[row].moves_models and _jumped(tracked, row, time)
+        if tracked.touches[row].moves_models and _jumped(tracked, row, wavers, time)
     ]
     return Forbidden("link", tuple(jumped)) if jumped else None
 
 
-def _jumped(tracked: Tracked, row: int, time: TickTime) -> bool:
+def _jumped(tracked: Tracked, row: int, wavers: bool, time: TickTime) -> bool:
     """Return whether a hand's delay jumps again and again, and it is not silent just now.
 
     One that has fallen silent may be gone for good; if it comes back, its delay has jumped.
     """
     delay = tracked.delays[row]
-    if delay.unsteady <= _STEADY + 0.5 * time.period:  # delays are counted in ticks
+    most = _STEADY + 0.5 * time.period  # delays are counted in ticks
+    if delay.unsteady <= most * most * (_STEADY_AGAIN if wavers else 1.0):
         return False
     late = (time.number - tracked.touches[row].tick) * time.period
     return late <= delay.glided + _SILENT + 1.5 * time.period
