@@ -33,8 +33,9 @@ SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of thi
 # not explain: a rotation of the force adds a second-order term to the change.
 BACKSTOP: Final = 1.02
 FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
-# Periods; in a longer one the loop stood still. A busy machine begins one in a thousand 2 ms late.
-STOOD_STILL: Final = 5.0
+# s; in a longer period the loop stood still. On a device with motors that is a fault already; the
+# hand of a device that may stall for longer is simulated, or nobody's motor moves it.
+STOOD_STILL: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,11 +213,11 @@ def guard(
     if own > 2.0 * limits.max_force:
         own = 2.0 * limits.max_force
     catch_up, at_once = state.catch_up, own
-    if dt > STOOD_STILL * limits.period:
+    if dt > STOOD_STILL:
         catch_up, at_once = max(catch_up, own / dt), 0.0
     if catch_up > 0.0:
         own += state.own
-        at_once += catch_up * step
+        at_once += min(own - at_once, catch_up * step)
     else:
         own += state.own * (1.0 - step / FORGET_OWN)
         at_once = own

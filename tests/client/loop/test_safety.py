@@ -176,7 +176,7 @@ def test_a_hand_that_taps_meets_its_own_force(stiffness: float, speed: float) ->
         assert state.force[2] == pytest.approx(force, rel=1e-9)
 
 
-@given(st.floats(0.006, 0.2), st.floats(0.0, 8.0), st.floats(0.0, 8.0))
+@given(st.floats(0.021, 0.2), st.floats(0.0, 8.0), st.floats(0.0, 8.0))
 def test_after_the_loop_stood_still_the_force_follows_as_slowly_as_the_hand_moved(
     stood: float, before: float, after: float
 ) -> None:
@@ -198,6 +198,22 @@ def test_after_the_loop_stood_still_the_force_follows_as_slowly_as_the_hand_move
     assert steps[0] <= 2.0 * most + 1e-9
     assert norm(sub(seen[-1].force, force)) < 1e-9
     assert seen[-1].catch_up == 0.0
+
+
+@given(st.floats(0.021, 0.2), st.lists(st.floats(0.0, 0.5), min_size=80, max_size=80), forces)
+def test_what_is_left_of_a_standstill_moves_a_force_by_no_more_than_it_was(
+    stood: float, own: list[float], force: Vec3
+) -> None:
+    """Beyond the hand's own motion and what others may do, a patch gets nothing of it."""
+    limits = replace(LIMITS, stall=1.0)
+    state, now = pressing((3.0, 0.0, 0.0)), stood
+    moved, explained = 0.0, 0.0
+    for k, way in enumerate([2.0, *own]):
+        after = guard(state, force, now=now, velocity=ZERO, silent=False, limits=limits, own=way)
+        moved += norm(sub(after.force, state.force))
+        explained += way + BACKSTOP * EXTERNAL_RATE * (2.0 if k == 0 else 1.0) * PERIOD
+        assert moved <= explained + 1e-9
+        state, now = after, now + PERIOD
 
 
 @given(st.floats(0.0, 1.0), st.booleans(), st.floats(0.0, 40.0), st.floats(0.001, 1.0))
