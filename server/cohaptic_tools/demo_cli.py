@@ -56,7 +56,7 @@ def demo(
     network: Network = "",
     delay_ms: Annotated[
         float | None,
-        typer.Option(help="Injected delay, each way [ms].", show_default="80"),
+        typer.Option(help="Delay each way; 80 without --network [ms].", show_default=False),
     ] = None,
     jitter_ms: JitterMs = None,
     law: Annotated[Law, typer.Option(help="Control law.")] = DEFAULT_LAW,

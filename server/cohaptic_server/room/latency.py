@@ -16,6 +16,7 @@ from cohaptic.errors import ProtocolError, RemoteProtocolError, SettingError
 from cohaptic.protocol.watch_messages import (
     MAX_INJECTED_DELAY,
     MAX_INJECTED_JITTER,
+    MAX_INJECTED_TAIL,
     Latency,
     SetLatency,
 )
@@ -104,7 +105,7 @@ def link_of(change: SetLatency) -> LinkSettings:
     for name, value, most in (
         ("delay", delay, MAX_INJECTED_DELAY),
         ("jitter", jitter, MAX_INJECTED_JITTER),
-        ("tail", link.tail, MAX_INJECTED_JITTER),
+        ("tail", link.tail, MAX_INJECTED_TAIL),
         ("stall", link.stall, MAX_INJECTED_DELAY),
     ):
         if value > most:

@@ -100,7 +100,7 @@ def verdict(result: DemoResult) -> str:
         return f"Unstable: the force of {swinging} swings and does not come to rest ({how})."
     rates = [user.patch_hz for user in result.users if user.patch_hz is not None]
     rate = min(rates, default=result.simulation_hz)
-    if rate < _PUNCTUAL * result.simulation_hz:
+    if rate < _PUNCTUAL * result.simulation_hz and result.late is not Blame.LINK:
         return (
             f"This machine cannot keep up with {len(result.users)} users: patches came at"
             f" {rate:.0f} of {result.simulation_hz:g} Hz.\nTake fewer users or a lower"

@@ -48,6 +48,7 @@ MAX_WATCHING_TEXT = 16_384  # characters of `watching` for the fullest room
 MAX_RATE = 60.0  # frames per second; screens show no more
 MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
+MAX_INJECTED_TAIL = 0.1  # s, of whose tenfold no message is later
 MAX_NETWORK_TEXT = 200  # characters of the words for a link
 
 MOST_PUT_OUT = 64  # banned names in one message to an administrator

@@ -82,6 +82,7 @@ class LinkSettings:
         return self.delay + self.jitter + 5.0 * self.tail + repeat
 
 
+# Largest value of each setting, and its unit.
 _LIMITS: Final = (
     ("delay", MAX_DELAY, " s"),
     ("jitter", MAX_DELAY, " s"),
@@ -91,6 +92,7 @@ _LIMITS: Final = (
     ("stall", MAX_DELAY, " s"),
     ("stalls", _MOST_STALLS, " /s"),
 )
+MOST: Final = {name: most for name, most, _ in _LIMITS}
 AT_ONCE: Final = LinkSettings()
 
 
@@ -104,6 +106,7 @@ class DelayLine(Generic[T]):
         self._last_due = self._pushed = -math.inf
         self._level = 0.0  # of the extra delay, normally distributed
         self._stall_begins = self._stall_ends = -math.inf
+        self._planned = settings  # for which the next stall was drawn
 
     def __len__(self) -> int:
         return len(self._items)
@@ -149,6 +152,8 @@ class DelayLine(Generic[T]):
     def _after_a_stall(self, due: float) -> float:
         """Return the time at which a message comes that is due at a time [s], after any stall."""
         settings = self.settings
+        if settings is not self._planned:
+            self._planned, self._stall_ends = settings, -math.inf
         while due >= self._stall_ends:
             begins = max(self._stall_ends, due - _IDLE)
             self._stall_begins = begins + self._random.expovariate(settings.stalls)

@@ -7,11 +7,12 @@ directions.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from cohaptic.errors import SettingError
-from cohaptic.simulated.delay_line import AT_ONCE, LinkSettings
+from cohaptic.simulated.delay_line import AT_ONCE, MOST, LinkSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +38,14 @@ NETWORKS: Final = {
     ),
     "wifi": Network(
         "Wi-Fi, few devices",
-        LinkSettings(0.0015, 0.003, tail=0.002, memory=0.03, stall=0.1, stalls=1 / 60),
+        LinkSettings(0.0005, 0.001, tail=0.001, memory=0.03, stall=0.1, stalls=1 / 60),
         "Sui et al., MobiSys 2016: median 3 ms, 90 % below 20 ms",
     ),
     "wifi-busy": Network(
         "Wi-Fi, many devices",
-        LinkSettings(0.003, 0.01, tail=0.012, memory=0.1, loss=0.002, stall=0.25, stalls=4 / 60),
-        "Sui et al., MobiSys 2016: 99 % below 250 ms; Pei et al., INFOCOM 2016: half above 20 ms"
-        " (both ways), one in ten above 100 ms",
+        LinkSettings(0.002, 0.004, tail=0.012, memory=0.1, loss=0.002, stall=0.25, stalls=4 / 60),
+        "between Sui et al., MobiSys 2016: 90 % below 20 ms both ways, 99 % below 250 ms, and"
+        " Pei et al., INFOCOM 2016: half above 20 ms, one in ten above 100 ms",
     ),
     "4g": Network(
         "mobile, LTE",
@@ -58,7 +59,7 @@ NETWORKS: Final = {
     ),
     "satellite": Network(
         "satellite, low orbit",
-        LinkSettings(0.012, 0.006, tail=0.002, memory=0.1, loss=0.002, stall=0.14, stalls=8 / 60),
+        LinkSettings(0.009, 0.004, tail=0.0015, memory=0.1, loss=0.001, stall=0.14, stalls=8 / 60),
         "Starlink, June 2025: median 25.7 ms both ways, 99 % below 55 ms; arXiv 2601.08439: spikes"
         " of 140 and 75 ms in each 15 s",
     ),
@@ -91,10 +92,12 @@ def read_network(text: str) -> LinkSettings:
         SettingError: A word is unknown, or a value is not a number or out of its limits.
     """
     link, values = AT_ONCE, dict[str, Any]()
-    for k, word in enumerate(filter(None, (part.strip() for part in text.split(",")))):
-        name, equals, value = word.partition("=")
-        if not equals and not k and word in NETWORKS:
-            link = NETWORKS[word].link
+    for word in filter(None, (part.strip() for part in text.lower().split(","))):
+        name, equals, value = (part.strip() for part in word.partition("="))
+        if not equals and name in NETWORKS:
+            if link is not AT_ONCE:
+                raise SettingError("network", repr(text[:40]), "one name at most")
+            link = NETWORKS[name].link
         elif equals and name in _WORDS:
             values[name] = _read(name, value)
         else:
@@ -103,15 +106,25 @@ def read_network(text: str) -> LinkSettings:
                 repr(word[:40]),
                 f"one of: {', '.join(NETWORKS)}; or NAME=VALUE of: {', '.join(_WORDS)}",
             )
-    return replace(link, **values)
+    link = replace(link, **values)
+    if bool(link.stall) != bool(link.stalls):
+        given = "stall" if link.stall else "stalls"
+        other = "stalls=6" if link.stall else "stall=300"
+        raise SettingError("network", repr(text[:40]), f"given with {other}, as it has a {given}")
+    return link
 
 
 def _read(name: str, text: str) -> float:
     scale, unit = _WORDS[name]
+    most = MOST[name] / scale
     try:
-        return scale * float(text)
+        value = float(text)
     except ValueError:
-        raise SettingError(f"{name} of a network", repr(text[:40]), f"a number [{unit}]") from None
+        value = math.nan
+    if not 0.0 <= value <= most:
+        limit = f"a number from 0 to {most:g} {unit}"
+        raise SettingError(f"{name} of a network", repr(text[:40]), limit)
+    return scale * value
 
 
 def in_words(link: LinkSettings) -> str:

@@ -15,8 +15,8 @@ links = st.builds(
     },
     memory=st.integers(0, 60).map(float),
     loss=st.integers(0, 50).map(lambda percent: 1e-2 * percent),
-    stall=st.integers(0, 5000).map(lambda ms: 1e-3 * ms),
-    stalls=st.integers(0, 120).map(lambda times: times / 60.0),
+    stall=st.integers(1, 5000).map(lambda ms: 1e-3 * ms),
+    stalls=st.integers(1, 120).map(lambda times: times / 60.0),
 )
 
 
@@ -33,6 +33,7 @@ def test_a_name_is_a_network_and_words_after_it_replace_its_own(name: str) -> No
     assert link == NETWORKS[name].link
     other = read_network(f"{name}, delay=30, loss=1")
     assert (other.delay, other.loss, other.tail) == (0.03, 0.01, link.tail)
+    assert read_network(f"LOSS = 1, Delay=30 ,{name.upper()}") == other
     assert NETWORKS[name].source
 
 
@@ -50,12 +51,14 @@ def test_a_person_reads_a_delay_alone_as_such() -> None:
     ("text", "words"),
     [
         ("wify", "one of: lan, wifi"),
-        ("delay=80,wifi", "one of: lan"),
         ("speed=3", "NAME=VALUE of: delay"),
-        ("delay=much", "delay of a network is 'much'; it must be a number \\[ms\\]"),
-        ("delay=-1", "delay of a link"),
-        ("loss=60", "loss of a link is 0.6; it must be from 0 to 0.5"),
-        ("stalls=nan", "stalls of a link"),
+        ("delay=much", "delay of a network is 'much'; it must be a number from 0 to 5000 ms"),
+        ("delay=-1", "delay of a network is '-1'"),
+        ("loss=60", "loss of a network is '60'; it must be a number from 0 to 50 %"),
+        ("stalls=nan", "from 0 to 120 /min"),
+        ("wifi,4g", "one name at most"),
+        ("stall=300", "given with stalls=6"),
+        ("stalls=6", "given with stall=300"),
         ("=", "one of: lan"),
     ],
 )

@@ -9,23 +9,38 @@ const NETWORKS = ["", "lan", "wifi", "wifi-busy", "4g", "5g", "satellite", "tran
 export class AddedNetwork {
   readonly root: HTMLElement;
   private readonly network: HTMLSelectElement;
+  /** A network with other words than a name. */
+  private readonly other = el("option");
+  private chosen = 0; // timer that runs while the server may not have heard what was chosen
   private readonly delay: Slider;
   private readonly jitter: Slider;
 
   constructor(wish: (wish: LatencyWish) => void) {
-    const options = NETWORKS.map((value) => el("option", { text: value || "steady network", attrs: { value } }));
-    this.network = el("select", { attrs: { "aria-label": "added network" }, on: { change: () => { wish({ network: this.network.value }); } } }, ...options);
+    const options = NETWORKS.map((value) => el("option", { text: value || "none", attrs: { value } }));
+    const choose = (): void => {
+      clearTimeout(this.chosen);
+      this.chosen = window.setTimeout(() => { this.chosen = 0; }, ECHO);
+      wish({ network: this.network.value });
+    };
+    this.network = el("select", { attrs: { "aria-label": "added network" }, on: { change: choose } }, ...options);
     const send = (): void => { wish({ network: this.network.value, delay: 1e-3 * this.delay.value, jitter: 1e-3 * this.jitter.value }); };
     this.delay = slider("added delay", { max: 500, step: 10, unit: "ms" }, send);
     this.jitter = slider("added jitter", { max: 200, step: 5, unit: "ms" }, send);
-    this.root = el("div", { class: "latency" }, this.network, this.delay.root, this.jitter.root);
+    const list = el("label", { class: "slider" }, el("span", { class: "slider-name", text: "added network" }), this.network);
+    this.root = el("div", { class: "latency" }, list, this.delay.root, this.jitter.root);
   }
 
   /** Show what is added now; `there` is whether the user is. */
   write({ network, delay, jitter }: Latency, there: boolean): void {
     show(this.root, there);
-    // What was just chosen stays until the server has heard it.
-    if (document.activeElement !== this.network) this.network.value = NETWORKS.includes(network) ? network : "";
+    if (this.chosen === 0 && network !== this.network.value) {
+      if (NETWORKS.includes(network)) this.other.remove();
+      else {
+        this.other.value = this.other.textContent = network;
+        this.network.append(this.other);
+      }
+      this.network.value = network;
+    }
     this.delay.set(1e3 * delay);
     this.jitter.set(1e3 * jitter);
   }
@@ -47,20 +62,21 @@ function slider(
   range: { readonly max: number; readonly step: number; readonly unit: string },
   moved: () => void,
 ): Slider {
-  const input = el("input", { attrs: { type: "range", min: "0", max: `${range.max}`, step: `${range.step}`, "aria-label": label } });
+  const input = el("input", { attrs: { type: "range", value: "0", min: "0", max: `${range.max}`, step: `${range.step}`, "aria-label": label } });
   const value = el("output", { class: "slider-value" });
+  let chosen = 0;
   const words = (): void => {
-    say(value, `${input.value} ${range.unit}`);
-    input.setAttribute("aria-valuetext", `${input.value} ${range.unit}`);
+    const said = `${Math.round(chosen)} ${range.unit}`;
+    say(value, said);
+    input.setAttribute("aria-valuetext", said);
     input.style.setProperty("--share", `${(100 * Number(input.value)) / range.max}%`);
   };
-  let chosen = 0;
   let timer = 0; // runs while echoes may come
   input.addEventListener("input", () => {
     clearTimeout(timer);
     timer = window.setTimeout(() => { timer = 0; }, ECHO);
-    words();
     chosen = Number(input.value);
+    words();
     moved();
   });
   words();
