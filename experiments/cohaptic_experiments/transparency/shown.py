@@ -123,7 +123,7 @@ def of_the_half(rows: Sequence[Row]) -> Table | None:
 
 def _table(title: str, first: str, *columns: str) -> Table:
     table = Table(title=Text(title), title_justify="left", box=None, pad_edge=False)
-    table.add_column(first, no_wrap=True)
+    table.add_column(first)  # which wraps where there is little room, and no number is cut
     for column in columns:
         table.add_column(column, justify="right", no_wrap=True)
     return table
@@ -131,7 +131,7 @@ def _table(title: str, first: str, *columns: str) -> Table:
 
 def name(cell: Cell) -> str:
     """Return the name of a cell: law, delay, users, and what is not usual."""
-    words = [_network(cell), f"{cell.users}"]
+    words = [_network(cell), f"{cell.users} hands"]
     if cell.law != Law.PREDICTIVE:  # a terminal has room for little
         words.insert(0, cell.law.value)
     if cell.preset != "rig":
@@ -151,9 +151,9 @@ def _network(cell: Cell) -> str:
     if not (words := names.get(link, "")):
         jitter = f"+{1e3 * link.jitter:g}" if link.jitter else ""
         words = f"{1e3 * link.delay:g}{jitter} ms"
-        words += f" {100.0 * link.loss:g} % lost" if link.loss else ""
+        words += f" {100.0 * link.loss:g}% lost" if link.loss else ""
         words += " and more" if replace(link, delay=0.0, jitter=0.0, loss=0.0) != AT_ONCE else ""
-    return words + (f" {100.0 * cell.late_ticks:g} % late" if cell.late_ticks else "")
+    return words + (f" {100.0 * cell.late_ticks:g}% late" if cell.late_ticks else "")
 
 
 def picture(rows: Sequence[Row]) -> Figure:

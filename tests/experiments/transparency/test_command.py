@@ -47,7 +47,7 @@ def test_a_measurement_is_shown_written_and_drawn(
         assert len(row["others"]) == len(row["own"]) == len(row["frequencies_hz"])
         assert row["budget_ms"] is None
     said = capsys.readouterr().out
-    assert "predictive, 80 ms, 2" in said
+    assert "80 ms, 2 hands" in said
     assert max(map(len, said.splitlines())) <= 80
 
 
