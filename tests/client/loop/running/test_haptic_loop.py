@@ -135,8 +135,8 @@ def test_it_reports_how_it_does(parent: Parent) -> None:
     parent.run(Rig(parent.stop_after(100)))
     status = parent.status()
     assert set(status) == {
-        "loop_hz", "warm_up", "late_p50", "late_p99", "cost_p50", "cost_p99", "missed", "mode",
-        "fault", "device_silent", "scheduling",
+        "loop_hz", "warm_up", "late_p50", "late_p99", "cost_p50", "cost_p99", "missed", "wavers",
+        "mode", "fault", "device_silent", "scheduling",
     }  # fmt: skip
     assert (status["mode"], status["fault"], status["scheduling"]) == ("engaged", "", "as it was")
 
