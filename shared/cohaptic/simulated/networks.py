@@ -20,51 +20,42 @@ class Network:
     """A kind of network.
 
     Args:
-        title: What it is, in a few words.
         link: Its link, one way.
         source: Where its figures are from.
     """
 
-    title: str
     link: LinkSettings
     source: str
 
 
 NETWORKS: Final = {
     "lan": Network(
-        "a cable and a switch",
         LinkSettings(0.0002, 0.0002, tail=0.0001),
         "the order of what `ping` shows on gigabit Ethernet",
     ),
     "wifi": Network(
-        "Wi-Fi, few devices",
         LinkSettings(0.0005, 0.001, tail=0.001, memory=0.03, stall=0.1, stalls=1 / 60),
         "Sui et al., MobiSys 2016: median 3 ms, 90 % below 20 ms",
     ),
     "wifi-busy": Network(
-        "Wi-Fi, many devices",
         LinkSettings(0.002, 0.004, tail=0.012, memory=0.1, loss=0.002, stall=0.25, stalls=4 / 60),
         "between Sui et al., MobiSys 2016: 90 % below 20 ms both ways, 99 % below 250 ms, and"
         " Pei et al., INFOCOM 2016: half above 20 ms, one in ten above 100 ms",
     ),
     "4g": Network(
-        "mobile, LTE",
         LinkSettings(0.02, 0.016, tail=0.004, memory=0.05, stall=0.1, stalls=2 / 60),
         "Rohde & Schwarz, Munich, 2021 and 2022; a handover takes 50 ms and more",
     ),
     "5g": Network(
-        "mobile, 5G beside LTE",
         LinkSettings(0.008, 0.008, tail=0.002, memory=0.05, stall=0.1, stalls=2 / 60),
         "Rohde & Schwarz, Munich, 2022: 7 ms down to 18 ms up, one way",
     ),
     "satellite": Network(
-        "satellite, low orbit",
         LinkSettings(0.009, 0.004, tail=0.0015, memory=0.1, loss=0.001, stall=0.14, stalls=8 / 60),
         "Starlink, June 2025: median 25.7 ms both ways, 99 % below 55 ms; arXiv 2601.08439: spikes"
         " of 140 and 75 ms in each 15 s",
     ),
     "transatlantic": Network(
-        "cable, across the Atlantic",
         LinkSettings(0.04, 0.002, tail=0.001, loss=0.001),
         "Martinez et al., arXiv 2301.07788: round trips of 70 to 90 ms",
     ),

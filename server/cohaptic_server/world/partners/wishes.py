@@ -55,8 +55,8 @@ _STEADY: Final = 0.09
 # Share of its square below which models may come back: pauses every few seconds would else let them
 # come and go.
 _STEADY_AGAIN: Final = 0.25
-# s, and ticks, by which the newest patch that a hand has answered is older than usual if its link
-# is silent just now.
+# s by which the patch that a hand has answered last is older than usual where its link counts as
+# silent just now: a message or two that are late are no silence.
 _SILENT: Final = 0.1
 # Factor of the compliance of a contact. Two hands at the very same place would make the compliance
 # between them singular.
