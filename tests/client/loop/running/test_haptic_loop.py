@@ -142,13 +142,13 @@ def test_it_reports_how_it_does(parent: Parent) -> None:
 
 
 def test_a_fault_is_in_the_report(parent: Parent) -> None:
-    parent.config = replace(parent.config, limits=replace(LIMITS, stall=0.004))
+    parent.config = replace(parent.config, limits=replace(LIMITS, stall=0.1))
     stop = parent.stop_after(200)
 
     def each(reads: int) -> None:
         stop(reads)
         if reads == 100:
-            CLOCK.sleep_until(CLOCK.now() + 0.02)
+            CLOCK.sleep_until(CLOCK.now() + 0.15)
 
     rig = Rig(each)
     parent.run(rig)
