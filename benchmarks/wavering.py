@@ -19,8 +19,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -125,8 +125,9 @@ async def relay(port: int, link: LinkSettings) -> None:
     await server.serve_forever()
 
 
-def run(link: LinkSettings, seconds: float, busy: int, folder: Path, *, press: bool) -> Felt:
-    """Run server, relay, clients and busy processes; return what the resting hand felt."""
+@contextmanager
+def relayed(link: LinkSettings, busy: int, folder: Path) -> Iterator[str]:
+    """Run a server, a relay and busy processes; give the address behind the relay."""
     with ExitStack() as stack:
         server = Process("serve", "--port", "0", "--quiet", log=folder / "server.log")
         stack.callback(server.wait)
@@ -137,26 +138,43 @@ def run(link: LinkSettings, seconds: float, busy: int, folder: Path, *, press: b
         )
         stack.callback(between.kill)
         assert between.stdout is not None
-        url = f"ws://127.0.0.1:{between.stdout.readline().strip()}"
+        port = between.stdout.readline().strip()
         for _ in range(busy):
             stack.callback(subprocess.Popen([sys.executable, "-c", BUSY]).kill)
-        clients = list[Process]()
-        for name, script in (("presses", PRESSES), ("rests", RESTS)):
-            client = Process(
-                "touch", url, "--name", name, "--angle", repr(math.degrees(script.angle)),
-                "--depth-mm", repr(1e3 * script.depth), "--geometry", "mesh",
-                "--rhythm-s", repr(script.rhythm.period if press and script.rhythm else 0.0),
-                "--record", str(folder / f"{name}.npz"), "--json-lines",
-                log=folder / f"{name}.log",
-            )  # fmt: skip
-            client.first_line()  # the next one comes after it
-            clients.append(client)
+        yield f"ws://127.0.0.1:{port}"
+
+
+def client_of(name: str, script: HandScript, url: str, folder: Path, *, press: bool) -> Process:
+    """Start a client that records, and wait until it takes part."""
+    client = Process(
+        "touch", url, "--name", name, "--angle", repr(math.degrees(script.angle)),
+        "--depth-mm", repr(1e3 * script.depth), "--geometry", "mesh",
+        "--rhythm-s", repr(script.rhythm.period if press and script.rhythm else 0.0),
+        "--record", str(folder / f"{name}.npz"), "--json-lines",
+        log=folder / f"{name}.log",
+    )  # fmt: skip
+    client.first_line()  # the next one comes after it
+    return client
+
+
+def run(link: LinkSettings, seconds: float, busy: int, folder: Path, *, press: bool) -> Felt:
+    """Run server, relay, clients and busy processes; return what the resting hand felt."""
+    with relayed(link, busy, folder) as url:
+        clients = [
+            client_of(name, script, url, folder, press=press)
+            for name, script in (("presses", PRESSES), ("rests", RESTS))
+        ]
         time.sleep(SETTLES + seconds)
         for client in clients:
             client.let_end()
         for client in clients:
             client.wait(30.0)
-    columns = Recording.load(folder / "rests.npz").columns
+    return felt_in(folder / "rests.npz", seconds)
+
+
+def felt_in(recording: Path, seconds: float) -> Felt:
+    """Return what a hand felt by its own recording, from `SETTLES` after its beginning."""
+    columns = Recording.load(recording).columns
     kept = columns["t"] >= columns["t"][0] + SETTLES
     kept &= columns["t"] <= columns["t"][0] + SETTLES + seconds - 1.0
     force = np.sqrt(sum(columns[axis][kept] ** 2 for axis in ("fx", "fy", "fz")))
@@ -210,6 +228,19 @@ def fast(t: Floats, force: Floats) -> float:
     return float(np.std(filtfilt(b, a, even)[300:-300]))
 
 
+def figures(felt: Felt) -> dict[str, float]:
+    """Return what a row of the table has for any hand that pressed."""
+    n = round(WITHIN / PERIOD)
+    even = np.interp(np.arange(felt.t[0], felt.t[-1], PERIOD), felt.t, felt.force)
+    return {
+        "swing_n": float(np.ptp(felt.force)),
+        "fast_n": fast(felt.t, felt.force),
+        "beyond_own_n": felt.beyond,
+        "in_20_ms_n": float(np.abs(even[n:] - even[:-n]).max()),
+        "periods_per_s": len(felt.t) / float(felt.t[-1] - felt.t[0]),
+    }
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, measure, and print a table."""
     options_of = parser(__doc__)
@@ -232,11 +263,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         link = replace(STALLS, seed=options.seed)
     rows = [measured(LinkSettings(link.delay), 0, press=not options.stalls)]
     rows.append(measured(link, options.busy, press=not options.stalls))
-    print(f"{'':>14}  {'steady, idle':>12}  as asked")
+    tell(rows, "steady, idle")
+    write(options, [{**row, "network": words_for(link)} for row in rows])
+
+
+def tell(rows: Sequence[dict[str, float]], first: str) -> None:
+    """Print two rows of figures beside each other."""
+    print(f"{'':>14}  {first:>12}  as asked")
     for name in rows[0]:
         before, now = (row[name] for row in rows)
         print(f"{name:>14}  {before:12.4g}  {now:.4g}")
-    write(options, [{**row, "network": words_for(link)} for row in rows])
 
 
 def measured(link: LinkSettings, busy: int, *, press: bool) -> dict[str, float]:
@@ -244,15 +280,7 @@ def measured(link: LinkSettings, busy: int, *, press: bool) -> dict[str, float]:
     seconds = CYCLES * CYCLE + 1.0 if press else STALLED
     with tempfile.TemporaryDirectory() as folder:
         felt = run(link, seconds, busy, Path(folder), press=press)
-    n = round(WITHIN / PERIOD)
-    even = np.interp(np.arange(felt.t[0], felt.t[-1], PERIOD), felt.t, felt.force)
-    row = {
-        "swing_n": float(np.ptp(felt.force)),
-        "fast_n": fast(felt.t, felt.force),
-        "beyond_own_n": felt.beyond,
-        "in_20_ms_n": float(np.abs(even[n:] - even[:-n]).max()),
-        "periods_per_s": len(felt.t) / float(felt.t[-1] - felt.t[0]),
-    }
+    row = figures(felt)
     if press:
         true = truth()
         cycles = float(felt.t[-1] - felt.t[0]) / CYCLE
