@@ -24,8 +24,9 @@ from cohaptic_client.devices.simulated import INFO, SimulatedDevice
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
 from cohaptic_client.loop.passivity import MAX_DAMPING
+from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.safety import SafetyLimits, rate_of
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output, SurfaceMaker
+from cohaptic_client.loop.state import LoopSettings, LoopState, SurfaceMaker
 from cohaptic_client.loop.step import step
 from cohaptic_client.network.timing import Pacer
 from cohaptic_server.bodies.body import Body
@@ -134,7 +135,7 @@ class VirtualUser:
     def _max_stiffness(self) -> float:
         return min(self.settings.max_stiffness, 1e6)
 
-    def _note(self, output: Output) -> None:
+    def _note(self, output: Period) -> None:
         self.force.append(norm(output.force))
         self.felt.append(self.state.safety.scale * output.local.felt_from_others)
         self.u_others.append(output.u_others)

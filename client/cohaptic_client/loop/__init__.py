@@ -7,7 +7,8 @@ Terms:
         patch.
     k_h: Gain K_h of the law, the stiffness between depth and normal force [N/m].
     c_ii: Compliance C_ii of the contact along its normal [m/N].
-    pace: Largest change of the force in this period that the hand's motion does not cause [N].
+    budget: Largest change of the force in this period that the hand's motion does not cause [N].
+    ledger: What each rule did to the force in this period [N].
     own: Largest change of the force in this period that the hand's motion explains [N].
     counted: Time since the last period, but at most two haptic periods [s].
     scale: Fraction of the requested force that the safety layer passes to the device, 0 to 1.

@@ -12,7 +12,7 @@ from cohaptic.control.playout import LONGEST, Playout
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
-from cohaptic_client.loop.contact import gains_as_sent
+from cohaptic_client.loop.gains import gains_as_sent
 from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.replica import Replica, follow
 from cohaptic_client.loop.state import Coming, LoopSettings, LoopState

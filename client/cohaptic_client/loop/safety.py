@@ -19,8 +19,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final
+from typing import Final, NamedTuple
 
+from cohaptic.status.reason import LET_GO, NO_NUMBER, STALLED, TOO_FAST
 from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 
 # s from a fault to no force; even 10 N fall no faster than `max_rate` allows
@@ -93,7 +94,23 @@ class Mode(Enum):
 _WAITING: Final = Mode.WAITING
 _ENGAGED: Final = Mode.ENGAGED
 _FAULT: Final = Mode.FAULT
+
+
+class Trouble(NamedTuple):
+    """A reason to take the force away.
+
+    Fields:
+        cause: One of the causes in `cohaptic.status.reason`; 0 for no trouble.
+        words: The same with its numbers, for a person.
+    """
+
+    cause: int
+    words: str
+
+
+NO_TROUBLE: Final = Trouble(0, "")
 NOT_HELD: Final = "the switch of the device is not held"
+_DROPPED: Final = Trouble(LET_GO, NOT_HELD)
 
 
 @dataclass(init=False)
@@ -108,6 +125,7 @@ class SafetyState:
         quiet: Number of successive periods in which the requested force was below `engage_below`.
         now: Time of the last period [s]; None before the first.
         fault: Reason for the last release; empty once the hand is engaged again.
+        cause: The same reason, as in `Trouble`; 0 once the hand is engaged again.
         released: Force at the time of the fault, from which the release starts [N].
         left: Remaining fraction of the release time, 1 to 0.
         own: Change of the force that the hand's own motion explains and `max_rate` has held back
@@ -128,6 +146,7 @@ class SafetyState:
     own: Final[float]
     velocity: Final[Vec3]
     catch_up: Final[float]
+    cause: Final[int]
 
     def __init__(
         self,
@@ -142,6 +161,7 @@ class SafetyState:
         own: float = 0.0,
         velocity: Vec3 = ZERO,
         catch_up: float = 0.0,
+        cause: int = 0,
     ) -> None:
         self.mode = mode
         self.scale = scale
@@ -154,6 +174,7 @@ class SafetyState:
         self.own = own
         self.velocity = velocity
         self.catch_up = catch_up
+        self.cause = cause
 
 
 NEVER_ENGAGED: Final = SafetyState()
@@ -169,7 +190,7 @@ def guard(
     velocity: Vec3,
     silent: bool,
     limits: SafetyLimits,
-    trouble: str = "",
+    trouble: Trouble = NO_TROUBLE,
     held: bool = True,
     own: float = math.inf,
     damping: float = 0.0,
@@ -183,7 +204,7 @@ def guard(
         velocity: Velocity of the hand [m/s].
         silent: Whether the server counts as silent.
         limits: Limits for this hand.
-        trouble: Fault of the device or the law that the caller has found; empty for none.
+        trouble: Fault of the device or the law that the caller has found.
         held: Whether the user holds the device's switch.
         own: Largest change of the force that the hand's displacement and speed in this period
             explain [N].
@@ -194,11 +215,14 @@ def guard(
     step = min(max(0.0, dt), 2.0 * limits.period)
     dropped = limits.dead_man and not held
     # A device that nobody holds may fall at any speed.
-    fault = "" if dropped else trouble or _fault(requested, velocity, dt, limits)
-    if fault or dropped or state.left > 0.0:
-        latched = state.mode is _FAULT or (limits.latch and fault != "")
-        cause = fault or (NOT_HELD if dropped and not latched else "")
-        return _release(state, cause, step, now, latched)
+    fault = NO_TROUBLE
+    if not dropped:
+        fault = trouble if trouble.cause else _fault(requested, velocity, dt, limits)
+    if fault.cause or dropped or state.left > 0.0:
+        latched = state.mode is _FAULT or (limits.latch and fault.cause != 0)
+        if dropped and not latched:
+            fault = _DROPPED
+        return _release(state, fault, step, now, latched)
     size = norm(requested)
     quiet = state.quiet + 1 if size < limits.engage_below else 0
     engaged = state.mode is _ENGAGED or (
@@ -228,12 +252,13 @@ def guard(
     if held_back > 0.0:  # no more than is still to come
         wanted = limited(state.force, requested, share, limits.max_force, math.inf)
         held_back = min(held_back, norm(sub(wanted, force)))
-    mode, cause = (_ENGAGED, "") if engaged else (state.mode, state.fault)
+    mode, words, cause = (_ENGAGED, "", 0) if engaged else (state.mode, state.fault, state.cause)
     if held_back == 0.0:
         catch_up = 0.0
     return SafetyState(
-        mode, share, force, quiet, now, cause, own=held_back, velocity=velocity, catch_up=catch_up
-    )
+        mode, share, force, quiet, now, words, own=held_back, velocity=velocity, catch_up=catch_up,
+        cause=cause,
+    )  # fmt: skip
 
 
 def smooth(left: float) -> float:
@@ -295,7 +320,9 @@ def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most:
     return add(before, scale(change, most / jump)) if jump > most else force
 
 
-def _release(state: SafetyState, fault: str, step: float, now: float, latched: bool) -> SafetyState:
+def _release(
+    state: SafetyState, fault: Trouble, step: float, now: float, latched: bool
+) -> SafetyState:
     """Return the next state of a release, in which the force falls on a smooth ramp to zero."""
     released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
     left = max(0.0, left - step / FAULT_RELEASE_TIME)
@@ -303,18 +330,21 @@ def _release(state: SafetyState, fault: str, step: float, now: float, latched: b
         mode=_FAULT if latched else _WAITING,
         force=scale(released, smooth(left)),
         now=now,
-        fault=fault or state.fault,
+        fault=fault.words or state.fault,
         released=released,
         left=left,
+        cause=fault.cause or state.cause,
     )
 
 
-def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> str:
-    """Describe why the force must be released; empty without a fault."""
+def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> Trouble:
+    """Return why the force must be released; `NO_TROUBLE` without a fault."""
     if not is_finite(requested):
-        return f"the law asked for {requested} N"
+        return Trouble(NO_NUMBER, f"the law asked for {requested} N")
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:
-        return f"the hand moved at {norm(velocity):.2f} m/s, above {limits.max_speed:g} m/s"
+        words = f"the hand moved at {norm(velocity):.2f} m/s, above {limits.max_speed:g} m/s"
+        return Trouble(TOO_FAST, words)
     if dt > limits.stall:
-        return f"the loop stood still for {1e3 * dt:.0f} ms, above {1e3 * limits.stall:g} ms"
-    return ""
+        words = f"the loop stood still for {1e3 * dt:.0f} ms, above {1e3 * limits.stall:g} ms"
+        return Trouble(STALLED, words)
+    return NO_TROUBLE

@@ -59,13 +59,13 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
 
 
 def slew_normal(
-    normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float, pace: float
+    normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float, left: float
 ) -> tuple[Vec3, float]:
-    """Turn the force direction towards the surface's normal within the pace of this period.
+    """Turn the force direction towards the surface's normal within the budget of this period.
 
     The hand's own displacement along the surface may also turn the force, by as much as it changes
-    the force, without using up the pace. At least half of the pace remains for the magnitude of the
-    force.
+    the force, without using the budget. At least half of the budget remains for the magnitude of
+    the force.
 
     Args:
         normal: Unit normal of the last period.
@@ -73,14 +73,14 @@ def slew_normal(
         moved: Displacement of the hand in this period [m].
         k_h: Gain in use [N/m].
         force: Magnitude of the force on the hand, above 0 [N].
-        pace: Largest change of the force in this period that the hand does not cause [N].
+        left: What is left of the budget [N].
 
     Returns:
-        Unit normal for this period, and the remaining pace [N].
+        Unit normal for this period, and what the turn takes of the budget [N].
     """
     own = k_h * norm(sub(moved, scale(normal, dot(normal, moved))))
-    normal, turn = turn_back(normal, target, (0.5 * pace + own) / force)
-    return normal, pace - max(0.0, turn * force - own)
+    normal, turn = turn_back(normal, target, (0.5 * left + own) / force)
+    return normal, max(0.0, turn * force - own)
 
 
 def slew_gain(k_h: float, target: float, dt: float, force: float = 0.0) -> float:

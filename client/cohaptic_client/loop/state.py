@@ -1,4 +1,4 @@
-"""Data of the loop: its settings, its memory from period to period, and the results of a period.
+"""Data of the loop: its settings, and its memory from period to period.
 
 The module also makes the local surface of a patch, on which the loop presses.
 """
@@ -14,12 +14,13 @@ from typing import Final, NamedTuple
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState
 from cohaptic.control.geometry import LocalSurface, Sight
-from cohaptic.control.law import Law, LawSettings, LocalForce
+from cohaptic.control.law import Law, LawSettings
 from cohaptic.control.mesh_fit import RestSurface, unpack
 from cohaptic.control.mesh_surface import MeshSurface, Surface
 from cohaptic.control.playout import NOT_PLAYED, Playout
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.status.reason import OUTSIDE
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.loop.law_fade import LawFade
 from cohaptic_client.loop.passivity import NOTHING_OWED, Passivity
@@ -222,7 +223,9 @@ class LoopState:
         safety = self.safety
         if safety.mode is not Mode.FAULT or safety.force != ZERO:
             return self
-        return replace(self, safety=SafetyState(now=safety.now, fault=safety.fault))
+        return replace(
+            self, safety=SafetyState(now=safety.now, fault=safety.fault, cause=safety.cause)
+        )
 
     def taken_away(self, fault: str, limits: SafetyLimits) -> LoopState:
         """Return this state with zero force, after a fault outside the loop took the force away.
@@ -232,7 +235,8 @@ class LoopState:
         """
         latched = limits.latch or self.safety.mode is Mode.FAULT
         mode = Mode.FAULT if latched else Mode.WAITING
-        return replace(self, safety=SafetyState(mode, now=self.safety.now, fault=fault))
+        safety = SafetyState(mode, now=self.safety.now, fault=fault, cause=OUTSIDE)
+        return replace(self, safety=safety)
 
     @property
     def k_h(self) -> float:
@@ -243,50 +247,3 @@ class LoopState:
     def law(self) -> Law | None:
         """Law in use; None before the first patch."""
         return self.fade.now.law if self.fade is not None else None
-
-
-@dataclass(init=False)
-class Output:
-    """Results of one period.
-
-    Fields:
-        force: Force on the hand, for the device [N].
-        on_body: Force on the hand without the damping of the passivity layer; the body gets the
-            opposite force [N].
-        anchor: Point of the resting surface to which friction holds the contact [m]; None for none.
-        local: Force of the law, with its parts.
-        damping_force: Damping force of the passivity layer, along the normal [N].
-        u_others: Displacement of the contact point by the other users, along the normal [m].
-        silent: Whether the server counts as silent.
-        give: Displacement of the own hand's model before this period's force [m]; None if the
-            client moves no models.
-    """
-
-    force: Final[Vec3]
-    on_body: Final[Vec3]
-    anchor: Final[Vec3 | None]
-    local: Final[LocalForce]
-    damping_force: Final[float]
-    u_others: Final[float]
-    silent: Final[bool]
-    give: Final[float | None]
-
-    def __init__(
-        self,
-        force: Vec3,
-        on_body: Vec3,
-        anchor: Vec3 | None,
-        local: LocalForce,
-        damping_force: float,
-        u_others: float,
-        silent: bool,
-        give: float | None = None,
-    ) -> None:
-        self.force = force
-        self.on_body = on_body
-        self.anchor = anchor
-        self.local = local
-        self.damping_force = damping_force
-        self.u_others = u_others
-        self.silent = silent
-        self.give = give

@@ -25,6 +25,7 @@ from cohaptic.vec import ZERO, add, dot, norm, scale, sub
 from cohaptic_client.loop.arrival import next_patience
 from cohaptic_client.loop.config import INTEGRAL_RELEASE_TIME
 from cohaptic_client.loop.passivity import dissipate, given_share, observe
+from cohaptic_client.loop.rules.given import on_body
 from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
     SAFETY_FADE_RATE,
@@ -34,7 +35,6 @@ from cohaptic_client.loop.safety import (
     rate_of,
 )
 from cohaptic_client.loop.slew import hold_back
-from cohaptic_client.loop.step import on_body
 from cohaptic_experiments.campaign.compiled import compiled, usable
 from cohaptic_experiments.campaign.hand_motion import CLEARANCE, intended
 from cohaptic_experiments.campaign.links import empty_queue, receive, send

@@ -161,4 +161,4 @@ def changing_offset(felt: Floats, true: Floats) -> tuple[Floats, float]:
         path.append(path[-1] + int(back[path[-1]]))
     at = np.array(path[::-1])
     value = float(np.sqrt(np.mean(apart[np.arange(len(at)), at] ** 2)))
-    return PERIOD * lags[at], value
+    return np.asarray(PERIOD * lags[at], dtype=np.float64), value

@@ -45,6 +45,7 @@ class FrictionState(NamedTuple):
         touching: Whether there was contact in the last period.
         share: Ratio of the contact's stiffness to the body's; below 1 if the device is softer.
         stiffness: Stiffness of the contact in its stiffest direction along the surface [N/m].
+        slips: Whether the tip slid over the material in the last period.
     """
 
     stretch: Vec3 = ZERO
@@ -53,6 +54,7 @@ class FrictionState(NamedTuple):
     touching: bool = False
     share: float = 1.0
     stiffness: float = 0.0
+    slips: bool = False
 
 
 NO_FRICTION = FrictionState()
@@ -267,7 +269,7 @@ def friction_step(
         s2 = -(c12 * f1 + c22 * f2) / share - b2
     stretch = add(scale(one, s1), scale(two, s2))
     force = add(scale(one, f1), scale(two, f2))
-    return FrictionState(stretch, force, followed, True, share, share / stiffest)
+    return FrictionState(stretch, force, followed, True, share, share / stiffest, size > limit)
 
 
 # Largest part, as a ratio, of the normal force's indentation that friction may cancel along the

@@ -29,6 +29,16 @@ class Row(NamedTuple):
         along: Tangential force of friction [N].
         fault: 1 while a fault keeps the force off; 2 if it stays off until the user acknowledges
             the fault.
+        by_surface ... by_rate: What each rule did to the force; together they are its size [N].
+            Surface, models, gain, depth, law, friction, limit, fade and rate, as in
+            `cohaptic_client.loop.ledger`; that of the damping is `damping`.
+        held_turn: What is held back of a turn of the force, at a right angle to it [N].
+        spent_gain ... spent_depth: What rules took of the budget for changes of the force that the
+            hand's own motion does not cause [N].
+        budget: That budget at the beginning of the period [N].
+        on_body: Size of the force whose opposite the body is to carry [N].
+        carried: Size of the one that it carried at the tick of the newest patch [N].
+        reason: Why the force is held back, as in `cohaptic.status.reason`.
     """
 
     t: float
@@ -53,6 +63,25 @@ class Row(NamedTuple):
     lag: float
     along: float = 0.0
     fault: float = 0.0
+    by_surface: float = 0.0
+    by_models: float = 0.0
+    by_gain: float = 0.0
+    by_depth: float = 0.0
+    by_law: float = 0.0
+    by_friction: float = 0.0
+    by_limit: float = 0.0
+    by_fade: float = 0.0
+    by_rate: float = 0.0
+    held_turn: float = 0.0
+    spent_gain: float = 0.0
+    spent_fades: float = 0.0
+    spent_turn: float = 0.0
+    spent_models: float = 0.0
+    spent_depth: float = 0.0
+    budget: float = 0.0
+    on_body: float = 0.0
+    carried: float = 0.0
+    reason: float = 0.0
 
 
 COLUMNS = Row._fields

@@ -195,8 +195,12 @@ def slides() -> list[dict[str, Any]]:
                 "max_stiffness": max_stiffness,
                 "most": most,
                 "aside": aside,
-                # Without `stiffness`, of the backstop, which the page has not.
-                "after": {key: v for key, v in state._asdict().items() if key != "stiffness"},
+                # Without those of the backstop and of rows, which the page has not.
+                "after": {
+                    key: value
+                    for key, value in state._asdict().items()
+                    if key not in ("stiffness", "slips")
+                },
             }
         )
     return rows

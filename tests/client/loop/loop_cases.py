@@ -17,8 +17,9 @@ from cohaptic_client.loop.arrival import (
     receive,
     shown,
 )
+from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.plane import PLANE, STIFFNESS
 from tests.strategies import normals, vectors
@@ -73,8 +74,8 @@ def engaged(patch: Patch, settings: LoopSettings = SETTINGS, now: float = 10.0) 
 
 def play(
     state: LoopState, samples: list[DeviceSample], settings: LoopSettings, now: float
-) -> tuple[LoopState, list[Output]]:
-    outputs = list[Output]()
+) -> tuple[LoopState, list[Period]]:
+    outputs = list[Period]()
     for sample in samples:
         state, output = step(state, sample, now, settings)
         outputs.append(output)

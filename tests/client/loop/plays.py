@@ -18,8 +18,9 @@ from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import law_settings, silent_after
+from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.safety import Mode, SafetyLimits
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 
 T = 0.001  # s
@@ -202,7 +203,7 @@ def play_out(play: Play) -> dict[str, Any]:
     }
 
 
-def row(i: int, tip: HandState, state: LoopState, out: Output) -> dict[str, Any]:
+def row(i: int, tip: HandState, state: LoopState, out: Period) -> dict[str, Any]:
     """State at the end of a period."""
     return {
         "i": i,

@@ -14,8 +14,9 @@ from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.loop.arrival import (
     receive,
 )
+from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.safety import EXTERNAL_RATE
-from cohaptic_client.loop.state import LoopSettings, Output
+from cohaptic_client.loop.state import LoopSettings
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import (
     PACE,
@@ -48,7 +49,7 @@ def test_a_hand_at_rest_is_moved_no_faster_than_others_may_move_it(
     """Whatever surfaces, stiffnesses and forces of its own the server says, held or in a line."""
     settings = replace(SETTINGS, smoothing=smoothing, max_damping=damping)
     state, now = engaged(PLANE, settings), 10.0
-    before: Output | None = None
+    before: Period | None = None
     for tick, (patch, periods) in enumerate(arrivals, start=2):
         patch = replace(patch, tick=tick, law=Law.PREDICTIVE, c_ii=1.0 / patch.k_h)
         state = receive(state, patch, now, settings)

@@ -15,7 +15,7 @@ from cohaptic.vec import ZERO
 from cohaptic_client.loop.arrival import (
     receive,
 )
-from cohaptic_client.loop.contact import MOST_CHANGE, gains_under
+from cohaptic_client.loop.gains import MOST_CHANGE, gains_under
 from cohaptic_client.loop.slew import GAIN_RATE
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import (

@@ -21,8 +21,9 @@ from cohaptic.vec import ZERO, Vec3, add, norm, scale, sub, unit
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.passivity import Passivity
+from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode, SafetyLimits, SafetyState, rate_of
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.loop.slew_cases import BALL, PERIOD, SKEWED, STEP, TICK, seeds
 from tests.client.plane import PLANE
@@ -58,7 +59,7 @@ class Held:
     def _patch(self) -> Patch:
         return Patch.decode(replace(self.make(self.tick), tick=self.tick).encode())
 
-    def go(self, probe: Vec3, dt: float = PERIOD) -> Output:
+    def go(self, probe: Vec3, dt: float = PERIOD) -> Period:
         """One period with the tip at `probe`."""
         self.now += dt
         if self.now >= self.next:
@@ -71,11 +72,11 @@ class Held:
         )
         return output
 
-    def rest(self, periods: int) -> list[Output]:
+    def rest(self, periods: int) -> list[Period]:
         return [self.go(self.probe) for _ in range(periods)]
 
 
-def unexplained(outputs: list[Output], first: Vec3) -> float:
+def unexplained(outputs: list[Period], first: Vec3) -> float:
     """Largest change of force of a hand at rest in one period [N]."""
     forces = [first, *(o.force for o in outputs)]
     return max(norm(sub(b, a)) for a, b in itertools.pairwise(forces))

@@ -81,14 +81,14 @@ def between(a: Vec3, b: Vec3) -> float:
 
 
 @given(normals, normals, vectors(0.001), st.floats(0.0, 2000.0), st.floats(0.01, 10.0))
-def test_a_turn_leaves_half_of_the_pace_to_the_size(
+def test_a_turn_leaves_half_of_the_budget_to_the_size(
     normal: Vec3, target: Vec3, moved: Vec3, k_h: float, force: float
 ) -> None:
     pace = EXTERNAL_RATE * PERIOD
-    turned, left = slew_normal(normal, target, moved, k_h, force, pace)
-    assert 0.5 * pace - 1e-12 <= left <= pace
+    turned, taken = slew_normal(normal, target, moved, k_h, force, pace)
+    assert 0.0 <= taken <= 0.5 * pace + 1e-12
     aside = norm(sub(moved, scale(normal, dot(normal, moved))))
-    assert norm(sub(turned, normal)) * force <= pace - left + k_h * aside + 1e-9
+    assert norm(sub(turned, normal)) * force <= taken + k_h * aside + 1e-9
 
 
 def test_a_compliance_is_there_at_once_until_something_sticks() -> None:

@@ -14,7 +14,9 @@ from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import (
     receive,
 )
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output
+from cohaptic_client.loop.ledger import Ledger, ledger_of
+from cohaptic_client.loop.period import Period
+from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import (
     PERIOD,
@@ -38,14 +40,29 @@ def test_the_same_inputs_give_the_same_outputs_and_the_state_stays_as_it_was(
 ) -> None:
     state = engaged(patch, settings)
     kept = copy.deepcopy(state)
-    first = play(state, samples, settings, 10.0)
-    assert play(state, samples, settings, 10.0) == first
+    one, first = play(state, samples, settings, 10.0)
+    two, second = play(state, samples, settings, 10.0)
+    assert two == one
+    assert [results(period) for period in second] == [results(period) for period in first]
     assert state == kept
+
+
+def results(period: Period) -> tuple[object, ...]:
+    """What a period gives hand, server and recording."""
+    return (
+        period.force, period.on_body, period.anchor, period.local, period.damping_force,
+        period.u_others, period.silent, period.give,
+    )  # fmt: skip
 
 
 def test_before_the_first_patch_there_is_no_force_and_the_server_counts_as_silent() -> None:
     state, outputs = play(LoopState(), [at((0.0, 0.0, -0.05))] * 100, SETTINGS, 10.0)
-    assert outputs == [Output(ZERO, ZERO, None, NO_FORCE, 0.0, 0.0, True)] * 100
+    for output in outputs:
+        assert (output.force, output.on_body, output.anchor) == (ZERO, ZERO, None)
+        assert (output.local, output.damping_force, output.u_others) == (NO_FORCE, 0.0, 0.0)
+        assert output.silent
+        assert output.give is None
+        assert ledger_of(output, 10.0) == Ledger()
     assert shown_at(state, ZERO, 10.0, SETTINGS) is None
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -23,14 +23,16 @@ from cohaptic.control.mesh_surface import Surface
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
-from cohaptic.vec import ZERO, Vec3, norm
+from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig, limits_on
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slots
+from cohaptic_client.loop.period import Period
+from cohaptic_client.loop.rows import row_of
 from cohaptic_client.loop.running.watchdog import Watchdog
-from cohaptic_client.loop.safety import SAFETY_FADE_RATE, Mode, SafetyState
-from cohaptic_client.loop.state import LoopSettings, LoopState, Output, SurfaceMaker
+from cohaptic_client.loop.safety import SAFETY_FADE_RATE, Mode
+from cohaptic_client.loop.state import LoopSettings, LoopState, SurfaceMaker
 from cohaptic_client.loop.step import step
 
 
@@ -204,38 +206,38 @@ class HapticLoop:
             watchdog.since = now
         sample = self._device.read(now)
         self._heard_device = sample.fresh
-        self._state, output = step(self._state, sample, now, self._settings)
+        self._state, period = step(self._state, sample, now, self._settings)
         if self._engaged is not None and self._state.safety.mode is _ENGAGED:
             self._engaged(now)
             self._engaged = None
         if watchdog is not None and watchdog.fired:
-            output = self._begin_at_zero(watchdog, output)
-        self.written = output.force  # before the call: a failed write may have given the force
-        self._device.write(output.force)
+            self._begin_at_zero(watchdog, period)
+        self.written = period.force  # before the call: a failed write may have given the force
+        self._device.write(period.force)
         if watchdog is not None:
             if watchdog.fired:  # the write held up the loop, and may have undone the release
-                output = self._begin_at_zero(watchdog, output)
+                self._begin_at_zero(watchdog, period)
                 self.written = ZERO
                 self._device.write(ZERO)
             watchdog.since = math.inf
-        faded = self._ends < math.inf and output.force == ZERO
+        faded = self._ends < math.inf and period.force == ZERO
         if faded:
             self._ends = -math.inf
-        self._publish(sample, output, now)
+        self._publish(sample, period, now)
         if self._every_row or keep_row or faded:
-            self._keep_row(sample, output, now, late)
+            self._memory.rows.append(row_of(self._state, sample, period, now, late))
 
     def interrupt(self, signal: str) -> None:
         """End the loop before its next period; a signal handler calls this."""
         self.interrupted = signal
 
-    def _begin_at_zero(self, watchdog: Watchdog, output: Output) -> Output:
-        """Set output and state to zero force, after the watchdog has released the device."""
+    def _begin_at_zero(self, watchdog: Watchdog, period: Period) -> None:
+        """Set period and state to zero force, after the watchdog has released the device."""
         watchdog.begin()
         watchdog.fired = False
         fault = f"the device held up the loop for more than {1e3 * self._limits.stall:g} ms"
         self._state = self._state.taken_away(fault, self._limits)
-        return replace(output, force=ZERO, on_body=ZERO, anchor=None, damping_force=0.0)
+        period.take_force_away()
 
     def _obey(self, now: float) -> None:
         """Read the parent's commands; start to fade out on a stop or without heartbeats."""
@@ -274,41 +276,19 @@ class HapticLoop:
             )
         )
 
-    def _publish(self, sample: DeviceSample, output: Output, now: float) -> None:
+    def _publish(self, sample: DeviceSample, period: Period, now: float) -> None:
         patch = self._state.patch
         tick = patch.tick if patch is not None else 0
         x, y, z = sample.position
-        fx, fy, fz = output.on_body
-        anchor = output.anchor
+        fx, fy, fz = period.on_body
+        anchor = period.anchor
         ax, ay, az = anchor or ZERO
         holds = anchor is not None
-        give = output.give
+        give = period.give
         raw = SAMPLE.pack(
             now, tick, x, y, z, fx, fy, fz, holds, ax, ay, az, give is not None, give or 0.0
         )
         self._memory.sample.write(raw)
-
-    def _keep_row(self, sample: DeviceSample, output: Output, now: float, late: float) -> None:
-        state, patch, local = self._state, self._state.patch, output.local
-        x, y, z = sample.position
-        fx, fy, fz = output.force
-        # A tuple in the order of `Row`: the interpreted constructor takes longer than a period.
-        self._memory.rows.append((
-            now, x, y, z, fx, fy, fz,
-            local.normal_force, local.felt_from_others, output.u_others, local.indentation,
-            state.k_h, output.damping_force, patch.k_o if patch is not None else 0.0,
-            sample.level, state.safety.scale, late, patch.tick if patch is not None else 0,
-            now - state.arrived if patch is not None else 0.0,
-            patch.room.lag if patch is not None else 0.0,
-            state.safety.scale * norm(state.friction.force), fault_level(state.safety),
-        ))  # fmt: skip
-
-
-def fault_level(safety: SafetyState) -> float:
-    """Return a row's fault level: 0 for no fault, 1 for one, 2 for one to be acknowledged."""
-    if safety.mode is _FAULT:
-        return 2.0
-    return 1.0 if safety.fault else 0.0
 
 
 def _rest_mesh(path: str | None) -> RestMesh | None:

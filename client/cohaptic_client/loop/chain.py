@@ -1,0 +1,83 @@
+"""All that happens to a force in one period of the haptic loop, in order.
+
+Each rule has its name, what it does and why, and the constant with which it works. What a rule did
+in a period is in the period's ledger.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cohaptic_client.loop.rule import Rule
+from cohaptic_client.loop.rules.contact import Depth, Fades, Gain, Material, Turn
+from cohaptic_client.loop.rules.force import Damping, Finite, Friction, LawForce
+from cohaptic_client.loop.rules.given import Account, Limits, ToBody, Trusted
+from cohaptic_client.loop.rules.surface import Models, Reach, Shown
+
+CHAIN: Final[tuple[Rule, ...]] = (
+    Reach(
+        "reach",
+        "a tip that is nowhere, or jumps faster than a hand, is a broken sensor: the hand is "
+        "let go",
+        "SafetyLimits.max_speed",
+    ),
+    Shown(
+        "surface",
+        "the shown surface moves from patch to patch all the time: one that comes in one step "
+        "would step the force",
+        "LoopSettings.smoothing",
+    ),
+    Models(
+        "models",
+        "models of the others' hands answer at once, since late answers make energy; what the "
+        "others want is held back",
+        "WISH_RATE",
+    ),
+    Gain(
+        "gain",
+        "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff "
+        "must not be kicked",
+        "GAIN_RATE",
+    ),
+    Fades(
+        "fades",
+        "a fade of the force or of the law is a change, too, and has its part of the budget",
+        "SAFETY_FADE_RATE",
+    ),
+    Material(
+        "material",
+        "the compliance for friction follows the object's, and friction has half of the budget",
+    ),
+    Turn(
+        "turn",
+        "a surface that turns may turn the force with half of the budget: a turn is a change",
+        "EXTERNAL_RATE",
+    ),
+    Depth(
+        "depth",
+        "the surface moves the force with what is left of the budget: 0.02 N in a millisecond is "
+        "no jolt",
+        "EXTERNAL_RATE",
+    ),
+    LawForce("law", "the law turns depth into force"),
+    Damping(
+        "damping",
+        "energy that the network has made is taken out, no more than the device renders",
+        "MAX_DAMPING",
+    ),
+    Friction("friction", "friction is at most mu times the normal force"),
+    Finite("finite", "a force that no spring can give is an error, and the hand is let go"),
+    Limits(
+        "limits",
+        "the force is at most the hand's limit, fades where it must, and changes no faster than "
+        "a hand that taps makes it",
+        "SafetyLimits.max_force",
+    ),
+    Account("account", "the energy that the network makes is counted, to be damped out"),
+    ToBody("body", "the body gets the law's force in the share that the hand was given"),
+    Trusted(
+        "trust",
+        "the energy that models return is counted: a liar could drive a hand by them",
+        "MOST_MADE",
+    ),
+)

@@ -1,0 +1,205 @@
+"""One period of the loop while it is computed: the only thing that changes, for a millisecond.
+
+A period begins with the memory of the last one, the sample of the device and a budget. The rules of
+`chain.py` fill it in, each by what the rules before it have left there. In the end it is the
+result: it holds the force for the device, and all that memory and ledger are made from.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState, anchor_of
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import NO_FORCE, LocalForce
+from cohaptic.protocol.frame import MAX_POSITION
+from cohaptic.vec import ZERO, Vec3, dot, norm
+from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.budget import Budget
+from cohaptic_client.loop.law_fade import LawFade
+from cohaptic_client.loop.passivity import NOTHING_OWED, Passivity
+from cohaptic_client.loop.replica import NOT_MOVED, Answer, Recent, Replica
+from cohaptic_client.loop.safety import EXTERNAL_RATE, NO_TROUBLE, SafetyState, Trouble
+from cohaptic_client.loop.state import LoopSettings, LoopState
+from cohaptic_client.loop.trust import Trust
+
+
+class Period:
+    """One period; without a surface the fields of the contact stay as they begin.
+
+    Fields:
+        state: Memory after the last period, with the patch whose time has come.
+        sample: What the device says; the place of the last period where it is out of reach.
+        now: Time [s].
+        settings: Settings of the loop.
+        dt: Time since the last period [s].
+        counted: The same, at most two haptic periods, for all that moves the force: a late period
+            moves it by no more than two punctual ones would [s].
+        budget: Change of the force that the hand's own motion does not cause.
+
+        trouble: Fault of the device; `NO_TROUBLE` for none.
+        silent: Whether the server counts as silent.
+        share: Completed fraction of the move to the newest patch, 0 to 1.
+        sight: Sample of the shown surface at the probe; None before the first patch.
+
+        answered: What the models of the others answer; None where there are none.
+        recent: Speed of the hand of late, for the models.
+        explained: Change of the depth by models, which no limit may hold back [m].
+        wished: Change of the depth by what others want, within its limit [m].
+
+        fade: Law in use; None before the first patch.
+        k_wanted: Gain that the surface asks for [N/m].
+        k_h: Largest gain of the laws in use [N/m].
+        compliance: Compliance matrix C of the contact [m/N]; None without friction.
+        for_friction: Part of the budget that friction has [N].
+        normal: Direction of the normal force; a unit vector.
+        held_turn: What is held back of a turn of the force, at a right angle to it [N].
+        moved: Displacement of the hand in this period [m].
+        moved_in: Component of that displacement into the surface [m].
+        depth: Depth of the probe below the surface, slewed as `LoopState.depth` is [m].
+        most: Largest change of the law's force that the hand's own motion does not cause [N].
+        spent_gain, spent_fades, spent_turn, spent_models, spent_depth: Taken of the budget, each by
+            its rule [N].
+
+        law_depth: Depth on which the law presses [m].
+        local: Force of the law, with its parts.
+        damping: Damping of the passivity layer [N s/m].
+        damped_force: Normal force with that damping [N].
+        friction: State of the friction after this period.
+        law_force: Force of law and friction, whose opposite the body gets [N].
+        asked: Force of law, friction and damping [N].
+
+        safety: Memory of the safety layer after this period.
+        force: Force on the hand, for the device [N].
+        given_ratio: Its size, divided by that of the one that was asked for.
+        passivity: Memory of the passivity layer after this period.
+        on_body: Force on the hand whose opposite the body gets [N].
+        replica: Models after this period; None before the first patch with partners.
+        give: Displacement of the own hand's model before this period's force [m]; None without one.
+        trust: How far models are trusted after this period.
+    """
+
+    # With slots Python reads and writes so many fields more quickly.
+    __slots__ = (
+        "answered",
+        "asked",
+        "budget",
+        "compliance",
+        "counted",
+        "damped_force",
+        "damping",
+        "depth",
+        "dt",
+        "explained",
+        "fade",
+        "for_friction",
+        "force",
+        "friction",
+        "give",
+        "given_ratio",
+        "held_turn",
+        "k_h",
+        "k_wanted",
+        "law_depth",
+        "law_force",
+        "local",
+        "most",
+        "moved",
+        "moved_in",
+        "normal",
+        "now",
+        "on_body",
+        "passivity",
+        "recent",
+        "replica",
+        "safety",
+        "sample",
+        "settings",
+        "share",
+        "sight",
+        "silent",
+        "spent_depth",
+        "spent_fades",
+        "spent_gain",
+        "spent_models",
+        "spent_turn",
+        "state",
+        "trouble",
+        "trust",
+        "wished",
+    )
+
+    def __init__(
+        self, state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings
+    ) -> None:
+        self.state: LoopState = state
+        self.sample: DeviceSample = sample
+        self.now: float = now
+        self.settings: LoopSettings = settings
+        before = state.safety.now
+        self.dt: float = 0.0 if before is None else max(0.0, now - before)
+        self.counted: float = min(self.dt, 2.0 * settings.limits.period)
+        self.budget: Budget = Budget(EXTERNAL_RATE * self.counted)
+        self.safety: SafetyState = state.safety
+        self.replica: Replica | None = state.replica
+        self.trust: Trust = state.trust
+        self.trouble: Trouble = NO_TROUBLE
+        self.silent: bool = True
+        self.share: float = 0.0
+        self.sight: Sight | None = None
+        self.answered: Answer | None = None
+        self.recent: Recent = NOT_MOVED
+        self.explained: float = 0.0
+        self.wished: float = 0.0
+        self.fade: LawFade | None = None
+        self.k_wanted: float = 0.0
+        self.k_h: float = 0.0
+        self.compliance: Compliance3 | None = None
+        self.for_friction: float = 0.0
+        self.normal: Vec3 = (0.0, 0.0, 1.0)
+        self.held_turn: float = 0.0
+        self.moved: Vec3 = ZERO
+        self.moved_in: float = 0.0
+        self.depth: float = -math.inf
+        self.most: float = 0.0
+        self.spent_gain: float = 0.0
+        self.spent_fades: float = 0.0
+        self.spent_turn: float = 0.0
+        self.spent_models: float = 0.0
+        self.spent_depth: float = 0.0
+        self.law_depth: float = 0.0
+        self.local: LocalForce = NO_FORCE
+        self.damping: float = 0.0
+        self.damped_force: float = 0.0
+        self.friction: FrictionState = NO_FRICTION
+        self.law_force: Vec3 = ZERO
+        self.asked: Vec3 = ZERO
+        self.force: Vec3 = ZERO
+        self.given_ratio: float = 0.0
+        self.passivity: Passivity = NOTHING_OWED
+        self.on_body: Vec3 = ZERO
+        self.give: float | None = None
+
+    @property
+    def damping_force(self) -> float:
+        """Damping force of the passivity layer, along the normal [N]."""
+        return self.damped_force - self.local.normal_force
+
+    @property
+    def u_others(self) -> float:
+        """Displacement of the contact point by the other users, along the normal [m]."""
+        return 0.0 if self.sight is None else dot(self.sight.u_others, self.sight.normal)
+
+    @property
+    def anchor(self) -> Vec3 | None:
+        """Point of the resting surface to which friction holds the contact [m]; None for none."""
+        if not self.friction.touching:
+            return None
+        anchor = anchor_of(self.friction, self.sample.position, self.normal, self.depth)
+        if anchor is None or not norm(anchor) <= MAX_POSITION:  # NaN too
+            return None
+        return anchor
+
+    def take_force_away(self) -> None:
+        """Let hand and body have no force, after the device has been released."""
+        self.force, self.on_body, self.friction = ZERO, ZERO, NO_FRICTION

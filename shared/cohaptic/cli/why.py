@@ -1,0 +1,144 @@
+"""Command `cohaptic why`: what each rule did to a force, from a recording."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cohaptic.cli.output import Output, Overwrite, new_output
+from cohaptic.errors import SettingError, one_line
+
+if TYPE_CHECKING:
+    from cohaptic.recording.archive import Recording
+    from cohaptic.recording.why import Columns, Why
+
+_SEEN = 0.0005  # N; a smaller entry is left out of the table
+_MARKS = 24  # characters of the longest bar
+_DRAWING = 'matplotlib, for the picture: pip install "cohaptic[experiments]"'
+
+
+def why(
+    recording: Annotated[
+        Path, typer.Argument(help="A recording, or a folder of them with --user.")
+    ],
+    at: Annotated[float | None, typer.Option("--at", help="Seconds since its beginning.")] = None,
+    user: Annotated[str | None, typer.Option(help="Whose recording in a folder.")] = None,
+    start: Annotated[
+        float | None, typer.Option("--from", help="With --out: the first second.")
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", help="With --out: the last.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Draw the stack of forces over time (.png).")
+    ] = None,
+    json_to: Annotated[
+        Path | None, typer.Option("--json", help="Write the answer to this file; - prints it.")
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Say why a force was as it was: what each rule added or held back, in newtons.
+
+    `cohaptic touch --record NAME.npz` keeps the ledger of each millisecond. The entries add up to
+    the force that the hand was given; the budget is what others may change of it in that time.
+    """
+    from cohaptic.recording.why import check_ledger
+    from cohaptic.recording.why import why as explain
+
+    if at is None and out is None:
+        raise SettingError("--at", "missing", "the second to explain (or --out, to draw them all)")
+    picture = new_output("--out", out, ".png", overwrite=overwrite)
+    as_json = None if str(json_to) == "-" else json_to
+    answers = new_output("--json", as_json, overwrite=overwrite)
+    path, found = _chosen(recording, user)
+    columns: Columns = dict(zip(found.outline.header.columns, found.rows.T, strict=True))
+    check_ledger(path, columns)
+    if at is not None:
+        answer = explain(columns, at)
+        text = json.dumps(asdict(answer), indent=2)
+        if answers is not None:
+            answers.write(text + "\n")
+        if str(json_to) == "-":
+            typer.echo(text)
+        else:
+            typer.echo("\n".join(lines(one_line(found.outline.header.name), answer)))
+    if picture is not None:
+        length = float(columns["t"][-1] - columns["t"][0])
+        _draw(picture, columns, start or 0.0, length if end is None else end)
+        typer.echo(f"drawn to {picture.path}")
+
+
+def lines(name: str, answer: Why) -> list[str]:
+    """Return an answer as lines for a person, 80 characters wide."""
+    found = [f"{name}, {answer.t:.3f} s after the beginning:", ""]
+    shown = [entry for entry in answer.entries if abs(entry.newtons) > _SEEN]
+    largest = max([answer.force, *(abs(entry.newtons) for entry in shown), 1e-9])
+    for entry in shown:
+        bar = "-" if entry.newtons < 0.0 else "+"
+        marks = bar * max(1, round(_MARKS * abs(entry.newtons) / largest))
+        found += [
+            f"  {entry.name:9} {entry.newtons:+7.3f} N  {marks}",
+            f"             {entry.words}",
+        ]
+    found.append(f"  {'given':9} {answer.force:7.3f} N")
+    if answer.budget > 0.0:
+        takers = [f"{name} {spent:.4f}" for name, spent in answer.spent.items() if spent > 0.0]
+        taken = ", ".join(takers) or "nobody took any"
+        found.append(f"  budget    {answer.budget:7.4f} N: {taken}")
+    return [*found, "", answer.sentence]
+
+
+def _chosen(path: Path, user: str | None) -> tuple[Path, Recording]:
+    """Return the recording that was asked for.
+
+    Raises:
+        SettingError: There is none of that user, or it cannot be read.
+    """
+    from cohaptic.recording.archive import read_recording
+
+    if not path.is_dir():
+        found = read_recording(path)
+        if user is not None and found.outline.header.name != user:
+            raise SettingError(
+                "--user", user, f"{found.outline.header.name}, whose recording it is"
+            )
+        return path, found
+    files = sorted(path.glob("*.npz"))
+    named = {file: read_recording(file).outline.header.name for file in files}
+    matching = [file for file, name in named.items() if user is None or name == user]
+    if len(matching) != 1:
+        names = ", ".join(sorted(named.values())) or "nobody's recordings are in that folder"
+        raise SettingError("--user", user or "missing", f"one of: {names}")
+    return matching[0], read_recording(matching[0])
+
+
+def _draw(picture: Output, columns: Columns, start: float, end: float) -> None:
+    """Draw the stack of a span of time.
+
+    Raises:
+        SettingError: The span is none, or matplotlib is missing.
+    """
+    from cohaptic.recording.why import stacked
+
+    t, entries, force = stacked(columns, start, end)
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise SettingError("--out", picture.path, f"left out, or install {_DRAWING}") from error
+    figure = Figure(figsize=(10.0, 4.8), facecolor="white")
+    axes = figure.add_axes((0.07, 0.12, 0.72, 0.8))
+    for sign in (1.0, -1.0):  # what adds to the force above zero, what is held back below
+        parts = [sign * (sign * values).clip(0.0) for values in entries.values()]
+        if parts:
+            axes.stackplot(t, *parts, labels=list(entries) if sign > 0.0 else (), alpha=0.75)
+        axes.set_prop_cycle(None)
+    axes.plot(t, force, color="#1F2937", linewidth=1.4, label="given")
+    axes.axhline(0.0, color="#6B7280", linewidth=0.6)
+    axes.set_xlabel("s since the beginning of the recording")
+    axes.set_ylabel("N")
+    axes.margins(x=0.0)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    picture.write_by(lambda file: figure.savefig(file, format="png", dpi=160))

@@ -1,0 +1,204 @@
+"""Why a force was as it was: the ledger of a recorded period, in newtons and words.
+
+Each row of a recording has what each rule of the loop did to the force in that period
+(`cohaptic.status.row`). Functions of arrays; the command is `cohaptic why`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from cohaptic.errors import SettingError
+from cohaptic.status.reason import FLAGS, SILENT, WAITING, cause_in, flags_in
+
+Floats = npt.NDArray[np.float64]
+Columns = Mapping[str, Floats]
+
+# Entries of a ledger in the order of the rules, with what they are. They add up to the force.
+ENTRIES: Final = {
+    "by_surface": "the law's spring on the surface of the newest patches",
+    "by_models": "models of the other hands, which answer at once",
+    "by_gain": "the gain follows the object's stiffness slowly",
+    "by_depth": "the surface moves faster than the budget lets it move the force",
+    "by_law": "the law beyond its spring: integral, own dent, or the law before it",
+    "damping": "damping of energy that the network has made",
+    "by_friction": "friction",
+    "by_limit": "the largest force of this hand",
+    "by_fade": "a fade",
+    "by_rate": "the force changes no faster than its limit",
+}
+SPENT: Final = {
+    "spent_gain": "gain",
+    "spent_fades": "fades",
+    "spent_turn": "turn",
+    "spent_models": "models",
+    "spent_depth": "depth",
+}
+_SEEN: Final = 0.01  # N; a smaller entry is not worth a word
+_CUT: Final = 0.9  # of the force that the body was to carry; a lesser one was cut by the server
+_STEADY: Final = 1.0  # s before the time asked about, in which a force that is carried is compared
+_OLD: Final = 0.1  # s; age of a patch that is said although no rule has acted on it
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line of the table.
+
+    Args:
+        name: Name of the rule.
+        newtons: What it did [N].
+        words: What it is.
+    """
+
+    name: str
+    newtons: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Why:
+    """The ledger of one period.
+
+    Args:
+        t: Time since the beginning of the recording [s].
+        force: Size of the force on the hand [N].
+        entries: What rules did; together they are the force.
+        spent: Who took how much of the budget [N].
+        budget: The budget [N].
+        reasons: What else held, in words.
+        sentence: All of it in one sentence.
+    """
+
+    t: float
+    force: float
+    entries: tuple[Entry, ...]
+    spent: dict[str, float]
+    budget: float
+    reasons: tuple[str, ...]
+    sentence: str
+
+
+def check_ledger(path: Path, columns: Columns) -> None:
+    """Check that a recording has a ledger.
+
+    Raises:
+        SettingError: It is of an earlier version, or empty.
+    """
+    if not columns["t"].size:
+        raise SettingError("recording", path, "one with rows: there is not one in it")
+    if missing := [name for name in (*ENTRIES, "reason") if name not in columns]:
+        limit = f"a recording with a ledger, of version 0.1 or later ({missing[0]} is missing)"
+        raise SettingError("recording", path, limit)
+
+
+def why(columns: Columns, at: float) -> Why:
+    """Return the ledger of the period at a time.
+
+    Args:
+        columns: Columns of a recording with a ledger, each of shape (n,).
+        at: Time since the first row [s]; the last period that has begun by then is taken.
+
+    Raises:
+        SettingError: The time is outside the recording.
+    """
+    t = columns["t"] - columns["t"][0]
+    if not 0.0 <= at <= float(t[-1]):
+        raise SettingError("--at", f"{at:g} s", f"from 0 to {t[-1]:.3f} s, in the recording")
+    i = int(np.searchsorted(t, at, side="right")) - 1
+    row = {name: float(column[i]) for name, column in columns.items()}
+    force = math.sqrt(row["fx"] ** 2 + row["fy"] ** 2 + row["fz"] ** 2)
+    entries = tuple(
+        Entry(name.removeprefix("by_"), row[name], words) for name, words in ENTRIES.items()
+    )
+    spent = {words: row[name] for name, words in SPENT.items()}
+    reasons = _reasons(columns, row, i, force)
+    return Why(
+        float(t[i]), force, entries, spent, row["budget"], reasons,
+        _sentence(force, entries, row, spent, reasons),
+    )  # fmt: skip
+
+
+def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -> tuple[str, ...]:
+    """Return what held in a period besides the entries, in words."""
+    flags, found = int(row["reason"]), list[str]()
+    if cause := cause_in(row["reason"]):
+        found.append(cause)
+    if flags & SILENT and row["tick"] > 0.0:
+        found.append(f"the server has been silent for {row['patch_age']:.2f} s")
+    elif row["patch_age"] > _OLD:
+        found.append(f"the newest patch is {1e3 * row['patch_age']:.0f} ms old")
+    if row["tick"] <= 0.0:
+        found.append("no patch has come yet")
+    words = dict(FLAGS)
+    words.pop(SILENT)
+    if force > 0.0 or row["tick"] <= 0.0:
+        words.pop(WAITING)
+    found += [line for line in flags_in(row["reason"]) if line in words.values()]
+    if abs(row["held_turn"]) > _SEEN:
+        found.append(f"{row['held_turn']:.2f} N of a turn of the force is held back")
+    since = int(np.searchsorted(columns["t"], columns["t"][i] - _STEADY))
+    least = float(columns["on_body"][since : i + 1].min())
+    most = float(columns["carried"][since : i + 1].max())
+    if least > _SEEN and most < _CUT * least:
+        found.append(f"the server lets the body carry {most:.2f} N of {row['on_body']:.2f} N")
+    if row["lag"] > 0.0:
+        found.append(f"the object answers other hands with a lag of {row['lag']:.2f} s")
+    return tuple(found)
+
+
+def _sentence(
+    force: float,
+    entries: tuple[Entry, ...],
+    row: Mapping[str, float],
+    spent: Mapping[str, float],
+    reasons: tuple[str, ...],
+) -> str:
+    """Return a ledger as one sentence."""
+    first, *others = entries
+    parts = [f"{first.newtons:.2f} N by the surface"]
+    parts += [
+        f"{'less' if entry.newtons < 0.0 else 'plus'} {abs(entry.newtons):.2f} N by {entry.name}"
+        for entry in others
+        if abs(entry.newtons) > _SEEN
+    ]
+    words = f"The hand was given {force:.2f} N: {', '.join(parts)}"
+    held = abs(row["by_depth"]) > _SEEN or row["held_turn"] > _SEEN or abs(row["by_gain"]) > _SEEN
+    takers = [f"{name} {newtons:.4f}" for name, newtons in spent.items() if newtons > 0.0]
+    if held and takers:
+        words += f"; of the budget of {row['budget']:.4f} N went to {', '.join(takers)}"
+    if reasons:
+        words += f"; {', and '.join(reasons)}"
+    return f"{words}."
+
+
+def stacked(columns: Columns, start: float, end: float) -> tuple[Floats, dict[str, Floats], Floats]:
+    """Return the entries of a span of time, for a picture.
+
+    Args:
+        columns: Columns of a recording with a ledger, each of shape (n,).
+        start, end: Times since the first row [s].
+
+    Returns:
+        Times since the first row, shape (m,) [s]; the entries that did something, each (m,) [N];
+        and the force, (m,) [N].
+
+    Raises:
+        SettingError: The span is outside the recording, or has no rows.
+    """
+    t = columns["t"] - columns["t"][0]
+    if not 0.0 <= start < end <= float(t[-1]) + 1e-9:
+        span = f"{start:g} to {end:g} s"
+        raise SettingError("--from, --to", span, f"within 0 and {t[-1]:.3f} s, and not empty")
+    kept = (t >= start) & (t <= end)
+    if not kept.any():
+        raise SettingError("--from, --to", f"{start:g} to {end:g} s", "a span with rows in it")
+    force = np.sqrt(columns["fx"] ** 2 + columns["fy"] ** 2 + columns["fz"] ** 2)[kept]
+    found = {name.removeprefix("by_"): columns[name][kept] for name in ENTRIES}
+    return t[kept], {k: v for k, v in found.items() if np.abs(v).max() > _SEEN}, force

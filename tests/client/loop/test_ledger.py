@@ -1,0 +1,93 @@
+"""The ledger and the budget of a period, whatever surfaces come and hands do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as tried
+from hypothesis import strategies as st
+
+from cohaptic.control.friction import Compliance3
+from cohaptic.protocol.patch import Patch
+from cohaptic.vec import Vec3, norm
+from cohaptic_client.loop.arrival import receive
+from cohaptic_client.loop.budget import Budget
+from cohaptic_client.loop.chain import CHAIN
+from cohaptic_client.loop.ledger import ledger_of
+from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
+from cohaptic_client.loop.state import LoopSettings
+from cohaptic_client.loop.step import step
+from tests.client.loop.loop_cases import PERIOD, TICK, at, engaged, near_patches, probes
+from tests.client.plane import PLANE
+from tests.examples_of_laws import examples
+
+ROUGH = Compliance3(0.003, 0.005, 0.004, 1e-3, 1e-3, -1e-3)
+
+
+@given(
+    st.floats(0.0, 1.0),
+    st.lists(st.tuples(st.booleans(), st.floats(0.0, 1.0)), max_size=20),
+)
+def test_a_budget_is_never_overdrawn(amount: float, drawn: list[tuple[bool, float]]) -> None:
+    budget, taken = Budget(amount), 0.0
+    for reserve, wanted in drawn:
+        part = budget.reserve(wanted) if reserve else budget.take(wanted)
+        assert 0.0 <= part <= (amount if reserve else wanted)
+        taken += part
+        assert budget.left >= 0.0
+    assert taken + budget.left == pytest.approx(amount, abs=1e-12)
+
+
+@given(
+    st.lists(st.tuples(near_patches, st.integers(1, 20), probes, st.booleans()), max_size=6),
+    st.sampled_from([0.0, 1.0]),
+    st.sampled_from([0.0, 0.5]),
+    st.sampled_from([0.0, 8.0]),
+    st.sampled_from([1.0, 10.0]),
+)
+@tried(max_examples=examples(60), deadline=None)
+def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
+    arrivals: list[tuple[Patch, int, Vec3, bool]],
+    smoothing: float,
+    friction: float,
+    damping: float,
+    most: float,
+) -> None:
+    """Any law, silence, jumps of the tip, and surfaces that jump."""
+    limits = SafetyLimits(max_force=most, stale=0.05)
+    settings = LoopSettings(
+        TICK, limits, smoothing=smoothing, friction=friction, max_damping=damping
+    )
+    compliance = ROUGH if friction > 0.0 else None
+    state, now, tip = engaged(replace(PLANE, compliance=compliance), settings), 10.0, probes_from()
+    for tick, (patch, periods, goal, silent) in enumerate(arrivals, start=2):
+        patch = replace(patch, tick=tick, compliance=compliance, c_ii=1.0 / patch.k_h)
+        state = receive(state, patch, now, settings)
+        if silent:
+            state = state.silenced()
+        for i in range(1, periods + 1):
+            way = i / periods
+            place = tuple(a + way * (b - a) for a, b in zip(tip, goal, strict=True))
+            now += PERIOD
+            state, period = step(state, at(place), now, settings)  # type: ignore[arg-type]
+            assert sum(ledger_of(period, most)) == pytest.approx(norm(period.force), abs=1e-9)
+            spent = (
+                period.spent_gain + period.spent_fades + period.spent_turn + period.spent_models
+                + period.spent_depth
+            )  # fmt: skip
+            assert spent <= EXTERNAL_RATE * period.counted * (1.0 + 1e-9)
+            assert period.budget.left >= 0.0
+        tip = goal
+
+
+def probes_from() -> Vec3:
+    """Where a hand is that begins on the plane."""
+    return (0.0, 0.0, 0.0)
+
+
+def test_every_rule_has_a_name_of_its_own_and_says_what_it_does() -> None:
+    names = [rule.name for rule in CHAIN]
+    assert len(set(names)) == len(names)
+    assert all(rule.reason for rule in CHAIN)

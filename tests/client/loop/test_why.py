@@ -1,0 +1,190 @@
+"""`cohaptic why` on twelve staged cases: which rule acted, and by how much."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cohaptic.control.friction import Compliance3
+from cohaptic.control.hand_model import USUAL_HAND
+from cohaptic.protocol.partners import Partner, Partners
+from cohaptic.protocol.patch import Patch
+from cohaptic.recording.why import ENTRIES, Why, why
+from cohaptic.vec import Vec3, scale
+from cohaptic_client.loop.passivity import Passivity
+from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
+from cohaptic_client.loop.state import LoopSettings
+from tests.client.loop.loop_cases import PERIOD, TICK
+from tests.client.loop.staged import DEPTH, Stage, honest
+from tests.client.plane import STIFFNESS
+
+PRESSED = STIFFNESS * DEPTH  # N
+PACE = EXTERNAL_RATE * PERIOD  # N
+TILTED = (math.sin(0.8), 0.0, math.cos(0.8))
+
+
+def last(stage: Stage) -> Why:
+    """The answer for the last period, whose entries are the force."""
+    found = why(stage.columns(), stage.length)
+    assert sum(entry.newtons for entry in found.entries) == pytest.approx(found.force, abs=1e-9)
+    return found
+
+
+def entry(found: Why, name: str) -> float:
+    return next(each.newtons for each in found.entries if each.name == name)
+
+
+def test_a_hand_at_rest_is_held_back_by_nobody() -> None:
+    stage = Stage()
+    stage.press()
+    found = last(stage)
+    assert found.sentence == (
+        f"The hand was given {PRESSED:.2f} N: {PRESSED:.2f} N by the surface."
+    )
+
+
+def test_a_fade() -> None:
+    stage = Stage()
+    stage.rest(0.1)
+    stage.go((0.0, 0.0, -DEPTH), 0.05)
+    stage.rest(0.1)
+    found = last(stage)
+    scale_now = stage.state.safety.scale
+    assert 0.0 < scale_now < 1.0
+    assert entry(found, "fade") == pytest.approx((scale_now - 1.0) * PRESSED, rel=1e-6)
+    assert "by fade" in found.sentence
+
+
+def test_a_silent_server() -> None:
+    stage = Stage()
+    stage.press()
+    stage.server = None
+    stage.rest(0.2)
+    found = last(stage)
+    assert entry(found, "fade") < -0.5
+    assert "the server has been silent for 0.2" in found.sentence
+
+
+def test_a_turn() -> None:
+    stage = Stage(LoopSettings(TICK, SafetyLimits(), smoothing=0.0))
+    stage.press()
+    stage.server = lambda patch, force: replace(honest(patch, force), normal=TILTED)
+    stage.rest(2.0 * TICK)
+    found = last(stage)
+    assert found.spent["turn"] == pytest.approx(0.5 * PACE, rel=1e-6)
+    assert "of a turn of the force is held back" in found.sentence
+    assert "went to turn 0.0100" in found.sentence
+
+
+def test_a_gain_that_may_not_rise_faster() -> None:
+    stage = Stage(LoopSettings(TICK, SafetyLimits(), smoothing=0.0))
+    stage.press()
+
+    def stiffer(patch: Patch, force: Vec3) -> Patch:
+        return replace(honest(patch, force), k_h=2.0 * STIFFNESS, c_ii=0.5 / STIFFNESS)
+
+    stage.server = stiffer
+    stage.rest(2.0 * TICK)
+    found = last(stage)
+    assert entry(found, "surface") == pytest.approx(2.0 * PRESSED)
+    held = (stage.state.k_h - 2.0 * STIFFNESS) * DEPTH
+    assert entry(found, "gain") == pytest.approx(held)
+    assert held < -0.5
+    assert "N by gain" in found.sentence
+
+
+def test_a_models_answer() -> None:
+    stage = Stage()
+    coupled = 0.5 / STIFFNESS
+    other = Partner(2, USUAL_HAND, 0.006, 0.0, 0.8, 10.0, 1.0 / STIFFNESS, (coupled,))
+
+    def beside(patch: Patch, force: Vec3) -> Patch:
+        x_free = (0.0, 0.0, -coupled * 0.8)  # the other presses the surface away
+        partners = Partners(1.0, 10.0, USUAL_HAND, (other,))
+        return replace(honest(patch, force), partners=partners, x_free=x_free)
+
+    stage.server = beside
+    stage.press()
+    before = entry(last(stage), "models")
+    stage.go((0.0, 0.0, -DEPTH - 0.003), 0.03)
+    found = last(stage)
+    # The other is pushed away by the press, and the surface comes back at once.
+    assert entry(found, "models") != pytest.approx(before, abs=0.01)
+    assert f"{abs(entry(found, 'models')):.2f} N by models" in found.sentence
+
+
+def test_friction_that_slips() -> None:
+    C = Compliance3(1.0 / STIFFNESS, 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0, 0.0, 0.0)
+    stage = Stage(LoopSettings(TICK, SafetyLimits(), friction=0.3))
+    stage.server = lambda patch, force: replace(honest(patch, force), compliance=C)
+    stage.press()
+    assert "slips" not in last(stage).sentence
+    stage.go((0.03, 0.0, -DEPTH), 0.3)
+    found = last(stage)
+    assert "the finger slips" in found.sentence
+    more = math.hypot(PRESSED, 0.3 * PRESSED) - PRESSED
+    assert entry(found, "friction") == pytest.approx(more, rel=0.02)
+
+
+def test_the_clamp() -> None:
+    stage = Stage(LoopSettings(TICK, SafetyLimits(max_force=1.2)))
+    stage.press()
+    found = last(stage)
+    assert entry(found, "limit") == pytest.approx(1.2 - PRESSED)
+    assert f"less {PRESSED - 1.2:.2f} N by limit" in found.sentence
+
+
+def test_passivity() -> None:
+    stage = Stage()
+    stage.press()
+    stage.state = replace(stage.state, passivity=Passivity(0.05, 8.0, stage.state.passivity.stored))
+    stage.go((0.0, 0.0, -DEPTH - 0.002), 0.02)
+    found = last(stage)
+    assert entry(found, "damping") == pytest.approx(0.8, rel=0.05)  # 8 N s/m at 0.1 m/s
+    assert "by damping" in found.sentence
+
+
+def test_a_stall() -> None:
+    stage = Stage()
+    stage.press()
+    stage.period(stage.tip, 0.09)
+    found = last(stage)
+    assert "the loop stood still for too long" in found.sentence
+    assert "the force is taken away" in found.sentence
+
+
+def test_a_jump_of_the_tip() -> None:
+    stage = Stage()
+    stage.press()
+    stage.period((0.03, 0.0, -DEPTH))
+    assert "the tip jumped, faster than a hand moves" in last(stage).sentence
+
+
+def test_a_cut_by_the_server() -> None:
+    stage = Stage()
+    stage.server = lambda patch, force: replace(patch, own_force=scale(force, 0.4))
+    stage.press()
+    found = last(stage)
+    words = f"the server lets the body carry {0.4 * PRESSED:.2f} N of {PRESSED:.2f} N"
+    assert words in found.sentence
+
+
+def test_a_lag() -> None:
+    stage = Stage()
+    stage.server = lambda patch, force: replace(
+        honest(patch, force), room=replace(patch.room, lag=0.35)
+    )
+    stage.press()
+    assert "the object answers other hands with a lag of 0.35 s" in last(stage).sentence
+
+
+def test_every_row_of_a_recording_adds_up() -> None:
+    stage = Stage()
+    stage.press()
+    stage.go((0.0, 0.0, 0.004), 0.02)
+    columns = stage.columns()
+    size = np.sqrt(columns["fx"] ** 2 + columns["fy"] ** 2 + columns["fz"] ** 2)
+    assert sum(columns[name] for name in ENTRIES) == pytest.approx(size, abs=1e-9)
