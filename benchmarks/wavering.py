@@ -85,6 +85,9 @@ class Way:
             while chunk := await reader.read(65536):
                 self._line.push(chunk, CLOCK.now())
                 self._run()
+        while (due := self._line.next_due()) is not None and not self._writer.is_closing():
+            await asyncio.sleep(max(0.0, due - CLOCK.now()))
+            self._run()
         with suppress(ConnectionError):
             self._writer.close()
 
