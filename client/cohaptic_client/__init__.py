@@ -34,12 +34,16 @@ if TYPE_CHECKING:
     from cohaptic_client.devices.placing.options import placed_info as placed_info
     from cohaptic_client.devices.placing.placed import Placed as Placed
     from cohaptic_client.devices.simulated import SimulatedDevice as SimulatedDevice
+    from cohaptic_client.loop.added import Contact as Contact
+    from cohaptic_client.loop.added_rule import AddedRule as AddedRule
     from cohaptic_client.settings import ClientSettings as ClientSettings
 
 __all__ = [
     "PLACING_OPTIONS",
+    "AddedRule",
     "Client",
     "ClientSettings",
+    "Contact",
     "Device",
     "DeviceChoice",
     "DeviceConfig",
@@ -69,6 +73,8 @@ _HOMES = {
     "DeviceSample": "cohaptic_client.devices.device",
     "SimulatedDevice": "cohaptic_client.devices.simulated",
     "ClientSettings": "cohaptic_client.settings",
+    "Contact": "cohaptic_client.loop.added",
+    "AddedRule": "cohaptic_client.loop.added_rule",
 }
 
 if not TYPE_CHECKING:  # otherwise a type checker would accept any name

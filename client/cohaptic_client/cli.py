@@ -64,6 +64,10 @@ def touch(
     law: Annotated[Law, typer.Option(help="Control law of the local model.")] = DEFAULT_LAW,
     friction: Annotated[float, typer.Option(help="Coefficient of friction, 0 (none) to 2.")] = 0.0,
     max_force: Annotated[float, typer.Option(help="Largest force on the hand [N].")] = 10.0,
+    rule: Annotated[
+        list[str] | None,
+        typer.Option(help="A rule of another package in the loop; may be given again."),
+    ] = None,
     network: Network = "",
     delay_ms: DelayMs = None,
     jitter_ms: JitterMs = None,
@@ -276,6 +280,7 @@ def touch(
         thresholds=_thresholds(threshold_mm),
         smoothing=smoothing,
         friction=friction,
+        rules=tuple(rule or ()),
         passivity=passivity,
         models=models,
         geometry=_GEOMETRY[geometry],

@@ -258,6 +258,7 @@ def loop_config(
         law=law_settings(settings.thresholds, simulation_period, limits),
         smoothing=settings.smoothing,
         friction=settings.friction,
+        rules=settings.rules,
         follow=settings.fixed_gains is None,
         max_damping=settings.damping_limit,
         device=DeviceConfig(

@@ -16,6 +16,7 @@ from cohaptic_client.address import check_secrecy
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.kind import SIMULATED, DeviceChoice
 from cohaptic_client.devices.placing.options import clutch_is_switch
+from cohaptic_client.loop.added import check_rules
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
 
@@ -37,6 +38,8 @@ class ClientSettings:
         friction: Coefficient of friction mu of the contact; 0 for none.
         passivity: Whether the passivity layer is on.
         models: Whether the loop moves models of the other hands, which answer at once.
+        rules: Rules of other packages in the loop, by the names of their entry points in
+            `cohaptic.rules`, in the order in which they act.
         device: Device with its options, as `catalogue.read_device` reads them.
         loop_hz: Rate of the haptic loop [Hz]; its reciprocal is the haptic period T.
         max_force: Largest force on the hand [N].
@@ -68,6 +71,7 @@ class ClientSettings:
     friction: float = 0.0
     passivity: bool = True
     models: bool = True
+    rules: tuple[str, ...] = ()
     device: DeviceChoice = SIMULATED
     loop_hz: float = 1000.0
     max_force: float = 10.0
@@ -103,6 +107,7 @@ class ClientSettings:
             check_secrecy(self.url, insecure=self.insecure)
         # Period and device are needed only once a server answers, but mistakes are reported now.
         haptic_period(self.loop_hz)
+        check_rules(self.rules)
         device = device_info(self.device)
         if self.dead_man and clutch_is_switch(self.device, device):
             limit = "a button other than the switch that the hand holds; or give --no-dead-man"

@@ -178,7 +178,7 @@ class _Recorded:
         if record is not None:
             self._recorder = Recorder(
                 record.path, name=settings.name, loop_hz=settings.loop_hz,
-                overwrite=record.overwrite, tell=self._tell_from_thread,
+                overwrite=record.overwrite, tell=self._tell_from_thread, rules=settings.rules,
             )  # fmt: skip
 
     def keep(self, rows: bytes) -> None:

@@ -26,6 +26,7 @@ from cohaptic.errors import DeviceError, SettingError
 from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client import DeviceConfig
 from cohaptic_client.devices.catalogue import device_kind, names, open_device, read_device
+from cohaptic_client.loop.added import chain_with, check_rules
 from cohaptic_experiments import VirtualSession
 from cohaptic_server import Body, CohapticServer, ServerSettings, Serving
 from cohaptic_server.objects.catalogue import build_body
@@ -80,6 +81,19 @@ def test_the_drum_gives_way_as_a_membrane_does(tracker: ModuleType) -> None:
     for k in ring:
         r = math.dist(drum.mesh.vertices[k], (0, 0, 0))
         assert -u[k] == pytest.approx(math.log(0.15 / r) / (2.0 * math.pi * 100.0), rel=0.02)
+
+
+@pytest.mark.usefixtures("tracker")
+def test_a_law_a_limit_and_a_filter_come_into_the_loop_by_their_names() -> None:
+    names = ("hunt-crossley", "edge", "soften")
+    check_rules(names)
+    chain = [rule.name for rule in chain_with(names)]
+    law = chain.index("law")
+    assert chain[law : law + 2] == ["law", "hunt_crossley"]
+    friction = chain.index("friction")
+    assert chain[friction : friction + 3] == ["friction", "edge", "soften"]
+    with pytest.raises(SettingError, match="given once"):
+        check_rules(("edge", "edge"))
 
 
 def test_the_tracker_goes_where_a_datagram_says(tracker: ModuleType) -> None:

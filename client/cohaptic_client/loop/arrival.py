@@ -179,6 +179,7 @@ def _begin(
         coming=rest,
         move_begins=playing,
         move_ends=ends,
+        memories=state.memories,
     )
 
 

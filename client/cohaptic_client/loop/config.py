@@ -34,6 +34,7 @@ class LoopConfig:
         every_row: Whether the loop writes a row for every period; otherwise it writes one every
             0.05 s.
         fault: Fault of the previous loop that the user has not acknowledged; empty for none.
+        rules: Names of rules of other packages, in the order in which they act.
     """
 
     memory: str
@@ -50,6 +51,7 @@ class LoopConfig:
     rest_mesh: str | None = None
     every_row: bool = True
     fault: str = ""
+    rules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:
@@ -70,6 +72,7 @@ class LoopConfig:
                 "law": LawSettings(Thresholds(*raw["law"][0]), *raw["law"][1:]),
                 "device": DeviceConfig.from_dict(raw["device"]),
                 "limits": SafetyLimits(**raw["limits"]),
+                "rules": tuple(raw["rules"]),
             }
         )
 

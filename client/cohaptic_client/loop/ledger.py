@@ -1,7 +1,8 @@
 """The ledger of a period: what each rule did to the force on the hand, in the order of the rules.
 
 A force begins as that of the shown surface, and each rule adds to it or takes from it; the entries
-together are the force that the hand was given. A period holds all that the ledger is made from, so
+together, with those of rules of other packages (`Period.added`), are the force that the hand was
+given. A period holds all that the ledger is made from, so
 that it costs nothing where nobody asks.
 """
 
@@ -65,9 +66,9 @@ def ledger_of(period: Period, max_force: float) -> Ledger:
         free = max(0.0, sight.depth - answered.shift)
     normal_force, size = period.local.normal_force, period.damped_force
     friction = k_h * (pressed - depth)
-    if period.compliance is not None:
+    if period.compliance is not None or period.added_size != 0.0:
         whole = norm(period.asked)
-        friction += whole - size
+        friction += whole - period.added_size - size
         size = whole
     most = min(size, max_force)
     return Ledger(
@@ -75,7 +76,7 @@ def ledger_of(period: Period, max_force: float) -> Ledger:
         models=wanted * (shown - free),
         gain=(k_h - wanted) * shown,
         depth=k_h * (depth - shown),
-        law=normal_force - k_h * pressed,
+        law=period.law_normal - k_h * pressed,
         damping=period.damped_force - normal_force,
         friction=friction,
         limit=most - size,

@@ -8,6 +8,7 @@ result: it holds the force for the device, and all that memory and ledger are ma
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState, anchor_of
 from cohaptic.control.geometry import Sight
@@ -22,6 +23,8 @@ from cohaptic_client.loop.replica import NOT_MOVED, Answer, Recent, Replica
 from cohaptic_client.loop.safety import EXTERNAL_RATE, NO_TROUBLE, SafetyState, Trouble
 from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.trust import Trust
+
+_NONE_ADDED: Final = list[float]()  # one for all periods; a rule that adds makes its own
 
 
 class Period:
@@ -62,12 +65,19 @@ class Period:
             its rule [N].
 
         law_depth: Depth on which the law presses [m].
+        law_normal: Normal force of our law, where a law of another package may replace it [N].
         local: Force of the law, with its parts.
         damping: Damping of the passivity layer [N s/m].
         damped_force: Normal force with that damping [N].
         friction: State of the friction after this period.
         law_force: Force of law and friction, whose opposite the body gets [N].
-        asked: Force of law, friction and damping [N].
+        asked: Force of law, friction and damping, and of rules of other packages [N].
+        added: What each rule of another package added to its size [N].
+        added_size: Sum of that, but for a law [N].
+        added_stiffness: Most by which such rules change the force with the hand's place, beyond
+            the law [N/m].
+        added_damping: The same with the hand's speed [N s/m].
+        memories: Memories of such rules.
 
         safety: Memory of the safety layer after this period.
         force: Force on the hand, for the device [N].
@@ -81,6 +91,10 @@ class Period:
 
     # With slots Python reads and writes so many fields more quickly.
     __slots__ = (
+        "added",
+        "added_damping",
+        "added_size",
+        "added_stiffness",
         "answered",
         "asked",
         "budget",
@@ -102,7 +116,9 @@ class Period:
         "k_wanted",
         "law_depth",
         "law_force",
+        "law_normal",
         "local",
+        "memories",
         "most",
         "moved",
         "moved_in",
@@ -168,12 +184,18 @@ class Period:
         self.spent_models: float = 0.0
         self.spent_depth: float = 0.0
         self.law_depth: float = 0.0
+        self.law_normal: float = 0.0
         self.local: LocalForce = NO_FORCE
         self.damping: float = 0.0
         self.damped_force: float = 0.0
         self.friction: FrictionState = NO_FRICTION
         self.law_force: Vec3 = ZERO
         self.asked: Vec3 = ZERO
+        self.added: list[float] = _NONE_ADDED
+        self.added_size: float = 0.0
+        self.added_stiffness: float = 0.0
+        self.added_damping: float = 0.0
+        self.memories: tuple[object, ...] = state.memories
         self.force: Vec3 = ZERO
         self.given_ratio: float = 0.0
         self.passivity: Passivity = NOTHING_OWED

@@ -41,6 +41,7 @@ def row_of(
     """
     patch, local = state.patch, period.local
     ledger = ledger_of(period, period.settings.limits.max_force)
+    added = [*period.added, 0.0, 0.0, 0.0, 0.0]
     x, y, z = sample.position
     fx, fy, fz = period.force
     return (
@@ -56,6 +57,7 @@ def row_of(
         period.spent_fades, period.spent_turn, period.spent_models, period.spent_depth,
         EXTERNAL_RATE * period.counted, norm(period.on_body),
         norm(patch.own_force) if patch is not None else 0.0, reason_in(state, period),
+        added[0], added[1], added[2], added[3],
     )  # fmt: skip
 
 

@@ -132,6 +132,7 @@ class LoopState:
         trust: How far models are trusted, whichever they are.
         playout: Playing time of patches.
         coming: Patches whose time is still to come, oldest first.
+        memories: Memories of rules of other packages.
         move_begins, move_ends: Playing times at which the move to `patch` begins and ends [s].
     """
 
@@ -158,6 +159,7 @@ class LoopState:
     coming: Final[tuple[Coming, ...]]
     move_begins: Final[float]
     move_ends: Final[float]
+    memories: Final[tuple[object, ...]]
 
     def __init__(
         self,
@@ -184,6 +186,7 @@ class LoopState:
         coming: tuple[Coming, ...] = (),
         move_begins: float = 0.0,
         move_ends: float = 0.0,
+        memories: tuple[object, ...] = (),
     ) -> None:
         self.patch = patch
         self.arrived = arrived
@@ -208,6 +211,7 @@ class LoopState:
         self.coming = coming
         self.move_begins = move_begins
         self.move_ends = move_ends
+        self.memories = memories
 
     def silenced(self) -> LoopState:
         """Return this state with an infinitely old newest patch, so that the force fades."""

@@ -13,26 +13,32 @@ from cohaptic_client.loop.arrival import played
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import left_alone
+from cohaptic_client.loop.rule import Rule
 from cohaptic_client.loop.rules.given import SWITCH
 from cohaptic_client.loop.safety import Trouble, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
 
 def step(
-    state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings
+    state: LoopState,
+    sample: DeviceSample,
+    now: float,
+    settings: LoopSettings,
+    chain: tuple[Rule, ...] = CHAIN,
 ) -> tuple[LoopState, Period]:
     """Compute one haptic period, from a device's sample to the force that the device gets.
 
     Args:
         state: State after the last period.
         now: Time of this period [s].
+        chain: Rules, in their order.
 
     Returns:
         State after this period, and the period with its results.
     """
     period = Period(state, sample, now, settings)
     try:
-        for rule in CHAIN:
+        for rule in chain:
             rule.apply(period)
     except (ArithmeticError, ValueError) as error:
         trouble = period.trouble
@@ -69,6 +75,7 @@ def _memory(period: Period) -> LoopState:
         coming=state.coming,
         move_begins=state.move_begins,
         move_ends=state.move_ends,
+        memories=period.memories,
     )
 
 

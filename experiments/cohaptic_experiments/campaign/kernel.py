@@ -132,7 +132,7 @@ def haptics(
     force = [ZERO for _ in range(n)]
     felt = [ZERO for _ in range(n)]  # without the damping
     integral, ramp, depth_before = np.zeros(n), np.zeros(n), np.zeros(n)
-    sticks = [FrictionState(ZERO, ZERO, ZERO, False, 1.0, 0.0) for _ in range(n)]
+    sticks = [FrictionState(ZERO, ZERO, ZERO, False, 1.0, 0.0, False) for _ in range(n)]
     # The surface of the patch before, the newest, and when that came.
     x_from, x_to = np.zeros((n, 3)), np.zeros((n, 3))
     own_from, own_to = np.zeros((n, 3)), np.zeros((n, 3))

@@ -39,7 +39,7 @@ def why(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Say why a force was as it was: what each rule added or held back, in newtons.
+    """Say why a force was as it was, rule by rule.
 
     `cohaptic touch --record NAME.npz` keeps the ledger of each millisecond. The entries add up to
     the force that the hand was given; the budget is what others may change of it in that time.

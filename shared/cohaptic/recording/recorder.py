@@ -7,7 +7,7 @@ loop. What a slow disk cannot take is left out, and is a gap in the recording.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cohaptic.errors import OutputError, SettingError
@@ -21,7 +21,7 @@ from cohaptic.recording.journal import (
     rows_block,
 )
 from cohaptic.recording.part import Part, finish_command, part_gone
-from cohaptic.status.row import COLUMNS, ROW, last_row
+from cohaptic.status.row import ROW, columns_with, last_row
 from cohaptic.vec import ZERO, Vec3
 
 # Bytes of rows that may wait for the disk: a minute and a half at 1 kHz.
@@ -62,11 +62,12 @@ class Recorder:
         loop_hz: float,
         overwrite: bool,
         tell: Callable[[str], None],
+        rules: Sequence[str] = (),
     ) -> None:
         self._path, self._overwrite, self._tell = path, overwrite, tell
         self._part = Part.claim("--record", path)
         # An empty part is nobody's data: nothing is written before the first row.
-        self._header: bytes | None = header_block(Header(name, COLUMNS, loop_hz))
+        self._header: bytes | None = header_block(Header(name, columns_with(rules), loop_hz))
         self._waiting: list[RowBlock | Clocks] = []
         self._size = 0  # bytes of rows that wait or are being written
         self._unsynced = 0

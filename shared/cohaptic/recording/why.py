@@ -98,6 +98,17 @@ def check_ledger(path: Path, columns: Columns) -> None:
         raise SettingError("recording", path, limit)
 
 
+def entries_in(columns: Columns) -> dict[str, str]:
+    """Return the entries of a ledger with those of other packages, by column, in order."""
+    others = [name for name in columns if name.startswith("by_") and name not in ENTRIES]
+    found = dict[str, str]()
+    for name, words in ENTRIES.items():
+        if name == "by_limit":
+            found |= {other: "a rule of another package" for other in others}
+        found[name] = words
+    return found
+
+
 def why(columns: Columns, at: float) -> Why:
     """Return the ledger of the period at a time.
 
@@ -115,7 +126,8 @@ def why(columns: Columns, at: float) -> Why:
     row = {name: float(column[i]) for name, column in columns.items()}
     force = math.sqrt(row["fx"] ** 2 + row["fy"] ** 2 + row["fz"] ** 2)
     entries = tuple(
-        Entry(name.removeprefix("by_"), row[name], words) for name, words in ENTRIES.items()
+        Entry(name.removeprefix("by_"), row[name], words)
+        for name, words in entries_in(columns).items()
     )
     spent = {words: row[name] for name, words in SPENT.items()}
     reasons = _reasons(columns, row, i, force)
@@ -200,5 +212,5 @@ def stacked(columns: Columns, start: float, end: float) -> tuple[Floats, dict[st
     if not kept.any():
         raise SettingError("--from, --to", f"{start:g} to {end:g} s", "a span with rows in it")
     force = np.sqrt(columns["fx"] ** 2 + columns["fy"] ** 2 + columns["fz"] ** 2)[kept]
-    found = {name.removeprefix("by_"): columns[name][kept] for name in ENTRIES}
+    found = {name.removeprefix("by_"): columns[name][kept] for name in entries_in(columns)}
     return t[kept], {k: v for k, v in found.items() if np.abs(v).max() > _SEEN}, force

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import NamedTuple
 
 
@@ -39,6 +40,8 @@ class Row(NamedTuple):
         on_body: Size of the force whose opposite the body is to carry [N].
         carried: Size of the one that it carried at the tick of the newest patch [N].
         reason: Why the force is held back, as in `cohaptic.status.reason`.
+        by_rule_1 ... by_rule_4: What rules of other packages added [N]; a recording has their names
+            in place of the numbers.
     """
 
     t: float
@@ -82,10 +85,23 @@ class Row(NamedTuple):
     on_body: float = 0.0
     carried: float = 0.0
     reason: float = 0.0
+    by_rule_1: float = 0.0
+    by_rule_2: float = 0.0
+    by_rule_3: float = 0.0
+    by_rule_4: float = 0.0
 
 
 COLUMNS = Row._fields
 ROW = struct.Struct(f"<{len(COLUMNS)}d")  # a row in memory: 64-bit numbers in the order of `Row`
+
+
+MOST_RULES = 4  # of other packages, of which a row has what they did
+
+
+def columns_with(rules: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the columns with rules of other packages, by their names."""
+    numbered = {f"by_rule_{i}": f"by_{name}" for i, name in enumerate(rules, start=1)}
+    return tuple(numbered.get(name, name) for name in COLUMNS)
 
 
 def rows_in(block: bytes) -> list[Row]:

@@ -9,11 +9,14 @@ import numpy as np
 
 from cohaptic.protocol.patch import Patch
 from cohaptic.recording.why import Columns
-from cohaptic.status.row import COLUMNS
+from cohaptic.status.row import columns_with
 from cohaptic.vec import Vec3, scale, sub
 from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop.added import Added
 from cohaptic_client.loop.arrival import receive
+from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.rows import row_of
+from cohaptic_client.loop.rule import Rule
 from cohaptic_client.loop.safety import SafetyLimits
 from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
@@ -38,9 +41,14 @@ class Stage:
 
     Args:
         settings: Settings of the loop; those of a usual hand unless others are given.
+        chain: Rules of the loop.
     """
 
-    def __init__(self, settings: LoopSettings | None = None) -> None:
+    def __init__(
+        self, settings: LoopSettings | None = None, chain: tuple[Rule, ...] = CHAIN
+    ) -> None:
+        self.chain = chain
+        self.names = [rule.name for rule in chain if isinstance(rule, Added)]
         self.settings = settings or LoopSettings(TICK, SafetyLimits(), max_damping=8.0)
         self.state = LoopState()
         self.now = 10.0
@@ -63,9 +71,9 @@ class Stage:
             self.state = receive(self.state, self._patch, self.now, self.settings)
         self._periods += 1
         sample = DeviceSample(tip, velocity)
-        self.state, output = step(self.state, sample, self.now, self.settings)
-        self.on_body = output.on_body
-        self._rows.append(row_of(self.state, sample, output, self.now, 0.0))
+        self.state, self.last = step(self.state, sample, self.now, self.settings, self.chain)
+        self.on_body = self.last.on_body
+        self._rows.append(row_of(self.state, sample, self.last, self.now, 0.0))
 
     def rest(self, seconds: float) -> None:
         """Hold the tip where it is."""
@@ -87,7 +95,7 @@ class Stage:
     def columns(self) -> Columns:
         """What a recording would hold."""
         rows = np.array(self._rows)
-        return dict(zip(COLUMNS, rows.T, strict=True))
+        return dict(zip(columns_with(self.names), rows.T, strict=True))
 
     @property
     def length(self) -> float:

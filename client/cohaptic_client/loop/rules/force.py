@@ -36,7 +36,7 @@ class LawForce(Rule):
         period.fade, period.local = fade, local
         period.damped_force = local.normal_force
         period.asked = period.law_force = scale(period.normal, local.normal_force)
-        period.law_depth = surface.depth
+        period.law_depth, period.law_normal = surface.depth, local.normal_force
 
 
 class Damping(Rule):

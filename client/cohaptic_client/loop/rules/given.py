@@ -27,15 +27,20 @@ class Limits(Rule):
     def apply(self, period: Period) -> None:
         """Fill in `safety`, `force` and `given_ratio`."""
         state, sample = period.state, period.sample
+        # Without a surface, as after a law has failed, nobody is engaged: the fault stays told.
         safety = period.safety = guard(
             state.safety, period.asked, now=period.now, velocity=sample.velocity,
-            silent=period.silent, limits=period.settings.limits, trouble=period.trouble,
+            silent=period.silent or period.sight is None, limits=period.settings.limits,
+            trouble=period.trouble,
             held=sample.buttons & SWITCH != 0,
             own=own_force(period) + state.k_h * abs(period.explained),
-            damping=max(period.damping, state.passivity.damping),
+            damping=max(period.damping, state.passivity.damping)
+            + min(period.added_damping, period.settings.max_damping),
         )  # fmt: skip
         period.force = safety.force
-        size = period.damped_force if period.compliance is None else norm(period.asked)
+        size = period.damped_force
+        if period.compliance is not None or period.added_size != 0.0:
+            size = norm(period.asked)
         period.given_ratio = norm(safety.force) / size if size > 0.0 else safety.scale
 
 
@@ -56,6 +61,7 @@ def own_force(period: Period) -> float:
     if period.fade is not None:
         along = min(period.friction.stiffness, settings.max_stiffness)
         stiffness = max(stiffness, stiffest(period.fade), along)
+    stiffness += min(period.added_stiffness, settings.max_stiffness)
     own = math.hypot(1.0, settings.friction) * stiffness * way
     law_force = period.local.normal_force
     if period.damping > 0.0 and law_force > 0.0:

@@ -25,6 +25,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import Device, DeviceSample
+from cohaptic_client.loop.added import chain_with
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig, limits_on
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slots
@@ -152,6 +153,7 @@ class HapticLoop:
         self._state = LoopState()
         if config.fault:
             self._state = self._state.taken_away(config.fault, self._limits)
+        self._chain = chain_with(config.rules)
         self._intake = Intake(memory.patch, self._settings.surface)
         self.statistics = Statistics()
         if config.every_row:
@@ -206,7 +208,7 @@ class HapticLoop:
             watchdog.since = now
         sample = self._device.read(now)
         self._heard_device = sample.fresh
-        self._state, period = step(self._state, sample, now, self._settings)
+        self._state, period = step(self._state, sample, now, self._settings, self._chain)
         if self._engaged is not None and self._state.safety.mode is _ENGAGED:
             self._engaged(now)
             self._engaged = None

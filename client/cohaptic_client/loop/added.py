@@ -1,0 +1,215 @@
+"""Runs rules of other packages in the chain (`added_rule.py` is what they are).
+
+A law computes the normal force in place of ours, and any other rule changes the force after
+friction. What a rule raises takes the force away, as a fault of the law does; a force that is none
+does, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+from cohaptic.control.law import LocalForce
+from cohaptic.errors import SettingError
+from cohaptic.extensions import ExtensionError, adder, load
+from cohaptic.extensions import added as names_of
+from cohaptic.status.row import COLUMNS, MOST_RULES
+from cohaptic.vec import Vec3, dot, norm, scale
+from cohaptic_client.loop.added_rule import AddedRule
+from cohaptic_client.loop.chain import CHAIN
+from cohaptic_client.loop.period import Period
+from cohaptic_client.loop.rule import Rule
+
+GROUP: Final = "cohaptic.rules"
+
+
+class Contact:
+    """What a rule of another package sees of a period, and may change of it.
+
+    Attributes:
+        force: Force on the hand so far, out of the object [N]; a rule sets another.
+        added_stiffness: Most by which the rule changes the force with the hand's place, beyond the
+            law's gain [N/m]. What no stiffness explains moves the force as slowly as others may.
+        added_damping: The same with the hand's speed [N s/m].
+    """
+
+    force: Vec3
+    added_stiffness: float
+    added_damping: float
+
+    def __init__(self, period: Period) -> None:
+        self._period = period
+        self.force = period.asked
+        self.added_stiffness = 0.0
+        self.added_damping = 0.0
+
+    @property
+    def depth(self) -> float:
+        """Depth of the tip below the hand's free surface, 0 above it [m]."""
+        return max(0.0, self._period.depth)
+
+    @property
+    def k_o(self) -> float:
+        """Stiffness of the object there, or that of the device if it is less [N/m]."""
+        fade = self._period.fade
+        return 0.0 if fade is None else fade.now.gains.k_h
+
+    @property
+    def normal(self) -> Vec3:
+        """Direction of the normal force, a unit vector out of the object."""
+        return self._period.normal
+
+    @property
+    def tip(self) -> Vec3:
+        """Position of the tip [m]."""
+        return self._period.sample.position
+
+    @property
+    def velocity(self) -> Vec3:
+        """Velocity of the tip [m/s]."""
+        return self._period.sample.velocity
+
+    @property
+    def speed_in(self) -> float:
+        """Speed of the tip into the surface [m/s]."""
+        return -dot(self._period.normal, self._period.sample.velocity)
+
+    @property
+    def dt(self) -> float:
+        """Time since the last period, at most two haptic periods [s]."""
+        return self._period.counted
+
+    def press(self, normal_force: float) -> None:
+        """Press with a normal force, as a law does [N]; a surface never pulls."""
+        self.force = scale(self._period.normal, max(0.0, normal_force))
+
+
+class Added(Rule):
+    """Runs a rule of another package.
+
+    Fields:
+        rule: The rule.
+        slot: Place of its memory and of its entry in the ledger.
+    """
+
+    rule: Final[Any]
+    slot: Final[int]
+
+    def __init__(self, rule: Any, slot: int) -> None:
+        super().__init__(rule.name, rule.reason)
+        self.rule = rule
+        self.slot = slot
+
+    def apply(self, period: Period) -> None:
+        """Replace `asked`, and what follows from it.
+
+        Raises:
+            ValueError: The rule fails.
+        """
+        if period.sight is None:
+            return
+        before, contact = norm(period.asked), Contact(period)
+        memories = list(period.memories)
+        while len(memories) <= self.slot:
+            memories.append(None)
+        memory = memories[self.slot]
+        try:
+            memory = self.rule.apply(self.rule.begin() if memory is None else memory, contact)
+            x, y, z = (float(value) for value in contact.force)
+            stiffness, damping = float(contact.added_stiffness), float(contact.added_damping)
+            if not math.isfinite(x + y + z + stiffness + damping):
+                raise ValueError(f"{contact.force} N is no force")
+        except Exception as error:  # foreign code may raise anything
+            problem = f"{type(error).__name__}: {error}"
+            raise ValueError(f"the rule {self.name} raised {problem}") from error
+        memories[self.slot] = memory
+        period.memories = tuple(memories)
+        period.added_stiffness += max(0.0, stiffness)
+        period.added_damping += max(0.0, damping)
+        self._replace(period, (x, y, z), before)
+
+    def _replace(self, period: Period, force: Vec3, before: float) -> None:
+        """Let a force take the place of the one that was asked for.
+
+        Args:
+            before: Size of that one [N].
+        """
+        if self.rule.is_law:
+            normal_force = max(0.0, dot(force, period.normal))
+            force = scale(period.normal, normal_force)
+            local = period.local
+            # What it stores is not known: the passivity layer reckons with the law's spring.
+            period.local = LocalForce(
+                normal_force, local.felt_from_others, local.indentation, local.stored
+            )
+            period.law_force, size = force, normal_force
+            period.damped_force = normal_force
+        else:
+            size = norm(force)
+            period.added_size += size - before
+            # What the hand does not feel, nobody else should.
+            if before > 0.0:
+                period.law_force = scale(period.law_force, min(1.0, size / before))
+        period.asked = force
+        while len(period.added) <= self.slot:
+            period.added = [*period.added, 0.0]
+        period.added[self.slot] = size - before
+
+
+def check_rules(names: tuple[str, ...]) -> None:
+    """Check that rules are installed, and may be in one loop.
+
+    Raises:
+        SettingError: There is no such rule, or there are too many.
+        ExtensionError: A rule cannot be loaded.
+    """
+    if len(names) > MOST_RULES:
+        raise SettingError("rule", ", ".join(names), f"one of at most {MOST_RULES}")
+    if len(set(names)) < len(names):
+        raise SettingError("rule", ", ".join(names), "given once")
+    for name in names:
+        if name not in names_of(GROUP):
+            known = ", ".join(names_of(GROUP)) or "there is none; a package brings them"
+            raise SettingError("rule", name, f"one that is installed: {known}")
+        rule = load_rule(name)
+        if not rule.name.isidentifier() or f"by_{rule.name}" in COLUMNS:
+            problem = f"its name is {rule.name!r}, and must be letters, and none of our own"
+            raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
+    if sum(bool(load_rule(name).is_law) for name in names) > 1:
+        raise SettingError("rule", ", ".join(names), "with one law among them at most")
+
+
+def load_rule(name: str) -> Any:
+    """Return the rule of an entry point.
+
+    Raises:
+        ExtensionError: It cannot be loaded, or is no `AddedRule`.
+    """
+    return load(GROUP, name, AddedRule)  # type: ignore[type-abstract]
+
+
+def chain_with(names: tuple[str, ...]) -> tuple[Rule, ...]:
+    """Return the chain with rules of other packages.
+
+    Args:
+        names: Names of their entry points, in the order in which they act.
+
+    Raises:
+        ExtensionError: A rule cannot be loaded.
+    """
+    return with_rules([load_rule(name) for name in names])
+
+
+def with_rules(rules: Sequence[AddedRule]) -> tuple[Rule, ...]:
+    """Return the chain with rules, in the order in which they act."""
+    runners = [Added(rule, slot) for slot, rule in enumerate(rules)]
+    chain = list[Rule]()
+    for rule in CHAIN:
+        chain.append(rule)
+        if rule.name == "law":
+            chain += [runner for runner in runners if runner.rule.is_law]
+        if rule.name == "friction":
+            chain += [runner for runner in runners if not runner.rule.is_law]
+    return tuple(chain)

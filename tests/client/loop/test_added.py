@@ -1,0 +1,194 @@
+"""Rules of other packages in the chain: what they may do, and what nobody may."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import settings as tried
+from hypothesis import strategies as st
+
+from cohaptic.errors import SettingError
+from cohaptic.recording.why import entries_in, why
+from cohaptic.vec import ZERO, Vec3, norm, scale, sub
+from cohaptic_client.loop.added import Contact, check_rules, with_rules
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, SafetyLimits
+from cohaptic_client.loop.state import LoopSettings
+from tests.client.loop.loop_cases import PERIOD, TICK
+from tests.client.loop.staged import DEPTH, Stage
+from tests.client.plane import STIFFNESS
+from tests.examples_of_laws import examples
+
+PRESSED = STIFFNESS * DEPTH  # N
+EXAMPLES = Path(__file__).parents[3] / "examples/plugin/cohaptic_example"
+
+
+@dataclass
+class Own:
+    """A rule that does what a function says."""
+
+    act: Callable[[Contact], None]
+    is_law: bool = False
+    name: str = "own"
+    reason: str = "as a test wants it"
+
+    def begin(self) -> int:
+        return 0
+
+    def apply(self, memory: int, contact: Contact) -> int:
+        self.act(contact)
+        return memory + 1
+
+
+def example(name: str) -> Any:
+    """The rule in a file of the example's package."""
+    space: dict[str, Any] = {"__name__": name}
+    exec(compile((EXAMPLES / f"{name}.py").read_text(encoding="utf-8"), name, "exec"), space)
+    return space["RULE"]
+
+
+def weighed(contact: Contact) -> None:
+    contact.force = scale(contact.force, 0.5)
+
+
+def staged(*rules: Any) -> Stage:
+    settings = LoopSettings(TICK, SafetyLimits())  # the passivity layer would hide what rules do
+    return Stage(settings, with_rules(rules))
+
+
+def given_and_told(stage: Stage) -> dict[str, float]:
+    """The entries of the last period by name, which add up to the force."""
+    found = why(stage.columns(), stage.length)
+    assert sum(entry.newtons for entry in found.entries) == pytest.approx(found.force, abs=1e-9)
+    return {entry.name: entry.newtons for entry in found.entries}
+
+
+def test_a_rule_is_in_the_ledger_and_the_body_gets_what_the_hand_gets() -> None:
+    stage = staged(Own(weighed))
+    stage.press()
+    assert given_and_told(stage)["own"] == pytest.approx(-0.5 * PRESSED)
+    assert norm(stage.last.force) == pytest.approx(0.5 * PRESSED)
+    assert norm(stage.on_body) == pytest.approx(0.5 * PRESSED)
+    assert stage.state.memories == (len(stage.columns()["t"]),)
+
+
+def test_four_rules_act_one_after_the_other() -> None:
+    stage = staged(*(Own(weighed, name=f"own_{i}") for i in range(4)))
+    stage.press()
+    told = given_and_told(stage)
+    assert [told[f"own_{i}"] for i in range(4)] == pytest.approx(
+        [-0.5 * PRESSED, -0.25 * PRESSED, -0.125 * PRESSED, -0.0625 * PRESSED]
+    )
+    assert list(entries_in(stage.columns())).index("by_own_3") < list(
+        entries_in(stage.columns())
+    ).index("by_limit")
+
+
+def test_a_law_takes_the_place_of_ours() -> None:
+    stage = staged(Own(lambda contact: contact.press(0.3 * contact.k_o * contact.depth), True))
+    stage.press()
+    assert norm(stage.last.force) == pytest.approx(0.3 * PRESSED)
+    assert given_and_told(stage)["own"] == pytest.approx(-0.7 * PRESSED)
+
+
+def raises(contact: Contact) -> None:
+    raise RuntimeError("no licence")
+
+
+def no_number(contact: Contact) -> None:
+    contact.force = (math.nan, 0.0, 0.0)
+
+
+def too_large(contact: Contact) -> None:
+    contact.force = (1e300, 0.0, 1e300)
+
+
+def of_two(contact: Contact) -> None:
+    contact.force = (1.0, 2.0)  # type: ignore[assignment]
+
+
+@pytest.mark.parametrize("act", [raises, no_number, too_large, of_two])
+@pytest.mark.parametrize("is_law", [False, True])
+def test_a_rule_that_fails_lets_the_hand_go(act: Callable[[Contact], None], is_law: bool) -> None:
+    stage = Stage()
+    stage.press()
+    assert norm(stage.last.force) > 1.0
+    stage.chain = with_rules([Own(act, is_law)])
+    stage.rest(0.1)
+    assert stage.last.force == ZERO
+    assert stage.state.safety.fault.startswith("the law failed: ")
+    if act is raises:
+        assert "the rule own raised RuntimeError: no licence" in stage.state.safety.fault
+
+
+@given(st.lists(st.tuples(st.floats(-40.0, 40.0), st.floats(0.0, 1e9)), min_size=1, max_size=30))
+@tried(max_examples=examples(60), deadline=None)
+def test_no_rule_moves_a_hand_at_rest_faster_than_others_may(
+    wanted: list[tuple[float, float]],
+) -> None:
+    """Whatever it asks for, and whatever it says to explain it with."""
+    stage = staged()
+    stage.press()
+    asked = iter(wanted * 2)
+
+    def act(contact: Contact) -> None:
+        newtons, explained = next(asked)
+        contact.force = (newtons, 0.5 * newtons, 0.0)
+        contact.added_stiffness = contact.added_damping = explained
+
+    stage.chain = with_rules([Own(act)])
+    for _ in wanted:
+        before = stage.last.force
+        stage.period(stage.tip)
+        change = norm(sub(stage.last.force, before))
+        assert change <= BACKSTOP * EXTERNAL_RATE * PERIOD + 1e-9
+        assert norm(stage.last.force) <= 10.0 + 1e-9
+        assert norm(stage.on_body) <= 10.0 + 1e-9
+
+
+def test_the_law_of_the_example_damps_and_is_the_spring_at_rest() -> None:
+    stage = staged(example("hunt_crossley"))
+    stage.press()
+    assert norm(stage.last.force) == pytest.approx(PRESSED)
+    stage.go((0.0, 0.0, -DEPTH - 0.005), 0.05)  # at 0.1 m/s
+    assert norm(stage.last.force) == pytest.approx(1.15 * STIFFNESS * 0.013, rel=0.02)
+    stage.go((0.0, 0.0, -DEPTH), 0.05)
+    assert norm(stage.last.force) == pytest.approx(0.85 * PRESSED, rel=0.05)
+
+
+def test_the_limit_of_the_example_falls_at_the_edge() -> None:
+    stage = staged(example("edge"))
+    stage.press()
+    assert norm(stage.last.force) == pytest.approx(PRESSED)
+    for x in (0.105, 0.115, 0.125):
+        share = max(0.0, (0.12 - math.hypot(x, DEPTH)) / 0.02)
+        stage.go((x, 0.0, -DEPTH), 0.5)
+        stage.rest(0.2)
+        assert norm(stage.last.force) == pytest.approx(share * PRESSED, abs=1e-3)
+    assert given_and_told(stage)["edge"] == pytest.approx(-PRESSED)
+
+
+def test_the_filter_of_the_example_passes_what_is_slow() -> None:
+    stage = staged(example("soften"))
+    stage.press()
+    assert norm(stage.last.force) == pytest.approx(PRESSED, rel=1e-6)
+    sizes = list[float]()
+    for i in range(500):  # trembles by 0.4 mm at 20 Hz
+        tip: Vec3 = (0.0, 0.0, -DEPTH - 4e-4 * math.sin(2.0 * math.pi * 20.0 * i * PERIOD))
+        stage.period(tip)
+        sizes.append(norm(stage.last.force))
+    swing = max(sizes[250:]) - min(sizes[250:])
+    assert swing == pytest.approx(2.0 * STIFFNESS * 4e-4 / math.hypot(1.0, 2.0 * math.pi * 0.4),
+                                  rel=0.05)  # fmt: skip
+
+
+def test_a_rule_that_nobody_has_is_refused() -> None:
+    with pytest.raises(SettingError, match="rule is nobody; it must be one that is installed"):
+        check_rules(("nobody",))
+    with pytest.raises(SettingError, match="one of at most 4"):
+        check_rules(("a", "b", "c", "d", "e"))
