@@ -19,7 +19,7 @@ JOBS   ?= auto
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test test-all test-newest lock night check static format lint types web page fresh-page protocol compiled docs bench soak containers results clean
+.PHONY: help demo test test-all test-newest lock night check static format lint types web page fresh-page protocol life compiled docs bench soak containers results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
@@ -121,6 +121,9 @@ fresh-page: $(VENV)/.dev
 
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
+
+life: $(VENV)/.installed  ## write the table of the loop's chain into docs/life-of-a-force.md
+	@$(BIN)/python tools/life_of_a_force.py
 
 protocol: $(VENV)/.installed  ## write what is made from the table of frames: the page's layout.ts, tables of docs/protocol.md
 	@$(BIN)/python tools/generate_protocol.py

@@ -19,7 +19,7 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "reach",
         "a tip that is nowhere, or jumps faster than a hand, is a broken sensor: the hand is "
         "let go",
-        "SafetyLimits.max_speed",
+        "SafetyLimits.max_speed m/s",
     ),
     Shown(
         "surface",
@@ -31,18 +31,18 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "models",
         "models of the others' hands answer at once, since late answers make energy; what the "
         "others want is held back",
-        "WISH_RATE",
+        "WISH_RATE N/s",
     ),
     Gain(
         "gain",
         "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff "
         "must not be kicked",
-        "GAIN_RATE",
+        "GAIN_RATE 1/s",
     ),
     Fades(
         "fades",
         "a fade of the force or of the law is a change, too, and has its part of the budget",
-        "SAFETY_FADE_RATE",
+        "SAFETY_FADE_RATE N/s",
     ),
     Material(
         "material",
@@ -51,19 +51,19 @@ CHAIN: Final[tuple[Rule, ...]] = (
     Turn(
         "turn",
         "a surface that turns may turn the force with half of the budget: a turn is a change",
-        "EXTERNAL_RATE",
+        "EXTERNAL_RATE N/s",
     ),
     Depth(
         "depth",
         "the surface moves the force with what is left of the budget: 0.02 N in a millisecond is "
         "no jolt",
-        "EXTERNAL_RATE",
+        "EXTERNAL_RATE N/s",
     ),
     LawForce("law", "the law turns depth into force"),
     Damping(
         "damping",
         "energy that the network has made is taken out, no more than the device renders",
-        "MAX_DAMPING",
+        "MAX_DAMPING N s/m",
     ),
     Friction("friction", "friction is at most mu times the normal force"),
     Finite("finite", "a force that no spring can give is an error, and the hand is let go"),
@@ -71,13 +71,13 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "limits",
         "the force is at most the hand's limit, fades where it must, and changes no faster than "
         "a hand that taps makes it",
-        "SafetyLimits.max_force",
+        "SafetyLimits.max_force N",
     ),
     Account("account", "the energy that the network makes is counted, to be damped out"),
     ToBody("body", "the body gets the law's force in the share that the hand was given"),
     Trusted(
         "trust",
         "the energy that models return is counted: a liar could drive a hand by them",
-        "MOST_MADE",
+        "MOST_MADE J",
     ),
 )

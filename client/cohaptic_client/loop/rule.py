@@ -12,7 +12,7 @@ class Rule:
 
     Fields:
         name: Name of the rule, as ledger and documents have it.
-        constant: Name of the constant with which it works; empty for none.
+        constant: Name of the constant with which it works, and its unit; empty for none.
         reason: What it does and why, in a sentence.
     """
 
