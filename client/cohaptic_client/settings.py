@@ -107,7 +107,7 @@ class ClientSettings:
             check_secrecy(self.url, insecure=self.insecure)
         # Period and device are needed only once a server answers, but mistakes are reported now.
         haptic_period(self.loop_hz)
-        check_rules(self.rules)
+        check_rules(self.rules, self.law)
         device = device_info(self.device)
         if self.dead_man and clutch_is_switch(self.device, device):
             limit = "a button other than the switch that the hand holds; or give --no-dead-man"

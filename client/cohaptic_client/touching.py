@@ -30,6 +30,7 @@ from cohaptic.status.row import last_row
 from cohaptic.status.table import EVERY, Summary, status_line
 from cohaptic.vec import ZERO
 from cohaptic_client.client import Client
+from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.settings import ClientSettings
 
 AGAIN = 0.5  # s between checks whether this process is in the foreground again
@@ -178,7 +179,8 @@ class _Recorded:
         if record is not None:
             self._recorder = Recorder(
                 record.path, name=settings.name, loop_hz=settings.loop_hz,
-                overwrite=record.overwrite, tell=self._tell_from_thread, rules=settings.rules,
+                overwrite=record.overwrite, tell=self._tell_from_thread,
+                rules=reasons_of(settings.rules),
             )  # fmt: skip
 
     def keep(self, rows: bytes) -> None:

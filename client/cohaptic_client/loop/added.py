@@ -8,10 +8,11 @@ does, too.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any, Final
 
-from cohaptic.control.law import LocalForce
+from cohaptic.control.law import DEFAULT_LAW, Law, LocalForce
 from cohaptic.errors import SettingError
 from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic.extensions import added as names_of
@@ -20,7 +21,7 @@ from cohaptic.vec import Vec3, dot, norm, scale
 from cohaptic_client.loop.added_rule import AddedRule
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.period import Period
-from cohaptic_client.loop.rule import Rule
+from cohaptic_client.loop.rule import Rule, RuleError
 
 GROUP: Final = "cohaptic.rules"
 
@@ -29,9 +30,11 @@ class Contact:
     """What a rule of another package sees of a period, and may change of it.
 
     Attributes:
-        force: Force on the hand so far, out of the object [N]; a rule sets another.
-        added_stiffness: Most by which the rule changes the force with the hand's place, beyond the
-            law's gain [N/m]. What no stiffness explains moves the force as slowly as others may.
+        force: Force on the hand so far, three numbers in the world frame, along `normal` where it
+            pushes the hand out [N]; a rule sets another.
+        added_stiffness: Most by which this rule changes the force with the hand's place, beyond the
+            law's gain, 0 at the beginning of each period [N/m]. What no stiffness explains moves
+            the force as slowly as others may.
         added_damping: The same with the hand's speed [N s/m].
     """
 
@@ -52,7 +55,17 @@ class Contact:
 
     @property
     def k_o(self) -> float:
-        """Stiffness of the object there, or that of the device if it is less [N/m]."""
+        """Stiffness of the object there [N/m]."""
+        sight = self._period.sight
+        return 0.0 if sight is None else 1.0 / sight.c_ii
+
+    @property
+    def k_h(self) -> float:
+        """Gain in use, on which a law should rest [N/m].
+
+        Under the predictive law it follows `k_o` slowly enough for a hand, and is no larger than
+        the device renders.
+        """
         fade = self._period.fade
         return 0.0 if fade is None else fade.now.gains.k_h
 
@@ -63,7 +76,7 @@ class Contact:
 
     @property
     def tip(self) -> Vec3:
-        """Position of the tip [m]."""
+        """Position of the tip in the world frame, z up [m]."""
         return self._period.sample.position
 
     @property
@@ -106,7 +119,7 @@ class Added(Rule):
         """Replace `asked`, and what follows from it.
 
         Raises:
-            ValueError: The rule fails.
+            RuleError: The rule fails.
         """
         if period.sight is None:
             return
@@ -119,15 +132,20 @@ class Added(Rule):
             memory = self.rule.apply(self.rule.begin() if memory is None else memory, contact)
             x, y, z = (float(value) for value in contact.force)
             stiffness, damping = float(contact.added_stiffness), float(contact.added_damping)
-            if not math.isfinite(x + y + z + stiffness + damping):
-                raise ValueError(f"{contact.force} N is no force")
-        except Exception as error:  # foreign code may raise anything
+        except (Exception, SystemExit) as error:  # foreign code may raise anything
             problem = f"{type(error).__name__}: {error}"
-            raise ValueError(f"the rule {self.name} raised {problem}") from error
+            raise RuleError(f"the rule {self.name} raised {problem}") from error
+        if memory is None:
+            raise RuleError(f"the rule {self.name} returned no memory: apply and begin return one")
+        if not math.isfinite(x + y + z):
+            raise RuleError(f"the rule {self.name} asked for {contact.force} N")
+        if not (0.0 <= stiffness < math.inf and 0.0 <= damping < math.inf):
+            problem = f"an added stiffness of {stiffness} N/m and damping of {damping} N s/m"
+            raise RuleError(f"the rule {self.name} said {problem}; they are 0 or more")
         memories[self.slot] = memory
         period.memories = tuple(memories)
-        period.added_stiffness += max(0.0, stiffness)
-        period.added_damping += max(0.0, damping)
+        period.added_stiffness += stiffness
+        period.added_damping += damping
         self._replace(period, (x, y, z), before)
 
     def _replace(self, period: Period, force: Vec3, before: float) -> None:
@@ -158,27 +176,50 @@ class Added(Rule):
         period.added[self.slot] = size - before
 
 
-def check_rules(names: tuple[str, ...]) -> None:
+def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
     """Check that rules are installed, and may be in one loop.
 
+    Args:
+        names: Names of their entry points.
+        law: Law of the wire.
+
     Raises:
-        SettingError: There is no such rule, or there are too many.
-        ExtensionError: A rule cannot be loaded.
+        SettingError: There is no such rule, or they do not go together.
+        ExtensionError: A rule cannot be loaded, or its name names no column of a recording.
     """
     if len(names) > MOST_RULES:
-        raise SettingError("rule", ", ".join(names), f"one of at most {MOST_RULES}")
-    if len(set(names)) < len(names):
-        raise SettingError("rule", ", ".join(names), "given once")
+        raise SettingError(
+            "--rule", f"given {len(names)} times", f"given {MOST_RULES} times at most"
+        )
     for name in names:
         if name not in names_of(GROUP):
             known = ", ".join(names_of(GROUP)) or "there is none; a package brings them"
-            raise SettingError("rule", name, f"one that is installed: {known}")
-        rule = load_rule(name)
-        if not rule.name.isidentifier() or f"by_{rule.name}" in COLUMNS:
-            problem = f"its name is {rule.name!r}, and must be letters, and none of our own"
+            raise SettingError("--rule", repr(name), f"one that is installed: {known}")
+        own = str(load_rule(name).name)
+        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own) or f"by_{own}" in COLUMNS:
+            ours = ", ".join(column[3:] for column in COLUMNS if column.startswith("by_"))
+            problem = (
+                f"its name is {own!r}, and must be small letters, digits and _, at most 31, and "
+                f"none of {ours}"
+            )
             raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
-    if sum(bool(load_rule(name).is_law) for name in names) > 1:
-        raise SettingError("rule", ", ".join(names), "with one law among them at most")
+    own_names = [rule.name for rule in map(load_rule, names)]
+    if len(set(own_names)) < len(names):
+        raise SettingError("--rule", ", ".join(names), "rules of different names, each given once")
+    laws = sum(bool(load_rule(name).is_law) for name in names)
+    if laws > 1:
+        raise SettingError("--rule", ", ".join(names), "with one law among them at most")
+    if laws and law is not Law.PREDICTIVE:
+        raise SettingError("--law", law.value, "predictive, whose place a law of a package takes")
+
+
+def reasons_of(names: tuple[str, ...]) -> dict[str, str]:
+    """Return the names and reasons of rules, for a recording.
+
+    Args:
+        names: Names of their entry points.
+    """
+    return {rule.name: str(rule.reason) for rule in map(load_rule, names)}
 
 
 def load_rule(name: str) -> Any:
@@ -187,7 +228,11 @@ def load_rule(name: str) -> Any:
     Raises:
         ExtensionError: It cannot be loaded, or is no `AddedRule`.
     """
-    return load(GROUP, name, AddedRule)  # type: ignore[type-abstract]
+    rule = load(GROUP, name, AddedRule)  # type: ignore[type-abstract]
+    if isinstance(rule, type):
+        problem = f"it is the class {rule.__name__}, and must be an instance: {rule.__name__}()"
+        raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
+    return rule
 
 
 def chain_with(names: tuple[str, ...]) -> tuple[Rule, ...]:

@@ -17,7 +17,7 @@ class AddedRule(Protocol):
     """A rule of another package.
 
     Attributes:
-        name: Its name in `cohaptic why`: letters, digits and underscores.
+        name: Its name in recordings and `cohaptic why`: small letters, digits and underscores.
         reason: What it does and why, in a sentence.
         is_law: Whether it computes the normal force, in place of the predictive law; any other
             rule changes the force after friction, as a filter or a limit does.
@@ -36,7 +36,8 @@ class AddedRule(Protocol):
 
         Args:
             memory: What the last period returned.
-            contact: The contact in this period; only what is below a surface comes here.
+            contact: The contact in this period; a rule is called while a surface is shown, also
+                while the tip is above it, and gives no force there.
 
         Returns:
             The memory for the next period.

@@ -1,7 +1,8 @@
 """All that happens to a force in one period of the haptic loop, in order.
 
 Each rule has its name, what it does and why, and the constant with which it works. What a rule did
-in a period is in the period's ledger.
+in a period is in the period's ledger. Rules of other packages (`added.py`) come behind `law`, if
+they are laws, and else behind `friction`.
 """
 
 from __future__ import annotations
@@ -69,8 +70,8 @@ CHAIN: Final[tuple[Rule, ...]] = (
     Finite("finite", "a force that no spring can give is an error, and the hand is let go"),
     Limits(
         "limits",
-        "the force is at most the hand's limit, fades where it must, and changes no faster than "
-        "a hand that taps makes it",
+        "the force is at most the hand's limit, fades where it must, changes no faster than a hand "
+        "that taps makes it, and is taken away where the loop stood still or another fault is",
         "SafetyLimits.max_force N",
     ),
     Account("account", "the energy that the network makes is counted, to be damped out"),

@@ -7,6 +7,10 @@ from typing import Final
 from cohaptic_client.loop.period import Period
 
 
+class RuleError(ValueError):
+    """A rule of another package failed; the text names it."""
+
+
 class Rule:
     """One rule of the chain.
 

@@ -6,14 +6,14 @@ position that is not a number are faults: the force is released, and the loop ru
 
 from __future__ import annotations
 
-from cohaptic.status.reason import LAW_FAILED
+from cohaptic.status.reason import LAW_FAILED, RULE_FAILED
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import played
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import left_alone
-from cohaptic_client.loop.rule import Rule
+from cohaptic_client.loop.rule import Rule, RuleError
 from cohaptic_client.loop.rules.given import SWITCH
 from cohaptic_client.loop.safety import Trouble, guard
 from cohaptic_client.loop.state import LoopSettings, LoopState
@@ -44,6 +44,8 @@ def step(
         trouble = period.trouble
         if not trouble.cause:
             trouble = Trouble(LAW_FAILED, f"the law failed: {error}")
+            if isinstance(error, RuleError):
+                trouble = Trouble(RULE_FAILED, str(error))
         return _without_surface(period, state, trouble)
     return _memory(period), period
 

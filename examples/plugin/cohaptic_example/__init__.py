@@ -1,1 +1,1 @@
-"""A body, a device and a route for cohaptic; entry points in `pyproject.toml` name them."""
+"""Bodies, a device, a route and rules of the loop; entry points in `pyproject.toml` name them."""

@@ -26,10 +26,10 @@ class HuntCrossley:
     def apply(self, memory: bool, contact: Contact) -> bool:
         """Press."""
         pushed = 1.0 + LOSS * contact.speed_in
-        contact.press(contact.k_o * contact.depth * pushed)
+        contact.press(contact.k_h * contact.depth * pushed)
         # What the hand's own motion may change: by its place, and by its speed.
-        contact.added_stiffness = contact.k_o * abs(pushed - 1.0)
-        contact.added_damping = contact.k_o * contact.depth * LOSS
+        contact.added_stiffness = contact.k_h * abs(pushed - 1.0)
+        contact.added_damping = contact.k_h * contact.depth * LOSS
         return memory
 
 

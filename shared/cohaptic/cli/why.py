@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from cohaptic.recording.why import Columns, Why
 
 _SEEN = 0.0005  # N; a smaller entry is left out of the table
+_TAKEN = 0.0002  # N of a budget; the same
 _MARKS = 24  # characters of the longest bar
 _DRAWING = 'matplotlib, for the picture: pip install "cohaptic[experiments]"'
 
@@ -49,6 +51,10 @@ def why(
 
     if at is None and out is None:
         raise SettingError("--at", "missing", "the second to explain (or --out, to draw them all)")
+    if at is None and json_to is not None:
+        raise SettingError("--json", json_to, "given with --at: it has the answer for one moment")
+    if out is None and (start is not None or end is not None):
+        raise SettingError("--from, --to", "given", "left out, or given with --out")
     picture = new_output("--out", out, ".png", overwrite=overwrite)
     as_json = None if str(json_to) == "-" else json_to
     answers = new_output("--json", as_json, overwrite=overwrite)
@@ -56,7 +62,7 @@ def why(
     columns: Columns = dict(zip(found.outline.header.columns, found.rows.T, strict=True))
     check_ledger(path, columns)
     if at is not None:
-        answer = explain(columns, at)
+        answer = explain(columns, at, found.outline.header.rules)
         text = json.dumps(asdict(answer), indent=2)
         if answers is not None:
             answers.write(text + "\n")
@@ -75,19 +81,18 @@ def lines(name: str, answer: Why) -> list[str]:
     found = [f"{name}, {answer.t:.3f} s after the beginning:", ""]
     shown = [entry for entry in answer.entries if abs(entry.newtons) > _SEEN]
     largest = max([answer.force, *(abs(entry.newtons) for entry in shown), 1e-9])
+    width = max([9, *(len(entry.name) for entry in shown)])
     for entry in shown:
         bar = "-" if entry.newtons < 0.0 else "+"
         marks = bar * max(1, round(_MARKS * abs(entry.newtons) / largest))
-        found += [
-            f"  {entry.name:9} {entry.newtons:+7.3f} N  {marks}",
-            f"             {entry.words}",
-        ]
-    found.append(f"  {'given':9} {answer.force:7.3f} N")
+        found.append(f"  {entry.name:{width}} {entry.newtons:+7.3f} N  {marks}")
+        found += [f"    {line}" for line in textwrap.wrap(entry.words, 76)]
+    found.append(f"  {'given':{width}} {answer.force:7.3f} N")
     if answer.budget > 0.0:
-        takers = [f"{name} {spent:.4f}" for name, spent in answer.spent.items() if spent > 0.0]
+        takers = [f"{name} {spent:.4f}" for name, spent in answer.spent.items() if spent > _TAKEN]
         taken = ", ".join(takers) or "nobody took any"
-        found.append(f"  budget    {answer.budget:7.4f} N: {taken}")
-    return [*found, "", answer.sentence]
+        found.append(f"  {'budget':{width}} {answer.budget:7.4f} N: {taken}")
+    return [*found, "", *textwrap.wrap(answer.sentence, 80)]
 
 
 def _chosen(path: Path, user: str | None) -> tuple[Path, Recording]:

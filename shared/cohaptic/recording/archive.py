@@ -60,6 +60,7 @@ def write_archive(journal: BinaryIO, outline: Outline, file: BinaryIO) -> None:
         "columns": np.array(header.columns),
         "name": np.array(header.name),
         "loop_hz": np.array(header.loop_hz),
+        "rules": np.array(list(header.rules.items()), dtype=np.str_).reshape(-1, 2),
         "to_wall": np.array(clocks[-1].to_wall if clocks else np.nan),
         "to_wall_begin": np.array(clocks[0].to_wall if clocks else np.nan),
         "clocks": np.array(clocks, dtype=np.float64).reshape(-1, len(Clocks._fields)),
@@ -198,7 +199,8 @@ def _read_archive(path: Path) -> Recording:
         with np.load(path) as file:
             columns = tuple(map(str, file["columns"].tolist()))
             rows, to_wall = file["rows"], float(file["to_wall"])
-            outline = Outline(Header(str(file["name"]), columns, 0.0))
+            rules = dict(file["rules"].tolist()) if "rules" in file else {}
+            outline = Outline(Header(str(file["name"]), columns, 0.0, rules))
             outline.add_times(rows.reshape(-1, len(columns))[:, 0].astype(np.float64))
             if "clocks" in file:
                 clocks = file["clocks"].reshape(-1, len(Clocks._fields))

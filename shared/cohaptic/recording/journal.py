@@ -16,7 +16,8 @@ import json
 import math
 import struct
 import zlib
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
+from types import MappingProxyType
 from typing import BinaryIO, NamedTuple
 
 from cohaptic.status.row import COLUMNS
@@ -30,11 +31,13 @@ class Header(NamedTuple):
         name: Name of the user.
         columns: Names of the columns of a row.
         loop_hz: Rows per second [Hz].
+        rules: Rules of other packages in the loop, and the reason of each.
     """
 
     name: str
     columns: tuple[str, ...]
     loop_hz: float
+    rules: Mapping[str, str] = MappingProxyType({})
 
 
 class Clocks(NamedTuple):
@@ -99,7 +102,7 @@ _MOST_IN_VAIN = 64 * 1024 * 1024  # bytes, of eight of the longest blocks
 
 def header_block(header: Header) -> bytes:
     """Return the block with which a journal begins."""
-    return _block(b"H", json.dumps(header._asdict()).encode())
+    return _block(b"H", json.dumps(header._asdict() | {"rules": dict(header.rules)}).encode())
 
 
 def rows_block(block: RowBlock) -> bytes:
@@ -189,7 +192,8 @@ def _entry(kind: bytes, payload: bytes, width: int) -> Entry | None:
         found = json.loads(payload)
         name, columns, loop_hz = found["name"], found["columns"], found["loop_hz"]
         if columns and all(isinstance(word, str) for word in (name, *columns)):
-            return Header(name, tuple(columns), float(loop_hz))
+            rules = {str(key): str(words) for key, words in found.get("rules", {}).items()}
+            return Header(name, tuple(columns), float(loop_hz), rules)
     return None
 
 

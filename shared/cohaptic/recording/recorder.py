@@ -7,7 +7,7 @@ loop. What a slow disk cannot take is left out, and is a gap in the recording.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from cohaptic.errors import OutputError, SettingError
@@ -49,6 +49,7 @@ class Recorder:
         loop_hz: Rows per second [Hz].
         overwrite: Whether the `.npz` may replace a file.
         tell: Function that shows the user a sentence; another thread calls it.
+        rules: Rules of other packages in the loop, and the reason of each.
 
     Raises:
         SettingError: The part cannot be made, or another program records to it.
@@ -62,12 +63,14 @@ class Recorder:
         loop_hz: float,
         overwrite: bool,
         tell: Callable[[str], None],
-        rules: Sequence[str] = (),
+        rules: Mapping[str, str] | None = None,
     ) -> None:
         self._path, self._overwrite, self._tell = path, overwrite, tell
         self._part = Part.claim("--record", path)
         # An empty part is nobody's data: nothing is written before the first row.
-        self._header: bytes | None = header_block(Header(name, columns_with(rules), loop_hz))
+        self._header: bytes | None = header_block(
+            Header(name, columns_with(list(rules or {})), loop_hz, dict(rules or {}))
+        )
         self._waiting: list[RowBlock | Clocks] = []
         self._size = 0  # bytes of rows that wait or are being written
         self._unsynced = 0

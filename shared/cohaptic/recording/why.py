@@ -44,6 +44,9 @@ SPENT: Final = {
 _SEEN: Final = 0.01  # N; a smaller entry is not worth a word
 _CUT: Final = 0.9  # of the force that the body was to carry; a lesser one was cut by the server
 _STEADY: Final = 1.0  # s before the time asked about, in which a force that is carried is compared
+_LATE: Final = 0.003  # s; a period that begins later was held up by the machine, or by a rule
+_TAKEN: Final = 0.0002  # N of a budget of 0.02; a smaller part is not worth a word
+_SUM: Final = 0.005  # N; entries that miss the force by more are not all of it
 _OLD: Final = 0.1  # s; age of a patch that is said although no rule has acted on it
 
 
@@ -98,23 +101,30 @@ def check_ledger(path: Path, columns: Columns) -> None:
         raise SettingError("recording", path, limit)
 
 
-def entries_in(columns: Columns) -> dict[str, str]:
-    """Return the entries of a ledger with those of other packages, by column, in order."""
+def entries_in(columns: Columns, rules: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return the entries of a ledger with those of other packages, by column, in order.
+
+    Args:
+        columns: Columns of a recording.
+        rules: Rules of other packages, and the reason of each.
+    """
+    known, found = rules or {}, dict[str, str]()
     others = [name for name in columns if name.startswith("by_") and name not in ENTRIES]
-    found = dict[str, str]()
     for name, words in ENTRIES.items():
         if name == "by_limit":
-            found |= {other: "a rule of another package" for other in others}
+            for other in others:
+                found[other] = known.get(other.removeprefix("by_"), "a rule of another package")
         found[name] = words
     return found
 
 
-def why(columns: Columns, at: float) -> Why:
+def why(columns: Columns, at: float, rules: Mapping[str, str] | None = None) -> Why:
     """Return the ledger of the period at a time.
 
     Args:
         columns: Columns of a recording with a ledger, each of shape (n,).
         at: Time since the first row [s]; the last period that has begun by then is taken.
+        rules: Rules of other packages, and the reason of each.
 
     Raises:
         SettingError: The time is outside the recording.
@@ -127,7 +137,7 @@ def why(columns: Columns, at: float) -> Why:
     force = math.sqrt(row["fx"] ** 2 + row["fy"] ** 2 + row["fz"] ** 2)
     entries = tuple(
         Entry(name.removeprefix("by_"), row[name], words)
-        for name, words in entries_in(columns).items()
+        for name, words in entries_in(columns, rules).items()
     )
     spent = {words: row[name] for name, words in SPENT.items()}
     reasons = _reasons(columns, row, i, force)
@@ -142,7 +152,11 @@ def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -
     flags, found = int(row["reason"]), list[str]()
     if cause := cause_in(row["reason"]):
         found.append(cause)
-    if flags & SILENT and row["tick"] > 0.0:
+    if row["late"] > _LATE:
+        found.append(f"the period began {1e3 * row['late']:.0f} ms late")
+    if row["patch_age"] == math.inf:
+        found.append("the hand leaves")
+    elif flags & SILENT and row["tick"] > 0.0:
         found.append(f"the server has been silent for {row['patch_age']:.2f} s")
     elif row["patch_age"] > _OLD:
         found.append(f"the newest patch is {1e3 * row['patch_age']:.0f} ms old")
@@ -174,6 +188,11 @@ def _sentence(
 ) -> str:
     """Return a ledger as one sentence."""
     first, *others = entries
+    if force == 0.0 and all(abs(entry.newtons) <= _SEEN for entry in entries):
+        words = "The hand was given no force"
+        if not reasons:
+            words += ": the tip is above the surface"
+        return "; ".join([words, " and ".join(reasons)]).rstrip("; ") + "."
     parts = [f"{first.newtons:.2f} N by the surface"]
     parts += [
         f"{'less' if entry.newtons < 0.0 else 'plus'} {abs(entry.newtons):.2f} N by {entry.name}"
@@ -182,9 +201,12 @@ def _sentence(
     ]
     words = f"The hand was given {force:.2f} N: {', '.join(parts)}"
     held = abs(row["by_depth"]) > _SEEN or row["held_turn"] > _SEEN or abs(row["by_gain"]) > _SEEN
-    takers = [f"{name} {newtons:.4f}" for name, newtons in spent.items() if newtons > 0.0]
+    takers = [f"{name} {newtons:.4f}" for name, newtons in spent.items() if newtons > _TAKEN]
     if held and takers:
         words += f"; of the budget of {row['budget']:.4f} N went to {', '.join(takers)}"
+    missing = force - sum(entry.newtons for entry in entries)
+    if abs(missing) > _SUM:
+        reasons = (*reasons, f"{missing:.2f} N are in no column of this recording")
     if reasons:
         words += f"; {', and '.join(reasons)}"
     return f"{words}."

@@ -32,6 +32,7 @@ TOO_FAST: Final = 5
 STALLED: Final = 6
 LET_GO: Final = 7
 OUTSIDE: Final = 8
+RULE_FAILED: Final = 9
 
 CAUSES: Final = {
     OUT_OF_REACH: "the device said a place that is out of reach",
@@ -41,6 +42,7 @@ CAUSES: Final = {
     TOO_FAST: "the hand moved too fast",
     STALLED: "the loop stood still for too long",
     LET_GO: "the switch of the device is not held",
+    RULE_FAILED: "a rule of another package failed",
     OUTSIDE: "the loop was held up, or a fault of before was not acknowledged",
 }
 

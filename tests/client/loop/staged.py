@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from cohaptic.protocol.patch import Patch
+from cohaptic.recording.recorder import Recorder
 from cohaptic.recording.why import Columns
-from cohaptic.status.row import columns_with
+from cohaptic.status.row import ROW, columns_with
 from cohaptic.vec import Vec3, scale, sub
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.added import Added
@@ -96,6 +98,15 @@ class Stage:
         """What a recording would hold."""
         rows = np.array(self._rows)
         return dict(zip(columns_with(self.names), rows.T, strict=True))
+
+    def save(self, path: Path) -> None:
+        """Write a recording."""
+        kept = Recorder(
+            path, name="ann", loop_hz=1000.0, overwrite=True, tell=lambda _: None,
+            rules={name: f"reason of {name}" for name in self.names},
+        )  # fmt: skip
+        kept.keep(b"".join(ROW.pack(*row) for row in self._rows))
+        kept.finish()
 
     @property
     def length(self) -> float:

@@ -45,6 +45,14 @@ class Own:
         return memory + 1
 
 
+class Forgets(Own):
+    """A rule that does not return its memory."""
+
+    def apply(self, memory: int, contact: Contact) -> int:
+        super().apply(memory, contact)
+        return None  # type: ignore[return-value]
+
+
 def example(name: str) -> Any:
     """The rule in a file of the example's package."""
     space: dict[str, Any] = {"__name__": name}
@@ -90,7 +98,7 @@ def test_four_rules_act_one_after_the_other() -> None:
 
 
 def test_a_law_takes_the_place_of_ours() -> None:
-    stage = staged(Own(lambda contact: contact.press(0.3 * contact.k_o * contact.depth), True))
+    stage = staged(Own(lambda contact: contact.press(0.3 * contact.k_h * contact.depth), True))
     stage.press()
     assert norm(stage.last.force) == pytest.approx(0.3 * PRESSED)
     assert given_and_told(stage)["own"] == pytest.approx(-0.7 * PRESSED)
@@ -121,9 +129,37 @@ def test_a_rule_that_fails_lets_the_hand_go(act: Callable[[Contact], None], is_l
     stage.chain = with_rules([Own(act, is_law)])
     stage.rest(0.1)
     assert stage.last.force == ZERO
-    assert stage.state.safety.fault.startswith("the law failed: ")
+    fault = stage.state.safety.fault
+    assert fault.startswith("the law failed: " if act is too_large else "the rule own ")
     if act is raises:
-        assert "the rule own raised RuntimeError: no licence" in stage.state.safety.fault
+        assert fault == "the rule own raised RuntimeError: no licence"
+        assert "a rule of another package failed" in why(stage.columns(), stage.length).sentence
+
+
+def leaves(contact: Contact) -> None:
+    raise SystemExit(3)
+
+
+def stiff_below_zero(contact: Contact) -> None:
+    contact.added_stiffness = -1.0
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        (Own(leaves), "raised SystemExit: 3"),
+        (Own(stiff_below_zero), "said an added stiffness of -1.0 N/m"),
+        (Forgets(weighed), "returned no memory"),
+    ],
+    ids=["leaves", "stiff", "forgets"],
+)
+def test_a_mistake_of_a_rule_is_named(rule: Own, words: str) -> None:
+    stage = Stage()
+    stage.press()
+    stage.chain = with_rules([rule])
+    stage.rest(0.1)
+    assert stage.last.force == ZERO
+    assert stage.state.safety.fault.startswith(f"the rule own {words}")
 
 
 @given(st.lists(st.tuples(st.floats(-40.0, 40.0), st.floats(0.0, 1e9)), min_size=1, max_size=30))
@@ -188,7 +224,9 @@ def test_the_filter_of_the_example_passes_what_is_slow() -> None:
 
 
 def test_a_rule_that_nobody_has_is_refused() -> None:
-    with pytest.raises(SettingError, match="rule is nobody; it must be one that is installed"):
+    with pytest.raises(SettingError, match="--rule is 'nobody'; it must be one that is installed"):
         check_rules(("nobody",))
-    with pytest.raises(SettingError, match="one of at most 4"):
+    with pytest.raises(
+        SettingError, match="--rule is given 5 times; it must be given 4 times at most"
+    ):
         check_rules(("a", "b", "c", "d", "e"))

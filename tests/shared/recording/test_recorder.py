@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import OutputError, SettingError
 from cohaptic.recording.archive import finish, read_outline, read_recording
-from cohaptic.recording.journal import Clocks, RowBlock
+from cohaptic.recording.journal import Clocks, RowBlock, rows_block
 from cohaptic.recording.part import Part, part_of
 from cohaptic.recording.recorder import WAITING, NothingRecorded
 from cohaptic.status.row import COLUMNS, Row
+from cohaptic.vec import ZERO
 from tests.client.devices.until import until
 from tests.examples_of_laws import examples
 from tests.patience import PATIENCE
@@ -266,20 +267,21 @@ def test_a_full_disk_costs_what_did_not_fit_and_no_older_file(tmp_path: Path, ro
         filling = fill(disk)
         os.truncate(filling, filling.stat().st_size - 1024 * room)
         made, noise = recorder(path, told, overwrite=True), np.random.default_rng(1)
-        kept = 0
+        kept = largest = 0
         for start in range(0, 2000, 100):
             block = np.frombuffer(rows(start, start + 100)).reshape(-1, len(COLUMNS)).copy()
             block[:, 1:6] += noise.random((100, 5))  # so that it does not become small
             made.keep(block.tobytes())
             kept += 100
+            largest = max(largest, len(rows_block(RowBlock(ZERO, block.tobytes()))))
         made._thread.join()  # pyright: ignore[reportPrivateUsage]
         assert len(told) == 1
         assert "No space left on device" in told[0]
         with pytest.raises(OutputError, match=r"the recording ended before the hand did"):
             made.finish()
         found = read_recording(part_of(path))
-        # All blocks that fit, each of 100 rows and less than 8 kB; a page may be there in part.
-        assert 100 * ((room - 4) // 8) <= len(found.rows) < kept
+        # All blocks that fit, each of 100 rows; a page may be there in part.
+        assert 100 * (1024 * (room - 4) // largest) <= len(found.rows) < kept
         assert found.rows[:, 0] == pytest.approx([row(n).t for n in range(len(found.rows))])
         assert path.read_bytes() == b"an earlier one"
         filling.unlink()
