@@ -12,6 +12,7 @@ import re
 from collections.abc import Sequence
 from typing import Any, Final
 
+from cohaptic.control.geometry import Sight
 from cohaptic.control.law import DEFAULT_LAW, Law, LocalForce
 from cohaptic.errors import SettingError
 from cohaptic.extensions import ExtensionError, adder, load
@@ -30,6 +31,15 @@ class Contact:
     """What a rule of another package sees of a period, and may change of it.
 
     Attributes:
+        depth: Depth of the tip below the hand's free surface, 0 above it [m].
+        k_o: Stiffness of the object there [N/m].
+        k_h: Gain in use, on which a law should rest: it follows `k_o` slowly enough for a hand, and
+            is no larger than the device renders [N/m].
+        normal: Direction of the normal force, a unit vector out of the object.
+        tip: Position of the tip in the world frame, z up [m].
+        velocity: Velocity of the tip [m/s].
+        speed_in: Speed of the tip into the surface [m/s].
+        dt: Time since the last period, at most two haptic periods [s].
         force: Force on the hand so far, three numbers in the world frame, along `normal` where it
             pushes the hand out [N]; a rule sets another.
         added_stiffness: Most by which this rule changes the force with the hand's place, beyond the
@@ -38,65 +48,32 @@ class Contact:
         added_damping: The same with the hand's speed [N s/m].
     """
 
-    force: Vec3
-    added_stiffness: float
-    added_damping: float
-
-    def __init__(self, period: Period) -> None:
-        self._period = period
-        self.force = period.asked
-        self.added_stiffness = 0.0
-        self.added_damping = 0.0
-
-    @property
-    def depth(self) -> float:
-        """Depth of the tip below the hand's free surface, 0 above it [m]."""
-        return max(0.0, self._period.depth)
-
-    @property
-    def k_o(self) -> float:
-        """Stiffness of the object there [N/m]."""
-        sight = self._period.sight
-        return 0.0 if sight is None else 1.0 / sight.c_ii
-
-    @property
-    def k_h(self) -> float:
-        """Gain in use, on which a law should rest [N/m].
-
-        Under the predictive law it follows `k_o` slowly enough for a hand, and is no larger than
-        the device renders.
-        """
-        fade = self._period.fade
-        return 0.0 if fade is None else fade.now.gains.k_h
-
-    @property
-    def normal(self) -> Vec3:
-        """Direction of the normal force, a unit vector out of the object."""
-        return self._period.normal
-
-    @property
-    def tip(self) -> Vec3:
-        """Position of the tip in the world frame, z up [m]."""
-        return self._period.sample.position
-
-    @property
-    def velocity(self) -> Vec3:
-        """Velocity of the tip [m/s]."""
-        return self._period.sample.velocity
-
-    @property
-    def speed_in(self) -> float:
-        """Speed of the tip into the surface [m/s]."""
-        return -dot(self._period.normal, self._period.sample.velocity)
-
-    @property
-    def dt(self) -> float:
-        """Time since the last period, at most two haptic periods [s]."""
-        return self._period.counted
+    # Copies, and not the period: what a rule keeps of it keeps nothing else alive.
+    def __init__(self, period: Period, sight: Sight) -> None:
+        fade = period.fade
+        self.depth: float = max(0.0, period.depth)
+        self.k_o: float = 1.0 / sight.c_ii
+        self.k_h: float = 0.0 if fade is None else fade.now.gains.k_h
+        self.normal: Vec3 = period.normal
+        self.tip: Vec3 = period.sample.position
+        self.velocity: Vec3 = period.sample.velocity
+        self.speed_in: float = -dot(self.normal, self.velocity)
+        self.dt: float = period.counted
+        self.force: Vec3 = period.asked
+        self.added_stiffness: float = 0.0
+        self.added_damping: float = 0.0
 
     def press(self, normal_force: float) -> None:
         """Press with a normal force, as a law does [N]; a surface never pulls."""
-        self.force = scale(self._period.normal, max(0.0, normal_force))
+        self.force = scale(self.normal, 0.0 if normal_force <= 0.0 else normal_force)  # NaN stays
+
+
+def _told(error: BaseException) -> str:
+    """Return an error in words, whatever it does when it is asked."""
+    try:
+        return f"{type(error).__name__}: {error}"
+    except BaseException:
+        return type(error).__name__
 
 
 class Added(Rule):
@@ -104,15 +81,18 @@ class Added(Rule):
 
     Fields:
         rule: The rule.
+        is_law: Whether it is a law.
         slot: Place of its memory and of its entry in the ledger.
     """
 
     rule: Final[Any]
+    is_law: Final[bool]
     slot: Final[int]
 
     def __init__(self, rule: Any, slot: int) -> None:
-        super().__init__(rule.name, rule.reason)
+        super().__init__(str(rule.name), str(rule.reason))
         self.rule = rule
+        self.is_law = bool(rule.is_law)
         self.slot = slot
 
     def apply(self, period: Period) -> None:
@@ -123,7 +103,7 @@ class Added(Rule):
         """
         if period.sight is None:
             return
-        before, contact = norm(period.asked), Contact(period)
+        before, contact = norm(period.asked), Contact(period, period.sight)
         memories = list(period.memories)
         while len(memories) <= self.slot:
             memories.append(None)
@@ -132,9 +112,8 @@ class Added(Rule):
             memory = self.rule.apply(self.rule.begin() if memory is None else memory, contact)
             x, y, z = (float(value) for value in contact.force)
             stiffness, damping = float(contact.added_stiffness), float(contact.added_damping)
-        except (Exception, SystemExit) as error:  # foreign code may raise anything
-            problem = f"{type(error).__name__}: {error}"
-            raise RuleError(f"the rule {self.name} raised {problem}") from error
+        except BaseException as error:  # foreign code may raise anything
+            raise RuleError(f"the rule {self.name} raised {_told(error)}") from None
         if memory is None:
             raise RuleError(f"the rule {self.name} returned no memory: apply and begin return one")
         if not math.isfinite(x + y + z):
@@ -154,10 +133,12 @@ class Added(Rule):
         Args:
             before: Size of that one [N].
         """
-        if self.rule.is_law:
-            normal_force = max(0.0, dot(force, period.normal))
-            force = scale(period.normal, normal_force)
-            local = period.local
+        if self.is_law:
+            normal_force, local = dot(force, period.normal), period.local
+            if not math.isfinite(normal_force):
+                raise RuleError(f"the rule {self.name} asked for {force} N")
+            normal_force = max(0.0, normal_force)
+            force, before = scale(period.normal, normal_force), local.normal_force
             # What it stores is not known: the passivity layer reckons with the law's spring.
             period.local = LocalForce(
                 normal_force, local.felt_from_others, local.indentation, local.stored
@@ -196,8 +177,8 @@ def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
             known = ", ".join(names_of(GROUP)) or "there is none; a package brings them"
             raise SettingError("--rule", repr(name), f"one that is installed: {known}")
         own = str(load_rule(name).name)
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own) or f"by_{own}" in COLUMNS:
-            ours = ", ".join(column[3:] for column in COLUMNS if column.startswith("by_"))
+        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own) or {own, f"by_{own}"} & {*COLUMNS}:
+            ours = ", ".join(column.removeprefix("by_") for column in COLUMNS)
             problem = (
                 f"its name is {own!r}, and must be small letters, digits and _, at most 31, and "
                 f"none of {ours}"
@@ -254,7 +235,7 @@ def with_rules(rules: Sequence[AddedRule]) -> tuple[Rule, ...]:
     for rule in CHAIN:
         chain.append(rule)
         if rule.name == "law":
-            chain += [runner for runner in runners if runner.rule.is_law]
+            chain += [runner for runner in runners if runner.is_law]
         if rule.name == "friction":
-            chain += [runner for runner in runners if not runner.rule.is_law]
+            chain += [runner for runner in runners if not runner.is_law]
     return tuple(chain)

@@ -191,6 +191,7 @@ def guard(
     held: bool = True,
     own: float = math.inf,
     damping: float = 0.0,
+    pressing: float = 0.0,
 ) -> SafetyState:
     """Return the next state of the safety layer; its `force` is the force that the device gets.
 
@@ -207,6 +208,8 @@ def guard(
             explain [N].
         damping: Damping through which a change of the hand's velocity explains a change of the
             force [N s/m].
+        pressing: Force of the surface, whatever is requested for it: a hand is engaged out of the
+            object only [N].
     """
     dt = 0.0 if state.now is None else now - state.now
     step = min(max(0.0, dt), 2.0 * limits.period)
@@ -221,7 +224,7 @@ def guard(
             fault = _DROPPED
         return _release(state, fault, step, now, latched)
     size = norm(requested)
-    quiet = state.quiet + 1 if size < limits.engage_below else 0
+    quiet = state.quiet + 1 if max(size, pressing) < limits.engage_below else 0
     engaged = state.mode is _ENGAGED or (
         state.mode is _WAITING and quiet >= limits.engage_periods and not silent
     )

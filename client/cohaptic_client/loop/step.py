@@ -9,7 +9,7 @@ from __future__ import annotations
 from cohaptic.status.reason import LAW_FAILED, RULE_FAILED
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop.arrival import played
+from cohaptic_client.loop.arrival import is_silent, played
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import left_alone
@@ -115,5 +115,6 @@ def _without_surface(
     )
     empty = Period(state, sample, now, period.settings)
     empty.safety, empty.force = safety, safety.force
+    empty.silent = is_silent(state, now, period.settings)
     empty.give = None if replica is None else replica.gives[0].y
     return after, empty

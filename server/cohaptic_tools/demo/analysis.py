@@ -68,7 +68,9 @@ class Timeline:
         if any(not r.columns["t"].size for r in recordings):
             end = start
         t = np.arange(start, end, STEP)
-        names = recordings[0].columns
+        names = [
+            name for name in recordings[0].columns if all(name in r.columns for r in recordings)
+        ]
 
         def on_grid(r: Recording, name: str) -> Floats:
             # If a recording is empty, so is the grid.

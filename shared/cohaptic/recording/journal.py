@@ -91,7 +91,7 @@ _START = struct.Struct("<4scI")  # the part of the head that the checksum covers
 _ORIGIN = struct.Struct("<3d")
 _CLOCKS = struct.Struct("<5d")
 # Most rows of a block [bytes]: a damaged length must not make a reader take all memory. The loop's
-# ring holds 1.4 MB of rows; the writer splits longer blocks.
+# ring holds 3 MB of rows; the writer splits longer blocks.
 MOST = 4 * 1024 * 1024
 # Of zlib: a third of a millisecond for a tenth of a second. Higher levels take four times as long
 # for a tenth less.

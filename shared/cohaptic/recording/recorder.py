@@ -25,7 +25,7 @@ from cohaptic.status.row import ROW, columns_with, last_row
 from cohaptic.vec import ZERO, Vec3
 
 # Bytes of rows that may wait for the disk: a minute and a half at 1 kHz.
-WAITING = 16 * 1024 * 1024
+WAITING = 32 * 1024 * 1024
 # Bytes after which the system is asked to bring all to the disk, so that a loss of power loses
 # little: some seconds at 1 kHz. A process that is killed loses nothing that was written.
 _SYNC = 256 * 1024

@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import SettingError
-from cohaptic.status.reason import FLAGS, SILENT, WAITING, cause_in, flags_in
+from cohaptic.status.reason import FLAGS, RELEASED, SILENT, WAITING, cause_in, flags_in
+from cohaptic.status.row import COLUMNS
 
 Floats = npt.NDArray[np.float64]
 Columns = Mapping[str, Floats]
@@ -41,9 +42,16 @@ SPENT: Final = {
     "spent_models": "models",
     "spent_depth": "depth",
 }
+# The same while a force is taken away.
+_TAKEN_AWAY: Final = {
+    "by_fade": "the force is taken away",
+    "by_rate": "what is left of it, on a ramp of 20 ms",
+}
 _SEEN: Final = 0.01  # N; a smaller entry is not worth a word
 _CUT: Final = 0.9  # of the force that the body was to carry; a lesser one was cut by the server
-_STEADY: Final = 1.0  # s before the time asked about, in which a force that is carried is compared
+# s before the time asked about, in which a force that is carried is compared: as long as the
+# longest loop that a server lets press
+_STEADY: Final = 2.5
 _LATE: Final = 0.003  # s; a period that begins later was held up by the machine, or by a rule
 _TAKEN: Final = 0.0002  # N of a budget of 0.02; a smaller part is not worth a word
 _SUM: Final = 0.005  # N; entries that miss the force by more are not all of it
@@ -96,7 +104,8 @@ def check_ledger(path: Path, columns: Columns) -> None:
     """
     if not columns["t"].size:
         raise SettingError("recording", path, "one with rows: there is not one in it")
-    if missing := [name for name in (*ENTRIES, "reason") if name not in columns]:
+    needed = [name for name in COLUMNS if not name.startswith("by_rule_")]
+    if missing := [name for name in needed if name not in columns]:
         limit = f"a recording with a ledger, of version 0.1 or later ({missing[0]} is missing)"
         raise SettingError("recording", path, limit)
 
@@ -135,8 +144,11 @@ def why(columns: Columns, at: float, rules: Mapping[str, str] | None = None) -> 
     i = int(np.searchsorted(t, at, side="right")) - 1
     row = {name: float(column[i]) for name, column in columns.items()}
     force = math.sqrt(row["fx"] ** 2 + row["fy"] ** 2 + row["fz"] ** 2)
+    released = math.isfinite(row["reason"]) and int(row["reason"]) & RELEASED
     entries = tuple(
-        Entry(name.removeprefix("by_"), row[name], words)
+        Entry(
+            name.removeprefix("by_"), row[name], _TAKEN_AWAY.get(name, words) if released else words
+        )
         for name, words in entries_in(columns, rules).items()
     )
     spent = {words: row[name] for name, words in SPENT.items()}
@@ -149,8 +161,9 @@ def why(columns: Columns, at: float, rules: Mapping[str, str] | None = None) -> 
 
 def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -> tuple[str, ...]:
     """Return what held in a period besides the entries, in words."""
-    flags, found = int(row["reason"]), list[str]()
-    if cause := cause_in(row["reason"]):
+    flags = int(row["reason"]) if math.isfinite(row["reason"]) else 0
+    found = list[str]()
+    if cause := cause_in(flags):
         found.append(cause)
     if row["late"] > _LATE:
         found.append(f"the period began {1e3 * row['late']:.0f} ms late")
@@ -166,7 +179,7 @@ def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -
     words.pop(SILENT)
     if force > 0.0 or row["tick"] <= 0.0:
         words.pop(WAITING)
-    found += [line for line in flags_in(row["reason"]) if line in words.values()]
+    found += [line for line in flags_in(flags) if line in words.values()]
     if abs(row["held_turn"]) > _SEEN:
         found.append(f"{row['held_turn']:.2f} N of a turn of the force is held back")
     since = int(np.searchsorted(columns["t"], columns["t"][i] - _STEADY))

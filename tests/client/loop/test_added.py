@@ -136,6 +136,23 @@ def test_a_rule_that_fails_lets_the_hand_go(act: Callable[[Contact], None], is_l
         assert "a rule of another package failed" in why(stage.columns(), stage.length).sentence
 
 
+def presses_no_number(contact: Contact) -> None:
+    contact.press(math.nan)
+
+
+def too_large_for_one_number(contact: Contact) -> None:
+    contact.force = (1e308, 1e308, 1e308)
+
+
+class Mute(Exception):
+    def __str__(self) -> str:
+        raise TypeError
+
+
+def says_nothing(contact: Contact) -> None:
+    raise Mute
+
+
 def leaves(contact: Contact) -> None:
     raise SystemExit(3)
 
@@ -148,10 +165,14 @@ def stiff_below_zero(contact: Contact) -> None:
     ("rule", "words"),
     [
         (Own(leaves), "raised SystemExit: 3"),
+        (Own(says_nothing), "raised Mute"),
+        (Own(presses_no_number), "asked for ("),
+        (Own(presses_no_number, is_law=True), "asked for ("),
+        (Own(too_large_for_one_number, is_law=True), "asked for ("),
         (Own(stiff_below_zero), "said an added stiffness of -1.0 N/m"),
         (Forgets(weighed), "returned no memory"),
     ],
-    ids=["leaves", "stiff", "forgets"],
+    ids=["leaves", "mute", "nan", "nan of a law", "inf", "stiff", "forgets"],
 )
 def test_a_mistake_of_a_rule_is_named(rule: Own, words: str) -> None:
     stage = Stage()
@@ -185,6 +206,28 @@ def test_no_rule_moves_a_hand_at_rest_faster_than_others_may(
         assert change <= EXTERNAL_RATE * PERIOD + 1e-9
         assert norm(stage.last.force) <= 10.0 + 1e-9
         assert norm(stage.on_body) <= 10.0 + 1e-9
+
+
+@pytest.mark.parametrize("depth", [0.002, 0.004])
+def test_a_filter_engages_no_hand_inside_the_object(depth: float) -> None:
+    """Its force begins at zero, however deep the hand is."""
+    stage = staged(example("soften"))
+    stage.tip = (0.0, 0.0, -depth)
+    stage.rest(0.5)
+    assert stage.last.force == ZERO
+    stage.go((0.0, 0.0, 0.002), 0.1)
+    stage.press()
+    assert norm(stage.last.force) == pytest.approx(PRESSED, rel=1e-6)
+
+
+def test_after_a_fault_a_hand_is_engaged_out_of_the_object_only() -> None:
+    stage = staged(example("soften"))
+    stage.press()
+    chain, stage.chain = stage.chain, with_rules([Own(raises)])
+    stage.rest(0.05)
+    stage.chain = chain
+    stage.rest(0.5)
+    assert stage.last.force == ZERO
 
 
 def test_the_law_of_the_example_damps_and_is_the_spring_at_rest() -> None:

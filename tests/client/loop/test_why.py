@@ -167,6 +167,7 @@ def test_a_cut_by_the_server() -> None:
     stage = Stage()
     stage.server = lambda patch, force: replace(patch, own_force=scale(force, 0.4))
     stage.press()
+    stage.rest(1.5)
     found = last(stage)
     words = f"the server lets the body carry {0.4 * PRESSED:.2f} N of {PRESSED:.2f} N"
     assert words in found.sentence

@@ -27,15 +27,19 @@ class Limits(Rule):
     def apply(self, period: Period) -> None:
         """Fill in `safety`, `force` and `given_ratio`."""
         state, sample = period.state, period.sample
+        damping = max(period.damping, state.passivity.damping)
         # Without a surface, as after a law has failed, nobody is engaged: the fault stays told.
+        pressing = math.inf if period.sight is None and state.patch is not None else 0.0
+        if period.added:  # what a rule takes of the force does not engage a hand
+            pressing = max(pressing, period.law_normal)
         safety = period.safety = guard(
             state.safety, period.asked, now=period.now, velocity=sample.velocity,
             silent=period.silent or period.sight is None, limits=period.settings.limits,
             trouble=period.trouble,
             held=sample.buttons & SWITCH != 0,
             own=own_force(period) + state.k_h * abs(period.explained),
-            damping=max(period.damping, state.passivity.damping)
-            + min(period.added_damping, period.settings.max_damping),
+            damping=max(damping, min(damping + period.added_damping, period.settings.max_damping)),
+            pressing=pressing,
         )  # fmt: skip
         period.force = safety.force
         size = period.damped_force
@@ -61,7 +65,9 @@ def own_force(period: Period) -> float:
     if period.fade is not None:
         along = min(period.friction.stiffness, settings.max_stiffness)
         stiffness = max(stiffness, stiffest(period.fade), along)
-    stiffness += min(period.added_stiffness, settings.max_stiffness)
+    if period.added_stiffness > 0.0:
+        both = stiffness + period.added_stiffness
+        stiffness = max(stiffness, min(both, settings.max_stiffness))
     own = math.hypot(1.0, settings.friction) * stiffness * way
     law_force = period.local.normal_force
     if period.damping > 0.0 and law_force > 0.0:
