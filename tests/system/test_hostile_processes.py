@@ -25,7 +25,7 @@ from cohaptic.protocol.messages import Welcome, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import ZERO, Vec3, scale
-from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, SafetyLimits
 from cohaptic_server.numeric import Floats
 from cohaptic_tools.demo.analysis import Recording
 from cohaptic_tools.demo.processes import Process
@@ -115,7 +115,7 @@ def check(record: Path, report: str) -> Floats:
         f"period, {unexplained.max():.4f} N of it unexplained\n"
     )
     # What it was held back by earlier may come a little later.
-    over = unexplained - EXTERNAL_RATE * dt
+    over = unexplained - BACKSTOP * EXTERNAL_RATE * dt
     assert over.max() <= 0.1
     return np.asarray(size, dtype=np.float64)
 

@@ -30,6 +30,9 @@ FAULT_RELEASE_TIME: Final = 0.02
 # millisecond. A fingertip notices changes from about 0.05 N in 20 ms.
 EXTERNAL_RATE: Final = 20.0
 SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
+# Multiple of `external_rate` that this layer allows for all changes that the hand's own motion does
+# not explain: a rotation of the force adds a second-order term to the change.
+BACKSTOP: Final = 1.02
 FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
 # s; in a longer period the loop stood still. On a device with motors that is a fault already; the
 # hand of a device that may stall for longer is simulated, or nobody's motor moves it.
@@ -246,7 +249,7 @@ def guard(
         own += state.own * (1.0 - step / FORGET_OWN)
         at_once = own
     own = min(own, 2.0 * limits.max_force)
-    most = min(most, at_once + limits.external_rate * step)
+    most = min(most, at_once + BACKSTOP * limits.external_rate * step)
     held_back = own - most if own > most else 0.0
     force = limited(state.force, requested, share, limits.max_force, most)
     if held_back > 0.0:  # no more than is still to come

@@ -17,7 +17,7 @@ from cohaptic.errors import SettingError
 from cohaptic.recording.why import entries_in, why
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.loop.added import Contact, check_rules, with_rules
-from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, SafetyLimits
 from cohaptic_client.loop.state import LoopSettings
 from tests.client.loop.loop_cases import PERIOD, TICK
 from tests.client.loop.staged import DEPTH, Stage
@@ -203,7 +203,7 @@ def test_no_rule_moves_a_hand_at_rest_faster_than_others_may(
         before = stage.last.force
         stage.period(stage.tip)
         change = norm(sub(stage.last.force, before))
-        assert change <= EXTERNAL_RATE * PERIOD + 1e-9
+        assert change <= BACKSTOP * EXTERNAL_RATE * PERIOD + 1e-9
         assert norm(stage.last.force) <= 10.0 + 1e-9
         assert norm(stage.on_body) <= 10.0 + 1e-9
 

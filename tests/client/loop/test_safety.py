@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.loop.safety import (
+    BACKSTOP,
     EXTERNAL_RATE,
     FAULT_RELEASE_TIME,
     LEAST_RATE,
@@ -191,7 +192,7 @@ def test_after_the_loop_stood_still_the_force_follows_as_slowly_as_the_hand_move
             guard(seen[-1], force, now=now, velocity=ZERO, silent=False, limits=limits, own=0.0)
         )
     steps = [norm(sub(b.force, a.force)) for a, b in pairwise(seen)]
-    most = (own / stood + EXTERNAL_RATE) * PERIOD
+    most = (own / stood + BACKSTOP * EXTERNAL_RATE) * PERIOD
     # The late period counts as two.
     assert max(steps[1:]) <= most + 1e-9
     assert steps[0] <= 2.0 * most + 1e-9
@@ -210,7 +211,7 @@ def test_what_is_left_of_a_standstill_moves_a_force_by_no_more_than_it_was(
     for k, way in enumerate([2.0, *own]):
         after = guard(state, force, now=now, velocity=ZERO, silent=False, limits=limits, own=way)
         moved += norm(sub(after.force, state.force))
-        explained += way + EXTERNAL_RATE * (2.0 if k == 0 else 1.0) * PERIOD
+        explained += way + BACKSTOP * EXTERNAL_RATE * (2.0 if k == 0 else 1.0) * PERIOD
         assert moved <= explained + 1e-9
         state, now = after, now + PERIOD
 

@@ -9,12 +9,12 @@ import pytest
 
 from cohaptic.control.hand_model import HandModel
 from cohaptic.protocol.partners import LIGHTEST
-from cohaptic_client.loop.safety import EXTERNAL_RATE
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE
 from cohaptic_experiments.attacks.liars import Liar, Stage, Told, alter, attacked, draw
 from cohaptic_experiments.attacks.victims import PERIOD
 from cohaptic_server.bodies.balloon.balloon import Balloon
 
-STEP = EXTERNAL_RATE * PERIOD  # N
+STEP = BACKSTOP * EXTERNAL_RATE * PERIOD  # N
 # The worst that was found against a light hand before the client had an account of energy: 34 mm of
 # swing, 32 mJ, and 402 mJ of work in 2.5 s. It takes turns between just outside and deep inside.
 WORST = Liar(

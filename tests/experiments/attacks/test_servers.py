@@ -7,13 +7,13 @@ from functools import partial
 
 import pytest
 
-from cohaptic_client.loop.safety import EXTERNAL_RATE
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE
 from cohaptic_experiments.attacks import servers
 from cohaptic_experiments.attacks.search import search
 from cohaptic_experiments.attacks.victims import PERIOD
 
 RUNS, ATTACK = 30, 120  # ms
-STEP = EXTERNAL_RATE * PERIOD  # N
+STEP = BACKSTOP * EXTERNAL_RATE * PERIOD  # N
 ROUNDING = 1e-9
 
 
