@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -129,7 +129,7 @@ async def relay(port: int, link: LinkSettings) -> None:
 
 
 @contextmanager
-def relayed(link: LinkSettings, busy: int, folder: Path) -> Iterator[str]:
+def relayed(link: LinkSettings, busy: int, folder: Path) -> Generator[str]:
     """Run a server, a relay and busy processes; give the address behind the relay."""
     with ExitStack() as stack:
         server = Process("serve", "--port", "0", "--quiet", log=folder / "server.log")

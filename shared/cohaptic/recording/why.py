@@ -182,7 +182,7 @@ def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -
     found += [line for line in flags_in(flags) if line in words.values()]
     if abs(row["held_turn"]) > _SEEN:
         found.append(f"{row['held_turn']:.2f} N of a turn of the force is held back")
-    since = int(np.searchsorted(columns["t"], columns["t"][i] - _STEADY))
+    since = int(np.searchsorted(columns["t"], float(columns["t"][i]) - _STEADY))
     least = float(columns["on_body"][since : i + 1].min())
     most = float(columns["carried"][since : i + 1].max())
     if least > _SEEN and most < _CUT * least:
