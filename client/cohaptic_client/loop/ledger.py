@@ -8,9 +8,10 @@ that it costs nothing where nobody asks.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-from cohaptic.vec import norm
+from cohaptic.vec import dot, norm
 from cohaptic_client.loop.period import Period
 
 
@@ -83,3 +84,14 @@ def ledger_of(period: Period, max_force: float) -> Ledger:
         fade=(scale - 1.0) * most,
         rate=given - scale * most,
     )
+
+
+def held_turn(period: Period) -> float:
+    """Return what is held back of a turn of the force, at a right angle to it [N]."""
+    sight, state = period.sight, period.state
+    if sight is None or sight.depth <= 0.0 or state.normal_force <= 0.0:
+        return 0.0
+    if period.normal == sight.normal:
+        return 0.0
+    force = min(state.normal_force, period.settings.limits.max_force)
+    return force * math.acos(max(-1.0, min(1.0, dot(period.normal, sight.normal))))

@@ -56,7 +56,6 @@ class Period:
         compliance: Compliance matrix C of the contact [m/N]; None without friction.
         for_friction: Part of the budget that friction has [N].
         normal: Direction of the normal force; a unit vector.
-        held_turn: What is held back of a turn of the force, at a right angle to it [N].
         moved: Displacement of the hand in this period [m].
         moved_in: Component of that displacement into the surface [m].
         depth: Depth of the probe below the surface, slewed as `LoopState.depth` is [m].
@@ -111,7 +110,6 @@ class Period:
         "friction",
         "give",
         "given_ratio",
-        "held_turn",
         "k_h",
         "k_wanted",
         "law_depth",
@@ -173,7 +171,6 @@ class Period:
         self.compliance: Compliance3 | None = None
         self.for_friction: float = 0.0
         self.normal: Vec3 = (0.0, 0.0, 1.0)
-        self.held_turn: float = 0.0
         self.moved: Vec3 = ZERO
         self.moved_in: float = 0.0
         self.depth: float = -math.inf

@@ -15,7 +15,7 @@ from cohaptic.status.reason import (
 )
 from cohaptic.vec import norm
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop.ledger import ledger_of
+from cohaptic_client.loop.ledger import held_turn, ledger_of
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode, SafetyState
 from cohaptic_client.loop.state import LoopState
@@ -53,7 +53,7 @@ def row_of(
         patch.room.lag if patch is not None else 0.0,
         state.safety.scale * norm(state.friction.force), fault_level(state.safety),
         ledger.surface, ledger.models, ledger.gain, ledger.depth, ledger.law, ledger.friction,
-        ledger.limit, ledger.fade, ledger.rate, period.held_turn, period.spent_gain,
+        ledger.limit, ledger.fade, ledger.rate, held_turn(period), period.spent_gain,
         period.spent_fades, period.spent_turn, period.spent_models, period.spent_depth,
         EXTERNAL_RATE * period.counted, norm(period.on_body),
         norm(patch.own_force) if patch is not None else 0.0, reason_in(state, period),

@@ -100,9 +100,6 @@ class Turn(Rule):
                     state.normal, sight.normal, period.moved, period.k_h, force, budget.left
                 )
                 period.spent_turn = budget.take(turned)
-                if normal != sight.normal:
-                    along = max(-1.0, min(1.0, dot(normal, sight.normal)))
-                    period.held_turn = force * math.acos(along)
         period.normal = normal
         period.moved_in = -dot(normal, period.moved)
         period.for_friction = 0.5 * budget.left

@@ -83,7 +83,6 @@ REPORT: Final = 0.25  # s between reports of the state; a new fault is reported 
 # yet, and the parent is still busy with its own start.
 WARM_UP: Final = 0.5
 # Bound once, because the look-up of an enum member takes time in every period (see `safety`).
-_FAULT: Final = Mode.FAULT
 _ENGAGED: Final = Mode.ENGAGED
 
 
