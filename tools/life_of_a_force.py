@@ -1,4 +1,4 @@
-"""Writes the table of the loop's chain in docs/life-of-a-force.md from the chain itself.
+"""Writes the tables of the loop's and the tick's chain in docs/life-of-a-force.md from the chains.
 
 python tools/life_of_a_force.py        # or `make life`
 """
@@ -6,26 +6,34 @@ python tools/life_of_a_force.py        # or `make life`
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
+from pkgutil import walk_packages
+from types import ModuleType
 
 import cohaptic_client.loop
-from cohaptic_client.loop.chain import CHAIN
+import cohaptic_server.world
+from cohaptic_client.loop.chain import CHAIN as LOOP
+from cohaptic_server.world.stages.chain import CHAIN as TICK
 
 PAGE = Path(__file__).parents[1] / "docs/life-of-a-force.md"
-BEGIN, END = "<!-- chain: written by `make life` -->\n", "<!-- end of the chain -->\n"
+END = "<!-- end of the chain -->\n"
 
 
-def value_of(constant: str) -> float:
-    """Return the value of a constant of the loop, by its name or as a default of a class.
+def value_of(constant: str, package: ModuleType) -> float:
+    """Return the value of a constant, by its name or as a default of a class.
+
+    Args:
+        constant: Its name in a module of the package, or class and field.
+        package: Where it is looked for.
 
     Raises:
-        LookupError: No module of the loop has it.
+        LookupError: No module of the package has it.
     """
     owner, _, field = constant.rpartition(".")
-    for info in iter_modules(cohaptic_client.loop.__path__, "cohaptic_client.loop."):
-        if info.ispkg:
+    for info in walk_packages(package.__path__, f"{package.__name__}."):
+        if info.ispkg or ".running." in info.name:
             continue
         module = import_module(info.name)
         if not hasattr(module, owner or field):
@@ -33,37 +41,57 @@ def value_of(constant: str) -> float:
         if not owner:
             return float(getattr(module, field))
         return float(inspect.signature(getattr(module, owner)).parameters[field].default)
-    raise LookupError(f"no module of the loop has {constant}")
+    raise LookupError(f"no module of {package.__name__} has {constant}")
 
 
-def table() -> str:
-    """Return the table of the chain, as Markdown."""
-    lines = ["| rule | what it does, and why | constant | where |", "|---|---|---|---|"]
-    for rule in CHAIN:
-        name, _, unit = rule.constant.partition(" ")
-        constant = f"`{name}` = {value_of(name):g} {unit}".rstrip() if name else "none"
-        where = type(rule).__module__.replace(".", "/") + ".py"
-        reason = rule.reason[0].upper() + rule.reason[1:]
-        lines.append(
-            f"| {rule.name} | {reason} | {constant} | `{where}`, `{type(rule).__name__}` |"
+Line = tuple[str, str, str, Callable[..., object]]
+
+
+def table(first: str, lines: Iterable[Line], package: ModuleType) -> str:
+    """Return the table of a chain, as Markdown.
+
+    Args:
+        first: Head of the first column.
+        lines: Name, reason, constant and code of each rule.
+        package: Where constants are looked for.
+    """
+    found = [f"| {first} | what it does, and why | constant | where |", "|---|---|---|---|"]
+    for rule, why, of, code in lines:
+        name, _, unit = of.partition(" ")
+        constant = f"`{name}` = {value_of(name, package):g} {unit}".rstrip() if name else "none"
+        where = code.__module__.replace(".", "/") + ".py"
+        found.append(
+            f"| {rule} | {why[0].upper()}{why[1:]} | {constant} | `{where}`, `{code.__name__}` |"
         )
-    return "\n".join(lines) + "\n"
+    return "\n".join(found) + "\n"
+
+
+def tables() -> dict[str, str]:
+    """Return the tables by the mark behind which each stands."""
+    loop = [(rule.name, rule.reason, rule.constant, type(rule)) for rule in LOOP]
+    tick = [(stage.name, stage.reason, stage.constant, stage.run) for stage in TICK]
+    return {
+        "<!-- chain: written by `make life` -->\n": table("rule", loop, cohaptic_client.loop),
+        "<!-- stages: written by `make life` -->\n": table("stage", tick, cohaptic_server.world),
+    }
 
 
 def written(page: str) -> str:
-    """Return the page with the table of today.
+    """Return the page with the tables of today.
 
     Args:
-        page: Text of the page, with the two marks.
+        page: Text of the page, with its marks.
 
     Raises:
-        ValueError: It has not both marks.
+        ValueError: It has lost one.
     """
-    before, begin, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{PAGE.name} has lost a mark: {BEGIN.strip()} or {END.strip()}")
-    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+    for begin, text in tables().items():
+        before, found, rest = page.partition(begin)
+        _, end, after = rest.partition(END)
+        if not found or not end:
+            raise ValueError(f"{PAGE.name} has lost a mark: {begin.strip()} or {END.strip()}")
+        page = f"{before}{begin}\n{text}\n{END}{after}"
+    return page
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.modal.modal_body import ModalResponse
 from cohaptic_server.numeric import vec3
-from cohaptic_server.world import tick
+from cohaptic_server.world.lags import felt_swing
 from tests.server.bodies.modal.jelly import jelly, modes, solid
 
 SETTLE = 6.0  # s; with a damping of 0.2 the slowest mode falls to 1e-2 of a swing in 2.5 to 5
@@ -74,7 +74,7 @@ def test_a_hand_that_is_shown_all_of_it_behind_a_delay_swings(
     def all_of_it(*_: object) -> float:
         return 1.0
 
-    monkeypatch.setattr(tick, "felt_share", all_of_it)
+    monkeypatch.setattr(felt_swing, "felt_share", all_of_it)
     session, (user,) = hold(jelly(0.05), [SIDE], 0.08)
     session.run(SETTLE)
     assert np.ptp(user.force[-1000:]) > 0.05 * max(user.force)

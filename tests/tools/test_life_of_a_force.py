@@ -1,22 +1,25 @@
-"""The table of the chain in `docs/life-of-a-force.md` is that of the program."""
+"""The tables of both chains in `docs/life-of-a-force.md` are those of the program."""
 
 from __future__ import annotations
 
 import pytest
 
+import cohaptic_client.loop
+import cohaptic_server.world
 from life_of_a_force import PAGE, value_of, written
 
 
-def test_the_page_has_the_chain_of_today() -> None:
+def test_the_page_has_the_chains_of_today() -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert written(page) == page, "run make life"
 
 
 def test_a_constant_that_is_nowhere_is_an_error() -> None:
-    assert value_of("EXTERNAL_RATE") == 20.0
-    assert value_of("SafetyLimits.max_force") == 10.0
+    assert value_of("EXTERNAL_RATE", cohaptic_client.loop) == 20.0
+    assert value_of("SafetyLimits.max_force", cohaptic_client.loop) == 10.0
+    assert value_of("EFFECT_RATE", cohaptic_server.world) == 60.0
     with pytest.raises(LookupError, match="NO_SUCH"):
-        value_of("NO_SUCH")
+        value_of("NO_SUCH", cohaptic_client.loop)
 
 
 def test_a_page_without_its_marks_is_refused() -> None:

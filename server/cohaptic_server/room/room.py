@@ -33,9 +33,9 @@ from cohaptic_server.room.member import Member, Muted, chosen_gains
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
 from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.applied_forces import within_budget
+from cohaptic_server.world.applied_forces import RELEASE_TIME, within_budget
 from cohaptic_server.world.state import Touch
-from cohaptic_server.world.tick import RELEASE_TIME, advance
+from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState, is_at_rest, pass_over
 
 

@@ -21,14 +21,13 @@ stricter (`cohaptic_client.loop.slew`).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from cohaptic.control.stability.lag_choice import kept
 from cohaptic.vec import norm
-from cohaptic_server.bodies.body import Body
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.loops.vectors import jumped, tangential_parts
 from cohaptic_server.world.state import NEGLIGIBLE, Anticipation, Carried, Release, TickTime, Touch
@@ -210,19 +209,20 @@ MAX_INDENTATION = 3.0
 # only from the next tick on. The value is the lag of two hands on opposite sides of the balloon, on
 # devices that damp fully. With 0.25 s two hands on a lobe of rubber kept swinging behind 250 ms.
 FIRST_LAG = 0.03
+RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
 MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow the room is
 
 
 def update_releases(
-    state: WorldState, tracked: Tracked, fade: float, *, max_move: float
+    state: WorldState, tracked: Tracked, rows: Ints, fade: float
 ) -> tuple[Release, ...]:
     """Update the forces that fade at contacts from which probes have jumped away.
 
     Args:
         state: The world after the last tick.
         tracked: Users with their contacts in this tick.
+        rows: Row of each in the last tick; -1 for one whose contact jumped, too, shape (n,).
         fade: Decrease per tick of the share of each force that still acts.
-        max_move: Distance that a hand can move a contact in one tick [m].
 
     Returns:
         Forces that still fade, and those of probes that jumped in this tick; at most one per user.
@@ -233,81 +233,14 @@ def update_releases(
         if release.share - fade > 0.0
     ]
     fading = {release.user for release in releases}
-    rows, anybody = _rows_before(state, tracked, max_move)
-    if anybody:
-        for i in np.flatnonzero((rows < 0) & (tracked.before >= 0)).tolist():
-            user = tracked.touches[i].user
-            if state.users[user].force > NEGLIGIBLE and user not in fading:
-                releases.append(Release(user, state.users[user].press, 1.0))
+    for i in np.flatnonzero((rows < 0) & (tracked.before >= 0)).tolist():
+        user = tracked.touches[i].user
+        if state.users[user].force > NEGLIGIBLE and user not in fading:
+            releases.append(Release(user, state.users[user].press, 1.0))
     return tuple(releases)
 
 
-# One step after another, each of which needs the arrays of those before it.
-def apply_forces(
-    body: Body,
-    state: WorldState,
-    tracked: Tracked,
-    released: Collection[int],
-    dt: float,
-    *,
-    max_move: float,
-) -> Applied:
-    """Decide the forces that the body gets, from those that users request.
-
-    Args:
-        body: The deformable object.
-        state: The world after the last tick.
-        tracked: Users with their contacts and requested forces.
-        released: Numbers of the users whose force still fades at a previous contact; they do not
-            press at their new contact yet.
-        dt: Time since the last tick [s].
-        max_move: Distance that a hand can move a contact in that time [m].
-    """
-    n, last = len(tracked.touches), state.users.applied
-    if not n:
-        return Applied(tracked.presence, tracked.requested, tracked.tangential)
-    C = _previous_coupling(state, *_rows_before(state, tracked, max_move))
-    # C_ii is infinite for a contact whose coupling is not known yet.
-    c_ii = C.diagonal().copy()
-    presence, requested, previous = tracked.presence, tracked.requested, np.zeros(n)
-    here = tracked.before >= 0
-    previous[here] = last.force[tracked.before[here]]
-    present = np.ones(n)
-    if released:
-        present[[touch.user in released for touch in tracked.touches]] = 0.0
-        presence, requested, previous = present * presence, present * requested, present * previous
-    # A force is unbounded if its coupling is not known.
-    max_force = MAX_INDENTATION * body.mesh.size / np.maximum(c_ii, 1e-12)
-    max_force = np.where(c_ii < np.inf, max_force, np.inf)
-    limited = limit_forces(requested, max_force)
-    deep = limited < requested
-    lag = _lags(state, tracked, previous, limited)
-    along = was = tracked.tangential
-    if tracked.rough:
-        scale = present * (limited / np.maximum(requested, 1e-300))
-        along = scale[:, None] * tracked.tangential
-    if len(state.anticipation.users):
-        limited, along = anticipate(state.anticipation, state.past, tracked, limited, along)
-        limited = limit_forces(limited, max_force)
-    normal = low_pass(previous, limited, lag, dt)
-    change = np.abs(normal - previous)
-    if tracked.rough:
-        was = _previous_tangential(last, tracked, present)
-        along = low_pass(was, along, lag[:, None], dt)
-        aside = along - was
-        change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
-    # Stiffness K of each hand, at most 1 / C_ii if C_ii is known.
-    device = tracked.settings[1]
-    stiffness = np.where(c_ii < np.inf, np.minimum(device, 1.0 / c_ii), device)
-    # A hand that feels no force cannot be moved, so no user is slowed down for its sake.
-    C[np.maximum(previous, limited) <= NEGLIGIBLE] = 0.0
-    share = allowed_shares(change, stiffness, C, EFFECT_RATE * dt)
-    tangential = was + share[:, None] * (along - was) if tracked.rough else along
-    normal = previous + share * (normal - previous)
-    return Applied(presence, normal, tangential, deep, share < 1.0)
-
-
-def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:
+def rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[Ints, bool]:
     """Return each user's row in the last tick, shape (n,), and whether any row is -1.
 
     The row is -1 for a user who was not in the last tick, or whose contact moved further than a
@@ -318,7 +251,7 @@ def _rows_before(state: WorldState, tracked: Tracked, max_move: float) -> tuple[
     return rows, jumped(tracked.contacts.frames, tracked.before, old, max_move, rows)
 
 
-def _lags(state: WorldState, tracked: Tracked, previous: Floats, requested: Floats) -> Floats:
+def lags_of(state: WorldState, tracked: Tracked, previous: Floats, requested: Floats) -> Floats:
     """Return the lag of each force [s], shape (n,).
 
     It is the room's lag, shorter where a user's samples have stopped, and longer for the first
@@ -338,7 +271,7 @@ def _lags(state: WorldState, tracked: Tracked, previous: Floats, requested: Floa
     return lags
 
 
-def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Floats:
+def previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Floats:
     """Project the tangential forces of the last tick onto the present tangent planes, (n, 3) [N].
 
     Args:
@@ -355,7 +288,7 @@ def _previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Fl
     return projected
 
 
-def _previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
+def previous_coupling(state: WorldState, rows: Ints, anybody: bool) -> Floats:
     """Return the compliance C between the users' contacts in the last tick, shape (n, n) [m/N].
 
     C is not known for a user whose contact is new. The column of such a user, its effect on others,

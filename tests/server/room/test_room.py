@@ -15,7 +15,7 @@ from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.room import STALE_AFTER, Room
 from cohaptic_server.room.seats.names import KEPT_FOR, REPLACE_AFTER, SEAT_KEPT_FOR
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.world.tick import RELEASE_TIME
+from cohaptic_server.world.applied_forces import RELEASE_TIME
 from tests.examples_of_laws import examples
 from tests.server.peers import hello, sample
 

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.room_lag import RoomLag
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.applied_forces import (
     EFFECT_RATE,
@@ -18,10 +18,13 @@ from cohaptic_server.world.applied_forces import (
     MAX_INDENTATION,
     MAX_RELEASE_LAG,
     MAX_SUM,
-    apply_forces,
+    rows_before,
     update_releases,
 )
-from cohaptic_server.world.state import NEGLIGIBLE, Release, UserState
+from cohaptic_server.world.stages.forces import bound_rate, go_ahead, lag, limit
+from cohaptic_server.world.stages.hands import release
+from cohaptic_server.world.stages.stage import Tick
+from cohaptic_server.world.state import NEGLIGIBLE, Release, TickTime, UserState
 from cohaptic_server.world.users import Users, WorldState
 from tests.examples_of_laws import examples
 from tests.server.touches import contact_at, side, touch, tracked_of, user_of, users_of
@@ -41,18 +44,21 @@ def world(users: list[UserState], *, lag: float = 0.0, coupled: float = 0.0) -> 
     return WorldState(1, users_of(users), None, (), RoomLag(lag, coupled, 1.0), C)
 
 
-def apply(
-    body: Balloon, state: WorldState, users: list[UserState], released: Collection[int]
-) -> list[UserState]:
+def apply(body: Balloon, state: WorldState, users: list[UserState]) -> list[UserState]:
     """The users with the forces that the body gets in one tick."""
-    tracked = tracked_of(users, state.users)
-    applied = apply_forces(body, state, tracked, released, DT, max_move=0.06)
-    return list(Users(tracked, applied).values())
+    tick = Tick(TouchedBody(body), state, {}, TickTime(2, DT, DT, DT), 0.06)
+    tick.tracked = tracked_of(users, state.users)
+    tick.presence = tick.tracked.presence
+    for stage in (release, limit, go_ahead, lag, bound_rate):
+        stage(tick)
+    return list(Users(tick.tracked, tick.applied).values())
 
 
 def left_behind(state: WorldState, users: list[UserState]) -> tuple[Release, ...]:
     """Forces that fade where probes have left them."""
-    return update_releases(state, tracked_of(users, state.users), STEP, max_move=JUMP)
+    tracked = tracked_of(users, state.users)
+    rows, _ = rows_before(state, tracked, JUMP)
+    return update_releases(state, tracked, rows, STEP)
 
 
 def along(user: UserState, size: float) -> Floats:
@@ -129,13 +135,13 @@ def test_one_alone_is_let_in_behind_the_lag_and_no_slower(
     now = replace(
         was, force=0.0, tangential=None, requested=wanted, requested_tangential=along(was, rubbed)
     )
-    (found,) = apply(small_balloon, world([was], lag=lag), [now], ())
+    (found,) = apply(small_balloon, world([was], lag=lag), [now])
     share = DT / (lag + DT)
     assert found.force == pytest.approx(before + share * (wanted - before))
     assert found.tangential == pytest.approx(share * along(was, rubbed))
     assert found.presence == 1.0
     smooth_now = replace(now, touch=touch(), requested_tangential=None)
-    (smooth,) = apply(small_balloon, world([was], lag=lag), [smooth_now], ())
+    (smooth,) = apply(small_balloon, world([was], lag=lag), [smooth_now])
     assert smooth.tangential is None
 
 
@@ -146,7 +152,7 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
 ) -> None:
     was = [at(small_balloon, 1.2 * i, f, i) for i, (f, _) in enumerate(hands, start=1)]
     now = [replace(u, force=0.0, requested=w) for u, (_, w) in zip(was, hands, strict=True)]
-    found = apply(small_balloon, world(was, lag=lag, coupled=coupled), now, ())
+    found = apply(small_balloon, world(was, lag=lag, coupled=coupled), now)
     # The first force of a hand passes a lag that is long enough for any hand.
     first = max(lag, FIRST_LAG)
     each = [first if f <= NEGLIGIBLE and w > f else lag for f, w in hands]
@@ -174,7 +180,7 @@ def test_strangers_do_not_hold_up_a_press(small_balloon: Balloon) -> None:
     new = replace(at(small_balloon, 2.0, 0.0, 2), requested=1.0)
     hovers = at(small_balloon, 1.0, 0.0, 3)
     state = world([was, hovers], coupled=0.9)
-    found = apply(small_balloon, state, [now, new, hovers], ())
+    found = apply(small_balloon, state, [now, new, hovers])
     assert found[0].force == 8.0
 
 
@@ -184,7 +190,7 @@ def test_who_is_elsewhere_all_at_once_moves_nobody_fast(small_balloon: Balloon) 
     there = at(small_balloon, 1.5, 0.0, 2)
     beside = replace(at(small_balloon, 0.2, 0.0, 2), requested=10.0)
     state = world([holds, there], coupled=0.01)
-    found = apply(small_balloon, state, [holds, beside], ())
+    found = apply(small_balloon, state, [holds, beside])
     assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
 
 
@@ -194,7 +200,7 @@ def test_a_newcomer_whose_coupling_is_not_known_yet_moves_nobody_fast(
     """It could be at the place of the other."""
     old = at(small_balloon, 0.0, 2.0)
     new = replace(at(small_balloon, 2.0, 0.0, 2), requested=10.0)
-    found = apply(small_balloon, world([old]), [replace(old, requested=2.0), new], ())
+    found = apply(small_balloon, world([old]), [replace(old, requested=2.0), new])
     assert found[0].force == 2.0
     assert 0.0 < 10.0 * found[1].force <= EFFECT_RATE * DT * (1.0 + 1e-9)
 
@@ -212,7 +218,7 @@ def test_along_and_normal_are_let_in_in_one_share(
         rough, tangential=None, requested=pressed, requested_tangential=along(rough, rubbed)
     )
     state = world([rough, still], coupled=0.9)
-    found = apply(small_balloon, state, [now, still], ())[0]
+    found = apply(small_balloon, state, [now, still])[0]
     assert found.tangential is not None
     assert found.tangential * pressed == pytest.approx(along(rough, rubbed) * found.force, abs=1e-9)
     moved = found.force + float(np.linalg.norm(found.tangential))
@@ -229,7 +235,7 @@ def test_a_body_carries_no_more_than_sixteen_hands_give_along_the_surface_either
         pressed = replace(user, force=1.0, requested=10.0)
         users.append(replace(pressed, requested_tangential=along(user, 5.0)))
     state = world(users)
-    found = apply(small_balloon, state, users, ())
+    found = apply(small_balloon, state, users)
     assert sum(user.force for user in found) == pytest.approx(MAX_SUM)
     for user in found:
         assert user.tangential is not None
@@ -241,7 +247,7 @@ def test_a_force_that_would_go_through_the_body_is_cut_to_that(
 ) -> None:
     user = at(small_balloon, 0.0, 0.0)
     soft = replace(world([user]), coupling=np.array([[1.0]]))
-    (found,) = apply(small_balloon, soft, [replace(user, requested=10.0)], ())
+    (found,) = apply(small_balloon, soft, [replace(user, requested=10.0)])
     assert found.force == pytest.approx(MAX_INDENTATION * small_balloon.mesh.size)
     assert found.force < 10.0
 
@@ -250,9 +256,10 @@ def test_who_is_elsewhere_is_not_there_until_its_old_force_has_faded(
     small_balloon: Balloon,
 ) -> None:
     user = at(small_balloon, 0.0, 2.0)
-    (found,) = apply(small_balloon, world([user]), [replace(user, requested=2.0)], {1})
+    left = replace(world([user]), releases=(Release(1, user.press, 1.0),))
+    (found,) = apply(small_balloon, left, [replace(user, requested=2.0)])
     assert (found.force, found.presence) == (0.0, 0.0)
-    (back,) = apply(small_balloon, world([found]), [replace(user, requested=2.0)], ())
+    (back,) = apply(small_balloon, world([found]), [replace(user, requested=2.0)])
     assert (back.force, back.presence) == (2.0, 1.0)
 
 
@@ -263,7 +270,7 @@ def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
     user = at(small_balloon, 0.0, 2.0)
     user = replace(user, touch=replace(user.touch, fresh=fresh))
     now = replace(user, requested=0.0)
-    (found,) = apply(small_balloon, world([user], lag=5.0), [now], ())
+    (found,) = apply(small_balloon, world([user], lag=5.0), [now])
     lag = 5.0 if fresh else MAX_RELEASE_LAG
     assert found.force == pytest.approx(2.0 * lag / (lag + DT))
 
@@ -276,11 +283,11 @@ def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: 
     was = replace(was, touch=replace(was.touch, friction=True), tangential=along(was, 1.0))
     moved = at(small_balloon, angle, 0.0)
     now = replace(moved, touch=was.touch, requested=2.0, requested_tangential=np.zeros(3))
-    (found,) = apply(small_balloon, world([was], lag=1.0), [now], ())
+    (found,) = apply(small_balloon, world([was], lag=1.0), [now])
     assert found.tangential is not None
     assert float(found.tangential @ moved.contact.normal) == pytest.approx(0.0, abs=1e-12)
     assert np.linalg.norm(found.tangential) <= 1.0 + 1e-12
 
 
 def test_nobody_is_let_in_where_nobody_is(small_balloon: Balloon) -> None:
-    assert apply(small_balloon, WorldState(), [], ()) == []
+    assert apply(small_balloon, WorldState(), []) == []

@@ -15,10 +15,11 @@ from cohaptic.vec import Vec3
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, vec3
+from cohaptic_server.world.applied_forces import RELEASE_TIME
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.state import Touch
-from cohaptic_server.world.tick import RELEASE_TIME, advance
+from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from tests.examples_of_laws import examples
 from tests.strategies import vectors

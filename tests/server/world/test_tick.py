@@ -16,8 +16,10 @@ from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.world.applied_forces import RELEASE_TIME
 from cohaptic_server.world.contact import MAX_CONTACT_HEIGHT
-from cohaptic_server.world.tick import NEAR_HEIGHT, RELEASE_TIME, advance
+from cohaptic_server.world.stages.surfaces import NEAR_HEIGHT
+from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from tests.examples_of_laws import examples
 from tests.server.touches import RADIUS, side, touch

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from cohaptic.protocol.patch import Patch
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
+from cohaptic_server.world.applied_forces import RELEASE_TIME
 from cohaptic_server.world.state import Touch
-from cohaptic_server.world.tick import RELEASE_TIME, advance
+from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 
 DT = 1.0 / 60.0  # s

@@ -51,7 +51,7 @@ _CALM: Final = 2.0
 # s rms by which a loop's delay may differ from one that glides, in the last 4 s. A pause of 0.3 s,
 # or one of 0.2 s in each second, stays below; with pauses of 0.6 s in each 2.5 s three hands side
 # by side swung by 2 N.
-_STEADY: Final = 0.09
+STEADY: Final = 0.09
 # Share of its square below which models may come back: pauses every few seconds would else let them
 # come and go.
 _STEADY_AGAIN: Final = 0.25
@@ -190,7 +190,7 @@ def _jumped(tracked: Tracked, row: int, wavers: bool, time: TickTime) -> bool:
     One that has fallen silent may be gone for good; if it comes back, its delay has jumped.
     """
     delay = tracked.delays[row]
-    most = _STEADY + 0.5 * time.period  # delays are counted in ticks
+    most = STEADY + 0.5 * time.period  # delays are counted in ticks
     if delay.unsteady <= most * most * (_STEADY_AGAIN if wavers else 1.0):
         return False
     late = (time.number - tracked.touches[row].tick) * time.period

@@ -12,7 +12,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
 from cohaptic_server.bodies.modal.modal_body import ModalResponse
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.world.tick import show_swing
+from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.users import Hand
 from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, solid

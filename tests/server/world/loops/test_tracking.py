@@ -14,8 +14,8 @@ from cohaptic_server.world import (
     contact_tracking,
     displacement_field,
     patch_geometry,
-    tick,
 )
+from cohaptic_server.world.stages import surfaces
 from tests.compiled_modules import compiled_module, plain_module
 from tests.server.world.rooms import TICKS, mixed_room, numbers
 
@@ -30,8 +30,8 @@ CALLS = [
     (applied_forces, "tangential_parts", "vectors", "tangential_parts"),
     (patch_geometry, "choose_in_one_call", "windows", "choose_windows"),
     (patch_geometry, "tangential_parts", "vectors", "tangential_parts"),
-    (tick, "put_contacts", "free_surfaces", "put_contacts"),
-    (tick, "heights", "vectors", "heights"),
+    (surfaces, "put_contacts", "free_surfaces", "put_contacts"),
+    (surfaces, "heights", "vectors", "heights"),
     (displacement_field, "flatten", "free_surfaces", "flatten"),
     (patch_geometry, "largest", "packing", "largest"),
     (patch_geometry, "pack", "packing", "pack"),
