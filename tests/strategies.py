@@ -13,6 +13,7 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
+from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
@@ -27,6 +28,7 @@ from cohaptic.protocol.partners import (
 from cohaptic.protocol.patch import (
     MAX_COMPLIANCE,
     MAX_COUPLING,
+    MAX_GAIN_CUT,
     MAX_LAG,
     MAX_MARGIN,
     MIN_COMPLIANCE,
@@ -88,6 +90,11 @@ rooms = st.builds(
     coupling=st.floats(0.0, MAX_COUPLING, width=16),
     margin=st.floats(0.0, MAX_MARGIN, width=16),
 )
+ledgers = st.builds(
+    TickLedger,
+    *[st.floats(-300.0, 300.0, width=16)] * 5,
+    gain_cut=st.floats(0.0, MAX_GAIN_CUT, width=16),
+)
 patches = st.builds(
     Patch,
     tick=counts,
@@ -106,6 +113,7 @@ patches = st.builds(
     own_force=vectors(100.0),
     u_others=vectors(1.0),
     room=rooms,
+    ledger=ledgers,
     compliance=st.none()
     # Positive definite: no row's entries beside the diagonal reach its own.
     | st.builds(Compliance3, *[floats(0.125, 1.0)] * 3, *[floats(-0.0625, 0.0625)] * 3),
@@ -193,6 +201,7 @@ user_records = st.builds(
     fresh=st.booleans(),
     friction=st.booleans(),
     x_free=vectors(10.0),
+    ledger=ledgers,
 )
 
 

@@ -52,6 +52,7 @@ _LIMITS: dict[str, tuple[float, str]] = {
     "MAX_MESH_BYTES": (rest_mesh.MAX_BYTES, ""),
     "MESH_STEPS": (quantised_mesh.STEPS, "on each axis of a quantised mesh"),
     "MAX_USERS": (scene.MAX_USERS, ""),
+    "MAX_GAIN_CUT": (patch.MAX_GAIN_CUT, "N/m, in a tick's ledger"),
     "MAX_USER_CURVATURE": (scene.MAX_CURVATURE, "1/m, in a scene"),
     "MAX_LOOP_DELAY": (scene.MAX_LOOP_DELAY, "s"),
 }

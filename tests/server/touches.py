@@ -102,6 +102,7 @@ def tracked_of(users: Sequence[UserState], before: Iterable[int] = ()) -> Tracke
         [i for i, touch in enumerate(touches) if touch.friction],
         [user.delay for user in users],
         vectors([user.velocity for user in users]),
+        np.array([user.requested for user in users], dtype=np.float64),
         NOWHERE_KNOWN,
     )
 

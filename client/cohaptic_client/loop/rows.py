@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from cohaptic.control.tick_ledger import NOTHING_CUT
 from cohaptic.status.reason import (
     CATCHES_UP,
     LAW_CHANGES,
@@ -41,6 +42,7 @@ def row_of(
     """
     patch, local = state.patch, period.local
     ledger = ledger_of(period, period.settings.limits.max_force)
+    tick = NOTHING_CUT if patch is None else patch.ledger
     added = [*period.added, 0.0, 0.0, 0.0, 0.0]
     x, y, z = sample.position
     fx, fy, fz = period.force
@@ -56,7 +58,9 @@ def row_of(
         ledger.limit, ledger.fade, ledger.rate, held_turn(period), period.spent_gain,
         period.spent_fades, period.spent_turn, period.spent_models, period.spent_depth,
         EXTERNAL_RATE * period.counted, norm(period.on_body),
-        norm(patch.own_force) if patch is not None else 0.0, reason_in(state, period),
+        norm(patch.own_force) if patch is not None else 0.0,
+        tick.by_presence, tick.by_limit, tick.by_anticipation, tick.by_lag, tick.by_rate,
+        tick.gain_cut, reason_in(state, period),
         added[0], added[1], added[2], added[3],
     )  # fmt: skip
 

@@ -82,7 +82,7 @@ def track_contacts(
     delays = _loop_delays(state, touches, before, time)
     return Tracked(
         touches, before, probes, settings, contacts, presence, requested, sideways, rough, delays,
-        velocity, surfaces,
+        velocity, push, surfaces,
     )  # fmt: skip
 
 

@@ -122,6 +122,8 @@ class Tracked:
         rough: Rows of the users who may have a tangential force.
         delays: Measured delays of the users' loops.
         velocity: Velocity of the probes, smoothed, shape (n, 3) [m/s].
+        asked: Normal forces in the users' samples, of those within the devices' limits, shape (n,)
+            [N].
         surfaces: Surfaces on which the contacts are tracked, which follow the free surfaces with a
             delay (`contact_tracking.RELAXATION`); one for each row of the tick before.
     """
@@ -137,6 +139,7 @@ class Tracked:
     rough: Sequence[int]
     delays: Sequence[LoopDelay]
     velocity: Floats
+    asked: Floats
     surfaces: KnownFields
 
 
@@ -237,6 +240,7 @@ NOBODY = Users(
         (),
         (),
         vectors(()),
+        np.zeros(0),
         NOWHERE_KNOWN,
     ),
     Applied(np.zeros(0), np.zeros(0), vectors(())),

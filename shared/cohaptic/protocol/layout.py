@@ -129,6 +129,35 @@ def _reserved(count: int) -> Field:
 
 
 _LENGTH = "length <= 10"  # of a place or a displacement [m], `MAX_POSITION`
+_NEWTONS = "+-300"
+
+
+def _ledger(meaning: str = "") -> tuple[Field, ...]:
+    """Fields for what a tick made of a user's force.
+
+    Args:
+        meaning: In place of the meanings, where those are in another table; empty for none.
+    """
+    of = (
+        (
+            "by_presence",
+            "who comes, leaves, is silent, has jumped or is too high above the surface",
+        ),
+        ("by_limit", "by the limits of the contact and of the body"),
+        ("by_anticipation", "since the answers of the other hands are anticipated"),
+        ("by_lag", "by the room's lag"),
+        ("by_rate", "since the force on another hand would change too fast"),
+    )
+    first = "what the tick adds to the force that it had heard of: "
+    fields = [
+        Field(name, "f16", 1, "N", meaning or (first if i == 0 else "the same: ") + why, _NEWTONS,
+              "ledger")
+        for i, (name, why) in enumerate(of)
+    ]  # fmt: skip
+    cut = "what the largest gain is less since models of others stiffen the contact; 6e4 for more"
+    return (*fields, Field("gain_cut", "f16", 1, "N/m", meaning or cut, "0..6e4", "ledger"))
+
+
 _GEOMETRIES = "1 plane, 2 sphere, 3 mesh"
 _LAWS = ", ".join(f"{number} {law.value}" for number, law in enumerate(Law, 1))
 _SHAPE = f"bits 0-3 `geometry`: {_GEOMETRIES}; bits 4-7 `law`: {_LAWS}"
@@ -245,6 +274,7 @@ PATCH: Final = Layout(
             "not couple",
             ">= 0", "room",
         ),
+        *_ledger(),
     ),
     Frame(
         FrameKind.PATCH,
@@ -453,6 +483,7 @@ USER: Final = Layout(
             "x_free", "f32", 3, "m",
             "contact point of the surface without this user's own force", _LENGTH,
         ),
+        *_ledger("of the tick, as in a patch"),
     ),
 )  # fmt: skip
 

@@ -18,6 +18,7 @@ from typing import Final
 from cohaptic.control.friction import Compliance3, is_definite
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import NO_LAG, RoomLag
+from cohaptic.control.tick_ledger import NOTHING_CUT, TickLedger
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
@@ -56,6 +57,8 @@ MAX_COUPLING: Final = 1e3  # 63 for 64 users at one place; a larger coupling is 
 MAX_MARGIN: Final = 6e4
 # Relative rounding of 32 bits on the wire, by which c_ii may exceed its limits.
 _ROUNDING: Final = 1e-6
+MAX_GAIN_CUT: Final = 6e4  # N/m, about the largest value in 16 bits; more is sent as this value
+_MOST_CUT: Final = 3.0 * MAX_FORCE  # N; a force and its answers are each bounded by `MAX_FORCE`
 _GEOMETRY_MASK: Final = 0x000F
 _LAW_SHIFT: Final = 4
 _LAW_MASK: Final = 0x000F
@@ -107,6 +110,7 @@ class Patch:
         compliance: Compliance of the contact in all directions, for a client with friction; None
             for a client without friction.
         partners: The other hands, for a client that moves models of them; None for other clients.
+        ledger: What the tick made of this client's force.
     """
 
     tick: Final[int]
@@ -128,6 +132,7 @@ class Patch:
     neighbourhood: Final[Neighbourhood | None]
     compliance: Final[Compliance3 | None]
     partners: Final[Partners | None]
+    ledger: Final[TickLedger]
 
     def __init__(
         self,
@@ -150,6 +155,7 @@ class Patch:
         neighbourhood: Neighbourhood | None = None,
         compliance: Compliance3 | None = None,
         partners: Partners | None = None,
+        ledger: TickLedger = NOTHING_CUT,
     ) -> None:
         self.tick = tick
         self.seq = seq
@@ -170,6 +176,7 @@ class Patch:
         self.neighbourhood = neighbourhood
         self.compliance = compliance
         self.partners = partners
+        self.ledger = ledger
 
     @property
     def k_o(self) -> float:
@@ -206,6 +213,8 @@ class Patch:
             self.room.lag,
             self.room.coupling,
             min(self.room.margin, MAX_MARGIN),
+            *self.ledger.entries,
+            min(self.ledger.gain_cut, MAX_GAIN_CUT),
         )
         return HEADER.pack(PROTOCOL_VERSION, FrameKind.PATCH, flags) + body + tail
 
@@ -263,6 +272,7 @@ class Patch:
             (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[6], v[7], v[8], v[9],
             (v[10], v[11], v[12]), (v[13], v[14], v[15]), RoomLag(v[16], v[17], v[18]),
             neighbourhood, compliance, partners,
+            TickLedger(v[19], v[20], v[21], v[22], v[23], v[24]),
         )  # fmt: skip
 
     def check(self, *, remote: bool) -> None:
@@ -290,6 +300,7 @@ class Patch:
         check_vector("own_force", self.own_force, MAX_FORCE, "N", remote=remote)
         check_vector("u_others", self.u_others, MAX_POSITION, "m", remote=remote)
         check_room(self.room, remote=remote)
+        check_ledger(self.ledger, remote=remote)
         if self.partners is not None:
             self.partners.check(remote=remote)
         for value in self.compliance or ():
@@ -303,3 +314,12 @@ def check_room(room: RoomLag, *, remote: bool) -> None:
     check_range("lag of the room", room.lag, 0.0, MAX_LAG, remote=remote)
     check_range("coupling of the room", room.coupling, 0.0, MAX_COUPLING, remote=remote)
     check_range("margin of the room", room.margin, 0.0, math.inf, remote=remote)
+
+
+def check_ledger(ledger: TickLedger, *, remote: bool) -> None:
+    """Raise unless each entry of a tick's ledger is in its limits; NaN raises too."""
+    for newtons in ledger.entries:
+        check_range("entry of a tick's ledger", newtons, -_MOST_CUT, _MOST_CUT, remote=remote)
+    # Before it is packed, it may be more than 16 bits hold.
+    most = MAX_GAIN_CUT if remote else MAX_STIFFNESS
+    check_range("gain_cut", ledger.gain_cut, 0.0, most, remote=remote)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import NO_LAG, RoomLag
+from cohaptic.control.tick_ledger import NOTHING_CUT, TickLedger
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.frame import (
     HEADER,
@@ -21,7 +22,15 @@ from cohaptic.protocol.frame import (
     open_header,
 )
 from cohaptic.protocol.layout import SCENE, USER, FrameKind
-from cohaptic.protocol.patch import LAWS, MAX_MARGIN, MAX_STIFFNESS, Geometry, check_room
+from cohaptic.protocol.patch import (
+    LAWS,
+    MAX_GAIN_CUT,
+    MAX_MARGIN,
+    MAX_STIFFNESS,
+    Geometry,
+    check_ledger,
+    check_room,
+)
 from cohaptic.protocol.scene_surface import Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
@@ -64,6 +73,7 @@ class UserRecord:
         fresh: Whether the user's samples still arrive.
         friction: Whether the user's force may have a part along the surface.
         x_free: Contact point of the surface without this user's own force [m].
+        ledger: What the tick made of the user's force.
     """
 
     user: int
@@ -83,6 +93,7 @@ class UserRecord:
     fresh: bool
     friction: bool
     x_free: Vec3
+    ledger: TickLedger = NOTHING_CUT
 
     def encode(self) -> bytes:
         """The bytes of this user; raises LocalProtocolError when a value is out of its limits."""
@@ -94,6 +105,7 @@ class UserRecord:
             round(_UNIT * x), round(_UNIT * y), round(_UNIT * z),
             (LAWS.index(self.law) + 1) << 4 | self.geometry, round(255 * self.presence),
             self.curvature, _FRESH * self.fresh | _FRICTION * self.friction, *self.x_free,
+            *self.ledger.entries, min(self.ledger.gain_cut, MAX_GAIN_CUT),
         )  # fmt: skip
 
     @classmethod
@@ -110,6 +122,7 @@ class UserRecord:
             v[9], v[10], v[11], v[12], v[13], (v[14] / _UNIT, v[15] / _UNIT, v[16] / _UNIT),
             LAWS[law - 1], Geometry(geometry), v[18] / 255, v[19],
             bool(state & _FRESH), bool(state & _FRICTION), (v[21], v[22], v[23]),
+            TickLedger(v[24], v[25], v[26], v[27], v[28], v[29]),
         )  # fmt: skip
         record._check(remote=True)
         return record
@@ -129,6 +142,7 @@ class UserRecord:
         check_range("presence", self.presence, 0.0, 1.0, remote=remote)
         check_range("curvature", self.curvature, -MAX_CURVATURE, MAX_CURVATURE, remote=remote)
         check_vector("x_free", self.x_free, MAX_POSITION, "m", remote=remote)
+        check_ledger(self.ledger, remote=remote)
 
 
 @dataclass(frozen=True, slots=True)

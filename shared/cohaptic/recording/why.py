@@ -42,16 +42,21 @@ SPENT: Final = {
     "spent_models": "models",
     "spent_depth": "depth",
 }
+# What the server's tick made of the force that it had heard of.
+TICK: Final = {
+    "tick_presence": "this user comes, leaves, is silent, has jumped or is out of reach",
+    "tick_limit": "the largest force of contact and object",
+    "tick_anticipation": "answers of the other hands that are still on their way",
+    "tick_lag": "the room's lag",
+    "tick_rate": "others' forces may not change so fast",
+}
 # The same while a force is taken away.
 _TAKEN_AWAY: Final = {
     "by_fade": "the force is taken away",
     "by_rate": "what is left of it, on a ramp of 20 ms",
 }
 _SEEN: Final = 0.01  # N; a smaller entry is not worth a word
-_CUT: Final = 0.9  # of the force that the body was to carry; a lesser one was cut by the server
-# s before the time asked about, in which a force that is carried is compared: as long as the
-# longest loop that a server lets press
-_STEADY: Final = 2.5
+_SOFTER: Final = 1.0  # N/m; a gain that is less by no more is not worth a word
 _LATE: Final = 0.003  # s; a period that begins later was held up by the machine, or by a rule
 _TAKEN: Final = 0.0002  # N of a budget of 0.02; a smaller part is not worth a word
 _SUM: Final = 0.005  # N; entries that miss the force by more are not all of it
@@ -81,6 +86,8 @@ class Why:
         t: Time since the beginning of the recording [s].
         force: Size of the force on the hand [N].
         entries: What rules did; together they are the force.
+        server: What the server's tick added to the force that it had heard of, at the tick of the
+            newest patch.
         spent: Who took how much of the budget [N].
         budget: The budget [N].
         reasons: What else held, in words.
@@ -90,6 +97,7 @@ class Why:
     t: float
     force: float
     entries: tuple[Entry, ...]
+    server: tuple[Entry, ...]
     spent: dict[str, float]
     budget: float
     reasons: tuple[str, ...]
@@ -152,14 +160,17 @@ def why(columns: Columns, at: float, rules: Mapping[str, str] | None = None) -> 
         for name, words in entries_in(columns, rules).items()
     )
     spent = {words: row[name] for name, words in SPENT.items()}
-    reasons = _reasons(columns, row, i, force)
+    server = tuple(
+        Entry(name.removeprefix("tick_"), row[name], words) for name, words in TICK.items()
+    )
+    reasons = _reasons(row, force)
     return Why(
-        float(t[i]), force, entries, spent, row["budget"], reasons,
+        float(t[i]), force, entries, server, spent, row["budget"], reasons,
         _sentence(force, entries, row, spent, reasons),
     )  # fmt: skip
 
 
-def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -> tuple[str, ...]:
+def _reasons(row: Mapping[str, float], force: float) -> tuple[str, ...]:
     """Return what held in a period besides the entries, in words."""
     flags = int(row["reason"]) if math.isfinite(row["reason"]) else 0
     found = list[str]()
@@ -182,14 +193,25 @@ def _reasons(columns: Columns, row: Mapping[str, float], i: int, force: float) -
     found += [line for line in flags_in(flags) if line in words.values()]
     if abs(row["held_turn"]) > _SEEN:
         found.append(f"{row['held_turn']:.2f} N of a turn of the force is held back")
-    since = int(np.searchsorted(columns["t"], float(columns["t"][i]) - _STEADY))
-    least = float(columns["on_body"][since : i + 1].min())
-    most = float(columns["carried"][since : i + 1].max())
-    if least > _SEEN and most < _CUT * least:
-        found.append(f"the server lets the body carry {most:.2f} N of {row['on_body']:.2f} N")
+    cuts = [
+        f"{_signed(row[name])} by {name.removeprefix('tick_')} ({words})"
+        for name, words in TICK.items()
+        if abs(row[name]) > _SEEN
+    ]
+    if cuts:
+        found.append(f"the server lets the body carry {row['carried']:.2f} N: {', '.join(cuts)}")
+    if row["gain_cut"] > _SOFTER:
+        found.append(
+            f"others' models stiffen the contact, so the largest gain is {row['gain_cut']:.0f} N/m "
+            "less"
+        )
     if row["lag"] > 0.0:
         found.append(f"the object answers other hands with a lag of {row['lag']:.2f} s")
     return tuple(found)
+
+
+def _signed(newtons: float) -> str:
+    return f"{'less' if newtons < 0.0 else 'plus'} {abs(newtons):.2f} N"
 
 
 def _sentence(
@@ -208,7 +230,7 @@ def _sentence(
         return "; ".join([words, " and ".join(reasons)]).rstrip("; ") + "."
     parts = [f"{first.newtons:.2f} N by the surface"]
     parts += [
-        f"{'less' if entry.newtons < 0.0 else 'plus'} {abs(entry.newtons):.2f} N by {entry.name}"
+        f"{_signed(entry.newtons)} by {entry.name}"
         for entry in others
         if abs(entry.newtons) > _SEEN
     ]

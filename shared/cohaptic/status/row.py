@@ -39,6 +39,10 @@ class Row(NamedTuple):
         budget: That budget at the beginning of the period [N].
         on_body: Size of the force whose opposite the body is to carry [N].
         carried: Size of the one that it carried at the tick of the newest patch [N].
+        tick_presence ... tick_rate: What the server's tick made of the force that it had heard
+            of, at the tick of the newest patch, as in `cohaptic.control.tick_ledger` [N].
+        gain_cut: What the largest gain is less, at that tick, since others' models stiffen the
+            contact [N/m].
         reason: Why the force is held back, as in `cohaptic.status.reason`.
         by_rule_1 ... by_rule_4: What rules of other packages added [N]; a recording has their names
             in place of the numbers.
@@ -84,6 +88,12 @@ class Row(NamedTuple):
     budget: float = 0.0
     on_body: float = 0.0
     carried: float = 0.0
+    tick_presence: float = 0.0
+    tick_limit: float = 0.0
+    tick_anticipation: float = 0.0
+    tick_lag: float = 0.0
+    tick_rate: float = 0.0
+    gain_cut: float = 0.0
     reason: float = 0.0
     by_rule_1: float = 0.0
     by_rule_2: float = 0.0

@@ -10,6 +10,7 @@ import pytest
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.hand_model import USUAL_HAND
+from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.partners import Partner, Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.recording.why import ENTRIES, Why, why
@@ -165,21 +166,30 @@ def test_a_jump_of_the_tip() -> None:
 
 def test_a_cut_by_the_server() -> None:
     stage = Stage()
-    stage.server = lambda patch, force: replace(patch, own_force=scale(force, 0.4))
+    cut = TickLedger(by_limit=-0.5 * PRESSED, by_rate=-0.1 * PRESSED, gain_cut=250.0)
+    stage.server = lambda patch, force: replace(patch, own_force=scale(force, 0.4), ledger=cut)
     stage.press()
-    stage.rest(1.5)
     found = last(stage)
-    words = f"the server lets the body carry {0.4 * PRESSED:.2f} N of {PRESSED:.2f} N"
-    assert words in found.sentence
+    assert f"the server lets the body carry {0.4 * PRESSED:.2f} N" in found.sentence
+    assert f"less {0.5 * PRESSED:.2f} N by limit" in found.sentence
+    assert f"less {0.1 * PRESSED:.2f} N by rate" in found.sentence
+    assert "the largest gain is 250 N/m less" in found.sentence
+    given = {each.name: each.newtons for each in found.server}
+    assert given == pytest.approx(
+        {"presence": 0.0, "limit": -0.5 * PRESSED, "anticipation": 0.0, "lag": 0.0,
+         "rate": -0.1 * PRESSED}
+    )  # fmt: skip
 
 
 def test_a_lag() -> None:
     stage = Stage()
     stage.server = lambda patch, force: replace(
-        honest(patch, force), room=replace(patch.room, lag=0.35)
+        honest(patch, force), room=replace(patch.room, lag=0.35), ledger=TickLedger(by_lag=-0.4)
     )
     stage.press()
-    assert "the object answers other hands with a lag of 0.35 s" in last(stage).sentence
+    found = last(stage)
+    assert "the object answers other hands with a lag of 0.35 s" in found.sentence
+    assert "less 0.40 N by lag (the room's lag)" in found.sentence
 
 
 def test_every_row_of_a_recording_adds_up() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from cohaptic.control.hand_model import HandModel
 from cohaptic.control.room_lag import RoomLag
+from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.layout import (
@@ -95,6 +96,8 @@ def test_each_value_of_a_part_has_a_field() -> None:
     assert names(SURFACE) - {"length"} == members(Surface) - {"units"}
     for layout in (PATCH, SCENE):
         assert {f.name for f in layout.fields if f.group == "room"} == members(RoomLag)
+    for layout in (PATCH, USER):
+        assert {f.name for f in layout.fields if f.group == "ledger"} == members(TickLedger)
 
 
 def written(layout: Layout) -> Iterator[tuple[bytes, dict[str, Any]]]:

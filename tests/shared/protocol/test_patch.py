@@ -92,8 +92,8 @@ def test_a_normal_that_is_not_one_is_our_mistake() -> None:
 
 def test_is_as_large_as_is_written() -> None:
     """docs/protocol.md; with friction six numbers more."""
-    assert len(GOOD.encode()) == SIZE == 104
-    assert len(replace(GOOD, compliance=Compliance3(*[0.004] * 3, *[0.001] * 3)).encode()) == 128
+    assert len(GOOD.encode()) == SIZE == 116
+    assert len(replace(GOOD, compliance=Compliance3(*[0.004] * 3, *[0.001] * 3)).encode()) == 140
 
 
 def test_partners_are_within_the_frame_that_a_plane_without_them_ends() -> None:
@@ -143,7 +143,10 @@ BOUNDS: list[tuple[str, str, int, float]] = [
     ("coupling of the room", "e", 100, -0.1),
     ("coupling of the room", "e", 100, 2.0 * MAX_COUPLING),
     ("margin of the room", "e", 102, -0.1),
-    *[("compliance", "f", 104 + 4 * entry, 11.0) for entry in range(6)],
+    *[("entry of a tick's ledger", "e", 104 + 2 * entry, 301.0) for entry in range(5)],
+    ("gain_cut", "e", 114, -1.0),
+    ("gain_cut", "e", 114, 6.1e4),
+    *[("compliance", "f", 116 + 4 * entry, 11.0) for entry in range(6)],
 ]
 
 

@@ -12,6 +12,7 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
 from cohaptic.control.room_lag import RoomLag
+from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import (
@@ -55,6 +56,7 @@ SAMPLES = {
         HandModel(0.25, 8.0, 400.0),
     ),
 }  # fmt: skip
+CUT = TickLedger(-0.25, -0.5, 0.125, -1.5, -0.0625, 256.0)
 HALF = RoomLag(single(0.35), 1.25, 1.5)  # coupling and margin have 16 bits
 PATCHES = {
     # Nobody else: as far from the edge as can be said.
@@ -76,7 +78,7 @@ PATCHES = {
         tick=3, seq=2, t_server=501.0, t_client=12346.0, sample_wait=0.0, geometry=Geometry.PLANE,
         law=Law.PREDICTIVE, x_free=(-0.125, 0.0, 0.0), normal=(-1.0, 0.0, 0.0), curvature=0.0,
         c_ii=0.00390625, k_h=256.0, integral_gain=0.0, own_force=(-0.5, 0.125, 0.0625),
-        u_others=(0.0, 0.00390625, 0.0), room=HALF,
+        u_others=(0.0, 0.00390625, 0.0), room=HALF, ledger=CUT,
         compliance=Compliance3(0.00390625, 0.0078125, 0.015625, -0.0009765625, 0.0, 0.001953125),
     ),
     "mesh": Patch(
@@ -151,7 +153,7 @@ ANN = UserRecord(
     user=1, probe=(-0.125, 0.0, 0.25), foot=(-0.125, 0.0, 0.1875), force=(-2.5, 0.25, 0.0),
     c_ii=0.00390625, k_o_coupled=160.0, k_h=256.0, integral_gain=0.0, loop_delay=0.0625,
     normal=(-1.0, 0.0, 0.0), law=Law.PREDICTIVE, geometry=Geometry.MESH, presence=1.0,
-    curvature=10.0, fresh=True, friction=True, x_free=(-0.125, 0.0078125, 0.0),
+    curvature=10.0, fresh=True, friction=True, x_free=(-0.125, 0.0078125, 0.0), ledger=CUT,
 )  # fmt: skip
 BOB = UserRecord(  # has left: without law, its force fades
     user=4_000_000_000, probe=(0.0, single(0.1), single(-0.02)), foot=(0.0, single(0.1), 0.0),
@@ -210,6 +212,7 @@ def binary_vectors() -> dict[str, list[dict[str, Any]]]:
                 | {"geometry": m.geometry.name.lower(), "law": m.law.value}
                 | {
                     "room": asdict(m.room),
+                    "ledger": asdict(m.ledger),
                     "neighbourhood": neighbourhood_fields(m.neighbourhood),
                     "partners": partners_fields(m.partners),
                 },

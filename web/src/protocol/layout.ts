@@ -28,6 +28,7 @@ export const MAX_FACES = 131070;
 export const MAX_MESH_BYTES = 1575436;
 export const MESH_STEPS = 65535; // on each axis of a quantised mesh
 export const MAX_USERS = 256;
+export const MAX_GAIN_CUT = 60000; // N/m, in a tick's ledger
 export const MAX_USER_CURVATURE = 60000; // 1/m, in a scene
 export const MAX_LOOP_DELAY = 1000; // s
 
@@ -107,8 +108,8 @@ export function writeOwnModelFields(view: DataView, at: number, fields: OwnModel
   view.setFloat32(at + 8, fields.stiffness, true);
 }
 
-export const PATCH_SIZE = 104;
-export const PATCH_AT = { tick: 4, seq: 8, t_server: 12, t_client: 20, sample_wait: 28, x_free: 32, normal: 44, curvature: 56, c_ii: 60, k_h: 64, integral_gain: 68, own_force: 72, u_others: 84, lag: 96, coupling: 100, margin: 102 } as const;
+export const PATCH_SIZE = 116;
+export const PATCH_AT = { tick: 4, seq: 8, t_server: 12, t_client: 20, sample_wait: 28, x_free: 32, normal: 44, curvature: 56, c_ii: 60, k_h: 64, integral_gain: 68, own_force: 72, u_others: 84, lag: 96, coupling: 100, margin: 102, by_presence: 104, by_limit: 106, by_anticipation: 108, by_lag: 110, by_rate: 112, gain_cut: 114 } as const;
 
 /** Surface in front of one user, free of the user's own force, and gains of the law. */
 export interface PatchFields {
@@ -129,6 +130,14 @@ export interface PatchFields {
     /** tau of the room (`science.md` 3.8, 3.13); 0 for none [s]; 0..60 */ readonly lag: number;
     /** m of the room, the spectral radius of S [1]; 0..1e3 */ readonly coupling: number;
     /** where forces are anticipated, 1 over the share of an error that is left after one way round; else tau over the least that is stable, 1 / m for m < 1; 6e4 for hands that do not couple [1]; >= 0 */ readonly margin: number;
+  };
+  readonly ledger: {
+    /** what the tick adds to the force that it had heard of: who comes, leaves, is silent, has jumped or is too high above the surface [N]; +-300 */ readonly by_presence: number;
+    /** the same: by the limits of the contact and of the body [N]; +-300 */ readonly by_limit: number;
+    /** the same: since the answers of the other hands are anticipated [N]; +-300 */ readonly by_anticipation: number;
+    /** the same: by the room's lag [N]; +-300 */ readonly by_lag: number;
+    /** the same: since the force on another hand would change too fast [N]; +-300 */ readonly by_rate: number;
+    /** what the largest gain is less since models of others stiffen the contact; 6e4 for more [N/m]; 0..6e4 */ readonly gain_cut: number;
   };
 }
 
@@ -151,6 +160,14 @@ export function readPatchFields(view: DataView): PatchFields {
       lag: view.getFloat32(96, true),
       coupling: getFloat16(view, 100),
       margin: getFloat16(view, 102),
+    },
+    ledger: {
+      by_presence: getFloat16(view, 104),
+      by_limit: getFloat16(view, 106),
+      by_anticipation: getFloat16(view, 108),
+      by_lag: getFloat16(view, 110),
+      by_rate: getFloat16(view, 112),
+      gain_cut: getFloat16(view, 114),
     },
   };
 }
@@ -323,8 +340,8 @@ export function readSceneFields(view: DataView): SceneFields {
   };
 }
 
-export const USER_SIZE = 84;
-export const USER_AT = { user: 0, probe: 4, foot: 16, force: 28, c_ii: 40, k_o_coupled: 44, k_h: 48, integral_gain: 52, loop_delay: 56, normal: 60, shape: 66, presence: 67, curvature: 68, state: 70, x_free: 72 } as const;
+export const USER_SIZE = 96;
+export const USER_AT = { user: 0, probe: 4, foot: 16, force: 28, c_ii: 40, k_o_coupled: 44, k_h: 48, integral_gain: 52, loop_delay: 56, normal: 60, shape: 66, presence: 67, curvature: 68, state: 70, x_free: 72, by_presence: 84, by_limit: 86, by_anticipation: 88, by_lag: 90, by_rate: 92, gain_cut: 94 } as const;
 
 /** One user in a scene. */
 export interface UserFields {
@@ -343,6 +360,14 @@ export interface UserFields {
   /** of its patch, positive where the body bulges [1/m]; +-6e4 */ readonly curvature: number;
   /** bit 0 `fresh`: its samples still come; bit 1 `friction`: its force may have a part along the surface; 0..3 */ readonly state: number;
   /** contact point of the surface without this user's own force [m]; length <= 10 */ readonly x_free: Vec3;
+  readonly ledger: {
+    /** of the tick, as in a patch [N]; +-300 */ readonly by_presence: number;
+    /** of the tick, as in a patch [N]; +-300 */ readonly by_limit: number;
+    /** of the tick, as in a patch [N]; +-300 */ readonly by_anticipation: number;
+    /** of the tick, as in a patch [N]; +-300 */ readonly by_lag: number;
+    /** of the tick, as in a patch [N]; +-300 */ readonly by_rate: number;
+    /** of the tick, as in a patch [N/m]; 0..6e4 */ readonly gain_cut: number;
+  };
 }
 
 export function readUserFields(view: DataView, at: number): UserFields {
@@ -362,6 +387,14 @@ export function readUserFields(view: DataView, at: number): UserFields {
     curvature: getFloat16(view, at + 68),
     state: view.getUint8(at + 70),
     x_free: getVec(view, at + 72),
+    ledger: {
+      by_presence: getFloat16(view, at + 84),
+      by_limit: getFloat16(view, at + 86),
+      by_anticipation: getFloat16(view, at + 88),
+      by_lag: getFloat16(view, at + 90),
+      by_rate: getFloat16(view, at + 92),
+      gain_cut: getFloat16(view, at + 94),
+    },
   };
 }
 

@@ -24,6 +24,7 @@ import {
   MAX_COUPLING,
   MAX_CURVATURE,
   MAX_FORCE,
+  MAX_GAIN_CUT,
   MAX_LAG,
   MAX_POSITION,
   MAX_STIFFNESS,
@@ -96,6 +97,7 @@ function check(patch: Patch): void {
   checkVector("own_force", patch.own_force, MAX_FORCE, "N");
   checkVector("u_others", patch.u_others, MAX_POSITION, "m");
   checkRoom(patch.room);
+  checkLedger(patch.ledger);
   for (const c of patch.compliance ?? []) checkRange("compliance", c, -MAX_POSITION, MAX_POSITION);
   if (patch.compliance !== null && !isDefinite(patch.compliance)) {
     throw new ProtocolError("compliance", `(${patch.compliance.join(", ")})`, "positive definite");
@@ -107,4 +109,11 @@ export function checkRoom(room: RoomLag): void {
   checkRange("lag of the room", room.lag, 0, MAX_LAG);
   checkRange("coupling of the room", room.coupling, 0, MAX_COUPLING);
   checkRange("margin of the room", room.margin, 0, Infinity);
+}
+
+/** Check what a tick made of a user's force, in a patch or scene; throws ProtocolError for impossible values. */
+export function checkLedger(ledger: PatchFields["ledger"]): void {
+  const { gain_cut, ...entries } = ledger;
+  for (const newtons of Object.values(entries)) checkRange("entry of a tick's ledger", newtons, -3 * MAX_FORCE, 3 * MAX_FORCE);
+  checkRange("gain_cut", gain_cut, 0, MAX_GAIN_CUT);
 }

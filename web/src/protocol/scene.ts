@@ -29,7 +29,7 @@ import {
   USER_SIZE,
   type UserFields,
 } from "./layout";
-import { checkRoom, geometryOf, lawOf } from "./patch";
+import { checkLedger, checkRoom, geometryOf, lawOf } from "./patch";
 import { decodeSurface, type SceneSurface } from "./scene_surface";
 import type { Traversal } from "./traversal";
 
@@ -112,4 +112,5 @@ function check(record: UserRecord): void {
   checkRange("length of normal", norm(record.normal), 0.999, 1.001);
   checkRange("curvature", record.curvature, -MAX_USER_CURVATURE, MAX_USER_CURVATURE);
   checkVector("x_free", record.x_free, MAX_POSITION, "m");
+  checkLedger(record.ledger);
 }

@@ -49,6 +49,7 @@ export function patchOf(play: Play, given: PlayPatch): Patch {
     curvature: play.curvature,
     room: { lag: 0, coupling: 0, margin: Infinity },
     neighbourhood: null,
+    ledger: { by_presence: 0, by_limit: 0, by_anticipation: 0, by_lag: 0, by_rate: 0, gain_cut: 0 },
   };
 }
 

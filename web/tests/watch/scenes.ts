@@ -33,6 +33,7 @@ export function record(user: number, x = 0): UserRecord {
     fresh: true,
     friction: false,
     x_free: [0.1, 0, 0],
+    ledger: { by_presence: 0, by_limit: 0, by_anticipation: 0, by_lag: 0, by_rate: 0, gain_cut: 0 },
   };
 }
 

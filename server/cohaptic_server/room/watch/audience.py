@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from cohaptic.control.room_lag import NO_LAG, RoomLag
+from cohaptic.control.tick_ledger import NOTHING_CUT
 from cohaptic.errors import LocalProtocolError
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.scene import (
@@ -75,6 +76,7 @@ def _record(user: UserState, patch: Patch | None) -> UserRecord:
         fresh=touch.fresh,
         friction=touch.friction,
         x_free=vec3(contact.point) if patch is None else patch.x_free,
+        ledger=NOTHING_CUT if patch is None else patch.ledger,
     )
 
 
@@ -83,9 +85,16 @@ MAX_SURFACE_BYTES = 96 * 1024
 _COARSER = 4.0  # factor on the displacement unit while an encoded surface is too long
 
 # Smallest visible change of each number of a record, in the order of `_key`: 10 um, 1 mN,
-# 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m.
+# 1 um/N, 1 N/m, 10 N/(m s), 1 ms, 0.001, 1 %, 0.1 1/m, 10 um, 10 mN, 10 N/m.
 _STEPS = np.array(
-    [1e-5] * 6 + [1e-3] * 3 + [1e-6, 1.0, 1.0, 10.0, 1e-3] + [1e-3] * 3 + [1e-2, 0.1] + [1e-5] * 3
+    [1e-5] * 6
+    + [1e-3] * 3
+    + [1e-6, 1.0, 1.0, 10.0, 1e-3]
+    + [1e-3] * 3
+    + [1e-2, 0.1]
+    + [1e-5] * 3
+    + [1e-2] * 5
+    + [10.0]
 )
 
 
@@ -177,7 +186,8 @@ def _key(records: Sequence[UserRecord]) -> tuple[object, ...]:
     numbers = [
         (
             *r.probe, *r.foot, *r.force, r.c_ii, r.k_o_coupled, r.k_h, r.integral_gain,
-            r.loop_delay, *r.normal, r.presence, r.curvature, *r.x_free,
+            r.loop_delay, *r.normal, r.presence, r.curvature, *r.x_free, *r.ledger.entries,
+            r.ledger.gain_cut,
         )
         for r in records
     ]  # fmt: skip

@@ -45,7 +45,7 @@ def go_ahead(tick: Tick) -> None:
 def lag(tick: Tick) -> None:
     """Let the forces pass the room's lag."""
     lags = lags_of(tick.state, tick.tracked, tick.previous, tick.limited)
-    tick.force = low_pass(tick.previous, tick.force, lags, tick.time.elapsed)
+    tick.force = tick.lagged = low_pass(tick.previous, tick.force, lags, tick.time.elapsed)
     if tick.tracked.rough:
         tick.along = low_pass(tick.was, tick.along, lags[:, None], tick.time.elapsed)
 
@@ -66,5 +66,9 @@ def bound_rate(tick: Tick) -> None:
     if tracked.rough:
         tick.along = tick.was + share[:, None] * aside
     tick.force = previous + share * (tick.force - previous)
-    deep = tick.limited < tick.present * tracked.requested
-    tick.applied = Applied(tick.presence, tick.force, tick.along, deep, share < 1.0)
+    present = tick.present * tracked.requested
+    tick.applied = Applied(
+        tick.presence, tick.force, tick.along, tick.limited < present, share < 1.0
+    )
+    forces = (tracked.asked, present, tick.limited, tick.ahead, tick.lagged, tick.force)
+    tick.ledger = np.diff(np.array(forces), axis=0)

@@ -6,6 +6,7 @@ import numpy as np
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.gains import choose_gains
+from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3
 from cohaptic_server.bodies.body import is_linear
@@ -64,6 +65,8 @@ def build_patches(tick: Tick) -> None:
         own += applied.tangential
     places, normal_of, force = _tuples(x_free), _tuples(normals), _tuples(own)
     by_others, curved = _tuples(x_free - frames[:, 1]), curvatures.tolist()
+    softer = np.maximum(0.0, tracked.settings[1] - tick.stiffest)
+    cut = np.vstack([tick.ledger, softer]).T.tolist()
     patches: dict[int, Patch] = {}
     for i, (touch, delay) in enumerate(zip(tracked.touches, tick.delays, strict=True)):
         if touch.user not in tick.connected:
@@ -83,7 +86,7 @@ def build_patches(tick: Tick) -> None:
             time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),
             touch.geometry, touch.law, places[i], normal_of[i], curved[i], rows[i][i], gains.k_h,
             gains.integral_gain, force[i], by_others[i], tick.room, neighbourhoods[i],
-            of_contacts[i], tick.partners.get(touch.user),
+            of_contacts[i], tick.partners.get(touch.user), TickLedger(*cut[i]),
         )  # fmt: skip
     tick.patches = patches
 

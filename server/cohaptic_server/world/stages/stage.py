@@ -63,8 +63,13 @@ class Tick:
     By `anticipate`:
         ahead: Normal force that each user is about to have, shape (n,) [N].
 
+    By `lag`:
+        lagged: Normal force of each user behind the lag, shape (n,) [N].
+
     By `rate`:
         applied: The forces that the body carries.
+        ledger: What the stages from `presence` to `rate` added to the forces in the samples, one
+            row for each entry in newtons of `TickLedger`, shape (5, n) [N].
 
     By `respond`:
         turns: Rows of the users whose contacts are steep.
@@ -127,7 +132,9 @@ class Tick:
     max_force: Floats = field(init=False)
     limited: Floats = field(init=False)
     ahead: Floats = field(init=False)
+    lagged: Floats = field(init=False)
     applied: Applied = field(init=False)
+    ledger: Floats = field(init=False)
     turns: Sequence[int] = field(init=False)
     starts: Ints = field(init=False)
     loads: Floats = field(init=False)
