@@ -12,7 +12,7 @@ from typing import Any
 from cohaptic.clock import Clock
 from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProtocolError, one_line
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control.message import Capabilities
+from cohaptic.protocol.control.message import Capabilities, LoopRules
 from cohaptic.protocol.messages import (
     Called,
     Hello,
@@ -30,6 +30,7 @@ from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.haptics import Haptics
+from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.network.session import ClientSession
@@ -321,6 +322,7 @@ def greeting(settings: ClientSettings, key: str | None = None, token: str = "") 
         capabilities=capabilities(settings.device),
         wait=settings.wait_seat,
         models=settings.moves_models,
+        rules=LoopRules(added=tuple(reasons_of(settings.rules))) if settings.rules else None,
     )
 
 

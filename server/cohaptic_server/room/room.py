@@ -218,7 +218,7 @@ class Room:
             body=describe(self.body),
             users=present,
         )
-        return welcome, UserJoined(user=user, name=hello.name), left
+        return welcome, UserJoined(user=user, name=hello.name, rules=hello.rules), left
 
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
         """Store a contact sample, with the user's settings, as the newest touch of that user."""

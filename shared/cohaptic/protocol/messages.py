@@ -25,6 +25,7 @@ from cohaptic.protocol.control.message import (
     Capabilities,
     ChosenName,
     ControlMessage,
+    LoopRules,
     Name,
     Named,
     SetName,
@@ -91,6 +92,8 @@ class Hello(WithSecrets):
         wait: Whether the client waits for a seat if the room is full. Not on the wire if False.
         models: Whether the client moves models of the hands (science 3.15); patches then carry
             partners, and samples the give. Not on the wire if False.
+        rules: Difference of the client's loop from the rules of this version. Not on the wire if
+            None.
     """
 
     type: Literal["hello"] = "hello"
@@ -108,6 +111,7 @@ class Hello(WithSecrets):
     capabilities: Capabilities | None = None
     wait: bool = False
     models: bool = False
+    rules: LoopRules | None = None
 
 
 class Come(ControlMessage):
@@ -218,12 +222,19 @@ class Called(ControlMessage):
     within: float = Field(gt=0.0)
 
 
-class UserJoined(ControlMessage):
-    """Another user has joined, or has changed its name."""
+class UserJoined(WithSecrets):
+    """Another user has joined, or has changed its name.
+
+    Args:
+        user: Number of the user.
+        name: Name of the user.
+        rules: As in its hello. Not on the wire if None.
+    """
 
     type: Literal["user_joined"] = "user_joined"
     user: int
     name: str
+    rules: LoopRules | None = None
 
 
 class UserLeft(ControlMessage):

@@ -26,7 +26,13 @@ from cohaptic.protocol.control.company import (
     Pointed,
     Present,
 )
-from cohaptic.protocol.control.message import ControlMessage, Name, SetName, WithSecrets
+from cohaptic.protocol.control.message import (
+    ControlMessage,
+    LoopRules,
+    Name,
+    SetName,
+    WithSecrets,
+)
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
@@ -44,7 +50,7 @@ from cohaptic.protocol.messages import (
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
-MAX_WATCHING_TEXT = 16_384  # characters of `watching` for the fullest room
+MAX_WATCHING_TEXT = 65_536  # characters of `watching` for the fullest room
 MAX_RATE = 60.0  # frames per second; screens show no more
 MAX_INJECTED_DELAY = 1.0  # s, each way
 MAX_INJECTED_JITTER = 0.5  # s
@@ -135,15 +141,17 @@ class Moderate(ControlMessage):
     name: Name | None = None
 
 
-class WatchedUser(ControlMessage):
+class WatchedUser(WithSecrets):
     """One user of the room.
 
     Args:
         user: Number of the user.
+        rules: As in its hello. Not on the wire if None.
     """
 
     user: int
     name: Name
+    rules: LoopRules | None = None
 
 
 class Watching(WithSecrets):

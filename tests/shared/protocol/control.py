@@ -16,7 +16,7 @@ from cohaptic.protocol.control.company import (
     Pointed,
     Present,
 )
-from cohaptic.protocol.control.message import Named, SetName
+from cohaptic.protocol.control.message import LoopRules, Named, SetName
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
@@ -81,6 +81,9 @@ CONTROL: dict[str, Any] = {
         body=BodyInfo(name="spring", center=(0.0, 0.0, 0.0), radius=0.15, contact_radius=0.02),
     ),
     "user_joined": UserJoined(user=2, name="right"),
+    "user_joined with rules": UserJoined(
+        user=2, name="right", rules=LoopRules(added=("edge",), lacking=("models", "trust"))
+    ),
     "user_left": UserLeft(user=2, name="right", reason="bye"),
     "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
     "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
@@ -100,7 +103,10 @@ CONTROL: dict[str, Any] = {
             origin=(12.0, 0.0, -0.5),
         ),
         model="00112233445566778899aabbccddeeff",
-        users=(WatchedUser(user=1, name="left"), WatchedUser(user=2, name="right")),
+        users=(
+            WatchedUser(user=1, name="left", rules=LoopRules(added=("edge",))),
+            WatchedUser(user=2, name="right"),
+        ),
         allow_latency=True,
         allow_fixed_gains=False,
     ),

@@ -18,7 +18,7 @@ import { MAX_POSITION, PROTOCOL_VERSION } from "./layout";
 
 export const MAX_TEXT = 4096; // characters of one control message
 // The messages `watching` and `welcome` list the names of everybody in a full room.
-const MAX_SERVER_TEXT = 16_384;
+const MAX_SERVER_TEXT = 65_536;
 // Limits of a server's tick rate, 10 to 200 Hz; a loop that believed another rate would move to a new surface in no time,
 // or for ever.
 const MIN_PERIOD = 0.005; // s

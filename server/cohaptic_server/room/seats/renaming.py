@@ -64,7 +64,9 @@ def rename(
             room.muted.add(wish.name, claim)
         for other in peers:
             if other is not peer and other.session.hears_news:
-                other.session.send(UserJoined(user=member.user, name=wish.name))
+                other.session.send(
+                    UserJoined(user=member.user, name=wish.name, rules=member.hello.rules)
+                )
                 outcome.flush.append(other)
     peer.session.send(Named(name=wish.name))
     told = f"{before} goes by the name {wish.name}"

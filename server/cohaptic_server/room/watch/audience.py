@@ -258,7 +258,10 @@ class Audience:
                 to_wall=to_wall,
                 body=describe(self.room.body),
                 model=self.model,
-                users=tuple(WatchedUser(user=m.user, name=m.hello.name) for m in members),
+                users=tuple(
+                    WatchedUser(user=m.user, name=m.hello.name, rules=m.hello.rules)
+                    for m in members
+                ),
                 allow_latency=settings.allow_latency and grants.can_inject_latency,
                 allow_fixed_gains=settings.allow_fixed_gains,
                 allow_upload=settings.allow_upload,

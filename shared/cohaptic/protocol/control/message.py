@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 SECRETS = ("key", "token", "session")  # fields that no error and no log may quote
-_SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company", "models")
+_SELDOM_SAID = (*SECRETS, "wait", "capabilities", "company", "models", "rules")
 
 MAX_NAME = 32  # characters
 # Names are printable and of one line, since terminals and pages show them.
@@ -46,6 +46,22 @@ class WithSecrets(ControlMessage):
     def _without_what_is_not_said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         fields: dict[str, Any] = handler(self)
         return {name: value for name, value in fields.items() if name not in _SELDOM_SAID or value}
+
+
+# As names of columns in a recording.
+RuleName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
+
+
+class LoopRules(ControlMessage):
+    """Difference of a client's haptic loop from the rules of this version; only shown to people.
+
+    Args:
+        added: Names of rules of other packages, in the order in which they act.
+        lacking: Names of rules that the loop does not have.
+    """
+
+    added: Annotated[tuple[RuleName, ...], Field(max_length=4)] = ()
+    lacking: Annotated[tuple[RuleName, ...], Field(max_length=16)] = ()
 
 
 class Capabilities(ControlMessage):
