@@ -158,7 +158,7 @@ export class Column {
     show(this.empty, present.size === 0 && store.status.phase === "watching");
     show(this.latencyNote, store.info !== null && !store.info.allow_latency && present.size > 0);
     if (view !== null) {
-      for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
+      if (this.level.engineer) for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
     }
     this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, view?.room ?? null, ink);
     // A body without Green's functions is always sent as frames, whatever the page requests.

@@ -14,7 +14,7 @@ import type { UserOrders } from "./orders";
 import type { Inks } from "../plots/canvas";
 import type { PlotCursor } from "../plots/cursor";
 import type { Lane } from "../plots/lanes";
-import { type Charted, StripChart } from "../plots/strip_chart";
+import type { Charted, StripChart } from "../plots/strip_chart";
 import { TraceBuffer } from "../plots/trace_buffer";
 import { connectionWords, fixed, LAW_WORDS, milliseconds, softWords, stiffness } from "../words";
 
@@ -76,12 +76,13 @@ export class UserCard {
   });
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
-  private readonly chart: StripChart;
+  private readonly chart: Later<StripChart>;
   private readonly latency: Later<AddedNetwork>;
   private readonly orders: Later<UserOrders>;
 
   constructor(user: number, cursor: PlotCursor, setLatency: (wish: LatencyWish) => void, order: (order: Order) => void, follow: () => void) {
-    this.chart = new StripChart(LANES, "Probe and proxy below the resting surface, force, and delay of the loop over some seconds", cursor);
+    const words = "Probe and proxy below the resting surface, force, and delay of the loop over some seconds";
+    this.chart = new Later(() => import("../plots/strip_chart").then(({ StripChart: Made }) => new Made(LANES, words, cursor)));
     this.follow = el("button", { class: "button card-follow", text: "Follow", attrs: { type: "button", "aria-pressed": "false" }, on: { click: follow } });
     this.orders = new Later(() => import("./orders").then(({ UserOrders: Made }) => new Made(order)));
     this.latency = new Later(() => import("./added_network").then(({ AddedNetwork: Made }) => new Made(setLatency)));
@@ -183,6 +184,6 @@ export class UserCard {
 
   /** @param scene Data of a replay to draw; null draws the last seconds. */
   draw(now: number, ink: Inks, scene: Charted | null): void {
-    if (!this.body.hidden) this.chart.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
+    if (!this.body.hidden) this.chart.get(true)?.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
   }
 }
