@@ -122,7 +122,7 @@ fresh-page: $(VENV)/.dev
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
-life: $(VENV)/.installed  ## write the tables of both chains into docs/life-of-a-force.md
+life: $(VENV)/.installed  ## write what is made from the chains: tables of docs/life-of-a-force.md, the page's rules.ts
 	@$(BIN)/python tools/life_of_a_force.py
 
 protocol: $(VENV)/.installed  ## write what is made from the table of frames: the page's layout.ts, tables of docs/protocol.md

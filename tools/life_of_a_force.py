@@ -1,4 +1,4 @@
-"""Writes the tables of the loop's and the tick's chain in docs/life-of-a-force.md from the chains.
+"""Writes what is made from the chains of loop and tick: tables in the docs, names for the page.
 
 python tools/life_of_a_force.py        # or `make life`
 """
@@ -6,7 +6,8 @@ python tools/life_of_a_force.py        # or `make life`
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
@@ -14,10 +15,12 @@ from types import ModuleType
 
 import cohaptic_client.loop
 import cohaptic_server.world
+from cohaptic.recording.why import ENTRIES
 from cohaptic_client.loop.chain import CHAIN as LOOP
 from cohaptic_server.world.stages.chain import CHAIN as TICK
 
-PAGE = Path(__file__).parents[1] / "docs/life-of-a-force.md"
+ROOT = Path(__file__).parents[1]
+PAGE, CODE = ROOT / "docs/life-of-a-force.md", ROOT / "web/src/model/rules.ts"
 END = "<!-- end of the chain -->\n"
 
 
@@ -94,5 +97,29 @@ def written(page: str) -> str:
     return page
 
 
+def typescript() -> str:
+    """Return what the browser page knows of the loop's chain and ledger, as a module of its own."""
+    rules = {rule.name: rule.reason for rule in LOOP}
+    entries = {name.removeprefix("by_"): words for name, words in ENTRIES.items()}
+    return f"""\
+// Made by `make life` from the chain of the Python client and the words of its ledger.
+
+/** Rules of the loop in their order, with what each does and why. */
+export const RULES = {_literal(rules)} as const;
+export type RuleName = keyof typeof RULES;
+
+/** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
+export const ENTRIES = {_literal(entries)} as const;
+export type EntryName = keyof typeof ENTRIES;
+"""
+
+
+def _literal(words: Mapping[str, str]) -> str:
+    """Return a mapping from names to words as an object of TypeScript."""
+    lines = [f"  {name}: {json.dumps(text, ensure_ascii=False)},\n" for name, text in words.items()]
+    return f"{{\n{''.join(lines)}}}"
+
+
 if __name__ == "__main__":
+    CODE.write_text(typescript(), encoding="utf-8")
     PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

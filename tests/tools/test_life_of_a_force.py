@@ -1,4 +1,4 @@
-"""The tables of both chains in `docs/life-of-a-force.md` are those of the program."""
+"""What is made from the chains is current: the tables of the docs, the names of the page."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ import pytest
 
 import cohaptic_client.loop
 import cohaptic_server.world
-from life_of_a_force import PAGE, value_of, written
+from life_of_a_force import CODE, PAGE, typescript, value_of, written
 
 
 def test_the_page_has_the_chains_of_today() -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert written(page) == page, "run make life"
+
+
+def test_the_browser_page_has_the_names_of_today() -> None:
+    assert CODE.read_text(encoding="utf-8") == typescript(), "run make life"
 
 
 def test_a_constant_that_is_nowhere_is_an_error() -> None:

@@ -1,6 +1,7 @@
 /** The hand of the visitor, between the page and its haptic Worker. */
 
 import type { FixedGains, LawName } from "./laws";
+import type { EntryName, RuleName } from "./rules";
 import type { Subscribe } from "./subscribe";
 import type { Vec3 } from "./vec";
 
@@ -39,6 +40,17 @@ export interface TouchSettings {
 }
 
 export type TouchPhase = "connecting" | "joined" | "closed";
+
+/** What each rule of the loop did to the size of the force in one period [N]; together they are the force. */
+export type Ledger = Readonly<Record<EntryName, number>>;
+
+/** A force explained. */
+export interface Explained {
+  /** Rules that the page's loop has, in their order. */
+  readonly rules: readonly RuleName[];
+  /** Ledger of the newest period; null before the first. */
+  readonly ledger: Ledger | null;
+}
 
 /** Report of the haptic Worker, about 60 times a second. */
 export interface TouchState {
@@ -98,6 +110,8 @@ export interface TouchState {
   readonly loop_stall: number;
   /** Periods since the last report, 4 numbers for each: t [s], |force| [N], depth [m], force from others [N]. */
   readonly trace: Float64Array;
+  /** Why the force is as it is; null while nobody asks, `TouchHandle.explain`. */
+  readonly explained: Explained | null;
 }
 
 /** Measurements of the page on its own hand's connection, besides the server's measurement of the whole loop. */
@@ -139,6 +153,8 @@ export interface TouchHandle {
   setFriction(mu: number): void;
   /** Delay each message, each way, by this time beyond the network's [s]; at most 1. */
   setDelay(seconds: number): void;
+  /** Whether reports explain the force. */
+  explain(wanted: boolean): void;
   /** Notifies of each report. */
   readonly subscribe: Subscribe;
   /** Fade the force and leave the room; resolves when the Worker has ended. */

@@ -82,6 +82,9 @@ export class TouchClient {
         this.delay = message.delay;
         if (this.socket !== null) this.socket.delay = message.delay;
         break;
+      case "explain":
+        this.engine.explains = message.wanted;
+        break;
       case "close":
         this.engine.letGo();
         this.ends_at = this.world.now() + LONGEST_FADE;

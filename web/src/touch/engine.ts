@@ -12,8 +12,9 @@ import { encodeContactSample } from "../protocol/contact_sample";
 import { encodeControl, type Welcome } from "../protocol/messages";
 import { receive } from "./loop/arrival";
 import { CURSOR, type CursorState, dampingLimit, follow, restAt } from "./loop/device";
+import type { Period } from "./loop/period";
 import { due, HAPTIC_PERIOD } from "./loop/schedule";
-import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "./loop/state";
+import { type LoopSettings, loopSettings, type LoopState, START } from "./loop/state";
 import { step } from "./loop/step";
 import { type Pacer, reported, sent, WORKER_WAIT } from "./network/pacing";
 import { Requests } from "./network/requests";
@@ -41,12 +42,14 @@ export class TouchEngine {
   private presses = true;
   /** Whether the page draws the hand; the hand gives way while it does not. */
   attended = true;
+  /** Whether reports explain the force. */
+  explains = false;
   private hand: HandSettings;
   private readonly requests: Requests;
   private device: CursorState;
   private loop: LoopState = START;
   private settings: LoopSettings | null = null;
-  private output: Output | null = null;
+  private newest: Period | null = null;
   private next: number; // when the next period is due
   private session = new TouchSession();
   private pacer: Pacer | null = null;
@@ -115,7 +118,7 @@ export class TouchEngine {
     this.object_gone = false;
     this.loop = START;
     this.requests.fixed = null; // fixed gains were chosen for the former object
-    this.settings = this.output = this.welcome = null;
+    this.settings = this.newest = this.welcome = null;
     return true;
   }
 
@@ -200,7 +203,7 @@ export class TouchEngine {
 
   /** Whether there is no force on the hand. */
   get free(): boolean {
-    return this.output === null || norm(this.output.force) === 0;
+    return this.newest === null || norm(this.newest.force) === 0;
   }
 
   /** Last messages of the connection: a sample without force, and the goodbye; none without a welcome. */
@@ -218,14 +221,14 @@ export class TouchEngine {
     for (const t of times) this.period(t);
     if (this.pacer === null || this.pacer.due > now) return null;
     this.pacer = sent(this.pacer, now);
-    return this.sample(now, this.output?.on_body ?? ZERO, this.output?.anchor ?? null);
+    return this.sample(now, this.newest?.on_body ?? ZERO, this.newest?.anchor ?? null);
   }
 
   /** Report for the page; begins a new trace. */
   report(now: number, connection: Connection): TouchState {
     const state = reportOf({
       connection, settings: this.asked, welcome: this.welcome, place: this.session.place, name_refused: this.requests.nameRefused,
-      loop: this.loop, output: this.output, cursor: this.cursor, timing: this.timing, leaving: this.leaving,
+      loop: this.loop, newest: this.newest, explains: this.explains, cursor: this.cursor, timing: this.timing, leaving: this.leaving,
       late: this.late,
       trace: Float64Array.from(this.trace),
       now,
@@ -235,15 +238,13 @@ export class TouchEngine {
   }
 
   private period(t: number): void {
-    const force = this.output?.force ?? ZERO;
+    const force = this.newest?.force ?? ZERO;
     this.device = follow(this.device, this.hand, this.cursor, this.presses && this.attended, force, HAPTIC_PERIOD);
     const settings = this.currentSettings();
     if (settings === null) return;
-    const [loop, output] = step(this.loop, this.device.tip, t, settings);
-    this.loop = loop;
-    this.output = output;
-    const force_size = Math.hypot(...output.force);
-    this.trace.push(t, force_size, loop.sight?.depth ?? 0, loop.safety.scale * output.local.felt_from_others);
+    [this.loop, this.newest] = step(this.loop, this.device.tip, t, settings);
+    const { force: given, sight, safety, local } = this.newest;
+    this.trace.push(t, Math.hypot(...given), sight?.depth ?? 0, safety.scale * local.felt_from_others);
   }
 
   /** Begin after the server's welcome. */

@@ -52,6 +52,7 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
   let failure = "";
   let clock_step = 0;
   let delay = 0;
+  let explained = false;
   const [wait, tick, stall] = [new Longest(), new Longest(), new Longest()];
   let ended = (): void => undefined;
   const end = new Promise<void>((resolve) => {
@@ -112,6 +113,9 @@ export function startTouch(settings: TouchSettings, beside = false): TouchHandle
     },
     setDelay: (seconds) => {
       if (seconds !== delay) say({ type: "delay", delay: (delay = seconds) });
+    },
+    explain: (wanted) => {
+      if (wanted !== explained) say({ type: "explain", wanted: (explained = wanted) });
     },
     subscribe: (listener) => {
       listeners.add(listener);

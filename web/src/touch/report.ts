@@ -5,7 +5,10 @@ import { wavers } from "../control/playout";
 import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
 import { add, norm, scale, type Vec3 } from "../model/vec";
 import type { Welcome } from "../protocol/messages";
-import type { LoopState, Output } from "./loop/state";
+import { CHAIN } from "./loop/chain";
+import { ledgerOf } from "./loop/ledger";
+import type { Period } from "./loop/period";
+import type { LoopState } from "./loop/state";
 import { clockOffset, type LinkTiming, shortestTrip } from "./network/timing";
 
 /** State of the connection, as the Worker sees it. */
@@ -25,7 +28,9 @@ export interface Known {
   readonly place: TouchState["place"];
   readonly name_refused: string;
   readonly loop: LoopState;
-  readonly output: Output | null;
+  /** Newest period; null before the first. */
+  readonly newest: Period | null;
+  readonly explains: boolean;
   readonly cursor: Vec3;
   readonly timing: LinkTiming;
   readonly leaving: boolean;
@@ -35,12 +40,12 @@ export interface Known {
 }
 
 export function reportOf(known: Known): TouchState {
-  const { connection, settings, welcome, loop, output, timing, now } = known;
+  const { connection, settings, welcome, loop, newest, timing, now } = known;
   const { sight, patch, safety } = loop;
   const probe = welcome === null ? known.cursor : loop.probe;
   const normal: Vec3 = sight?.normal ?? [0, 0, 1];
   const depth = sight?.depth ?? -1;
-  const indentation = safety.scale * (output?.local.indentation ?? 0);
+  const indentation = safety.scale * (newest?.local.indentation ?? 0);
   // The tip is drawn on the surface free of the own force, less the own dent.
   const dent = indentation + (loop.compliance === null ? 0 : safety.scale * normalShift(loop.friction, normal, loop.compliance));
   const proxy = depth > 0 ? add(probe, scale(normal, Math.max(0, depth - dent))) : probe;
@@ -56,9 +61,9 @@ export function reportOf(known: Known): TouchState {
     probe,
     proxy,
     normal,
-    force: output?.force ?? [0, 0, 0],
+    force: newest?.force ?? [0, 0, 0],
     along: safety.scale * norm(loop.friction.force),
-    felt_from_others: safety.scale * (output?.local.felt_from_others ?? 0),
+    felt_from_others: safety.scale * (newest?.local.felt_from_others ?? 0),
     depth,
     indentation,
     law: loop.fade?.now.law ?? null,
@@ -74,14 +79,15 @@ export function reportOf(known: Known): TouchState {
     simulation_period: welcome?.simulation_period ?? 0,
     ...known.late,
     trace: known.trace,
+    explained: known.explains ? { rules: CHAIN.map(([name]) => name), ledger: newest === null ? null : ledgerOf(newest) } : null,
   };
 }
 
 /** State of the loop in words, the same as those of the Python client. */
-function doing({ connection, loop, output, leaving }: Known): string {
+function doing({ connection, loop, newest, leaving }: Known): string {
   if (leaving || connection.phase === "closed") return "stopped";
   if (loop.patch === null) return "connecting";
-  if (output?.silent === true) return "server silent";
+  if (newest?.silent === true) return "server silent";
   if (loop.safety.scale === 0) return "waiting";
-  return output !== null && output.local.normal_force > 0 ? "touching" : "free";
+  return newest !== null && newest.local.normal_force > 0 ? "touching" : "free";
 }

@@ -18,6 +18,8 @@ export type ToWorker =
   | { readonly type: "friction"; readonly mu: number }
   /** Delay to be added to each message from now on, each way [s]. */
   | { readonly type: "delay"; readonly delay: number }
+  /** Whether reports explain the force. */
+  | { readonly type: "explain"; readonly wanted: boolean }
   /** The page draws; sent now and then, so that the hand of a page that stands still does not press on. */
   | { readonly type: "alive" }
   | { readonly type: "close" };

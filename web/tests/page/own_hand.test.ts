@@ -22,7 +22,7 @@ function inRoom(): { own: OwnHand; told: Vec3[]; run: (from: number, to: number)
   const told: Vec3[] = [];
   const own = new OwnHand(() => ({
     state: JOINED, failure: "", link: { network: null, clock_step: 0, page_wait: 0, tick_late: 0, loop_stall: 0, wavers: 0 }, point: (target: Vec3) => told.push(target), setLaw: () => undefined, setHand: () => undefined,
-    alive: () => undefined, setName: () => undefined, setFriction: () => undefined, setDelay: () => undefined, subscribe: () => () => undefined, close: () => Promise.resolve(),
+    alive: () => undefined, setName: () => undefined, setFriction: () => undefined, setDelay: () => undefined, explain: () => undefined, subscribe: () => () => undefined, close: () => Promise.resolve(),
   }));
   own.setBody(WALLS, INFO);
   own.start("ws://x", "ann", [0, 0, 1]);

@@ -5,9 +5,10 @@ import type { HandSettings } from "../../src/model/hand";
 import { add, scale, type Vec3, ZERO } from "../../src/model/vec";
 import type { Patch } from "../../src/protocol/patch";
 import { receive } from "../../src/touch/loop/arrival";
+import type { Period } from "../../src/touch/loop/period";
 import type { SafetyLimits } from "../../src/touch/loop/safety";
 import { move } from "../../src/touch/loop/simulated_hand";
-import { type LoopSettings, loopSettings, type LoopState, type Output, START } from "../../src/touch/loop/state";
+import { type LoopSettings, loopSettings, type LoopState, START } from "../../src/touch/loop/state";
 import { step } from "../../src/touch/loop/step";
 import { expectClose } from "../close";
 
@@ -101,7 +102,7 @@ function depthAt(way: Play["way"], t: number): number {
   return way.at(-1)?.[1] ?? 0;
 }
 
-function seen(state: LoopState, out: Output): Record<string, unknown> {
+function seen(state: LoopState, out: Period): Record<string, unknown> {
   return {
     probe: state.probe,
     force: out.force,

@@ -1,31 +1,14 @@
-/** The gains of the newest patch where the probe is now, and the transition to them. */
+/** The gains of the newest patch where the probe is now. */
 
 import type { Sight } from "../../control/geometry";
 import type { Gains } from "../../control/law";
 import { answersOwnDent } from "../../model/laws";
 import { MIN_COMPLIANCE } from "../../protocol/layout";
 import type { Patch } from "../../protocol/patch";
-import { progress } from "./arrival";
-import { type LawFade, withGains } from "./law_fade";
-import { slewGain } from "./slew";
-import type { LoopSettings, LoopState, Period } from "./state";
+import type { LoopSettings } from "./state";
 
 const MOST_CHANGE = 2; // largest ratio of compliances within one patch; more is an error in the patch
 const AS_STIFF = 1 - 1e-5; // K_h C_ii of a hand with the object's own stiffness, rounded to 32 bits
-
-/** The law in use with the gains of the newest patch, in transition from those of the previous patch. */
-export function withGainsOfPatch(
-  state: LoopState,
-  patch: Patch,
-  fade: LawFade,
-  { sight, now, counted }: Pick<Period, "sight" | "now" | "counted">,
-  settings: LoopSettings,
-): LawFade {
-  const newest = gainsUnder(patch, sight, settings);
-  const target = state.k_h_before + progress(state, now) * (newest.k_h - state.k_h_before);
-  const k_h = slewGain(fade.now.gains.k_h, target, counted, state.normal_force);
-  return withGains(fade, { k_h, integral_gain: newest.integral_gain });
-}
 
 /**
  * The gains of a patch at the present place of the probe: gains are shares of 1 / C_ii, and C_ii is in transition from

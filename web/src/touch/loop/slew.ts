@@ -50,14 +50,14 @@ export function turnBack(normal: Vec3, target: Vec3, most: number): [normal: Vec
 }
 
 /**
- * Direction of the force in this period, and the part of the pace that remains for its size [N].
+ * Direction of the force in this period, and by how much others turned it [N].
  *
- * The hand's own way along the surface may turn the force as far as that way produces force. At least half of the pace
+ * The hand's own way along the surface may turn the force as far as that way produces force. At least half of the budget
  * is left for the size.
  *
  * @param moved Way of the hand in this period [m].
  * @param force Force on the hand, above 0 [N].
- * @param pace Largest change of the force by the others in this period [N].
+ * @param left What is left of the budget [N].
  */
 export function slewNormal(
   before: Vec3,
@@ -65,11 +65,11 @@ export function slewNormal(
   moved: Vec3,
   k_h: number,
   force: number,
-  pace: number,
-): [normal: Vec3, pace: number] {
+  left: number,
+): [normal: Vec3, turned: number] {
   const own = k_h * norm(sub(moved, scale(before, dot(before, moved))));
-  const [normal, turn] = turnBack(before, target, (0.5 * pace + own) / force);
-  return [normal, pace - Math.max(0, turn * force - own)];
+  const [normal, turn] = turnBack(before, target, (0.5 * left + own) / force);
+  return [normal, Math.max(0, turn * force - own)];
 }
 
 /**

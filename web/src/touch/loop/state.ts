@@ -1,8 +1,8 @@
-/** Settings, state, input and output of one client's haptic loop; `step.ts` and `arrival.ts` compute with them. */
+/** Settings, memory and input of one client's haptic loop; `period.ts` is what a period computes with them. */
 
 import { type FrictionState, NO_FRICTION } from "../../control/friction";
 import type { Sight } from "../../control/geometry";
-import { DEFAULT_LAW_SETTINGS, type LawSettings, type LocalForce } from "../../control/law";
+import { DEFAULT_LAW_SETTINGS, type LawSettings } from "../../control/law";
 import { begun, type Playout } from "../../control/playout";
 import type { Compliance3 } from "../../model/body";
 import { type Vec3, ZERO } from "../../model/vec";
@@ -62,17 +62,6 @@ export interface DeviceSample {
   readonly position: Vec3;
   /** [m/s] */
   readonly velocity: Vec3;
-}
-
-/** Input of one period. */
-export interface Period {
-  readonly sample: DeviceSample;
-  readonly sight: Sight;
-  readonly now: number;
-  /** Time since the last period, at most two punctual periods: it limits changes of the force [s]. */
-  readonly counted: number;
-  /** Whether the server counts as silent. */
-  readonly silent: boolean;
 }
 
 /** Memory of the loop. */
@@ -135,19 +124,3 @@ export const START: LoopState = {
   coming: [],
   move: [0, 0],
 };
-
-/** Output of a period. */
-export interface Output {
-  /** Force on the hand, for the device [N]. */
-  readonly force: Vec3;
-  /** Force whose opposite acts on the body: without the passivity layer's damping, which acts on the hand only [N]. */
-  readonly on_body: Vec3;
-  /** Point of the resting surface that the contact holds by friction [m]; null for none. */
-  readonly anchor: Vec3 | null;
-  readonly local: LocalForce;
-  /** Damping force of the passivity layer, along the normal [N]. */
-  readonly damping_force: number;
-  /** Displacement of the contact point by the others, along the normal [m]. */
-  readonly u_others: number;
-  readonly silent: boolean;
-}

@@ -1,0 +1,37 @@
+// Made by `make life` from the chain of the Python client and the words of its ledger.
+
+/** Rules of the loop in their order, with what each does and why. */
+export const RULES = {
+  reach: "a tip that is nowhere, or jumps faster than a hand, is a broken sensor: the hand is let go",
+  surface: "the shown surface moves from patch to patch all the time: one that comes in one step would step the force",
+  models: "models of the others' hands answer at once, since late answers make energy; what the others want is held back",
+  gain: "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff must not be kicked",
+  fades: "a fade of the force or of the law is a change, too, and has its part of the budget",
+  material: "the compliance for friction follows the object's, and friction has half of the budget",
+  turn: "a surface that turns may turn the force with half of the budget: a turn is a change",
+  depth: "the surface moves the force with what is left of the budget: 0.02 N in a millisecond is no jolt",
+  law: "the law turns depth into force",
+  damping: "energy that the network has made is taken out, no more than the device renders",
+  friction: "friction is at most mu times the normal force",
+  finite: "a force that no spring can give is an error, and the hand is let go",
+  limits: "the force is at most the hand's limit, fades where it must, changes no faster than a hand that taps makes it, and is taken away where the loop stood still or another fault is",
+  account: "the energy that the network makes is counted, to be damped out",
+  body: "the body gets the law's force in the share that the hand was given",
+  trust: "the energy that models return is counted: a liar could drive a hand by them",
+} as const;
+export type RuleName = keyof typeof RULES;
+
+/** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
+export const ENTRIES = {
+  surface: "the law's spring on the surface of the newest patches",
+  models: "models of the other hands, which answer at once",
+  gain: "the gain follows the object's stiffness slowly",
+  depth: "the surface moves faster than the budget lets it move the force",
+  law: "the law beyond its spring: integral, own dent, or the law before it",
+  damping: "damping of energy that the network has made",
+  friction: "friction",
+  limit: "the largest force of this hand",
+  fade: "a fade",
+  rate: "the force changes no faster than its limit",
+} as const;
+export type EntryName = keyof typeof ENTRIES;

@@ -1,0 +1,28 @@
+/**
+ * All that happens to a force in one period of the haptic loop, in order.
+ *
+ * `client/cohaptic_client/loop/chain.py` in TypeScript, with the same names; what each rule does and why stands there, and
+ * in `model/rules.ts`, by which the page knows which of them it lacks. What they did in a period is in its ledger.
+ */
+
+import type { RuleName } from "../../model/rules";
+import type { Period } from "./period";
+import { moveDepth, moveGain, moveMaterial, setFadesAside, turnForce } from "./rules/contact";
+import { addFriction, damp, runLaw } from "./rules/force";
+import { giveToBody, keepAccount, limit } from "./rules/given";
+import { showSurface } from "./rules/surface";
+
+export const CHAIN: readonly (readonly [name: RuleName, apply: (period: Period) => void])[] = [
+  ["surface", showSurface],
+  ["gain", moveGain],
+  ["fades", setFadesAside],
+  ["material", moveMaterial],
+  ["turn", turnForce],
+  ["depth", moveDepth],
+  ["law", runLaw],
+  ["damping", damp],
+  ["friction", addFriction],
+  ["limits", limit],
+  ["account", keepAccount],
+  ["body", giveToBody],
+];
