@@ -1,6 +1,6 @@
 /** The card of one user: force, stiffness of its contact, plots, and the injected delay. */
 
-import type { OwnLink } from "../../model/hand";
+import type { OwnLink, TouchHandle } from "../../model/hand";
 import type { Order } from "../../model/orders";
 import type { LatencyWish, UserState } from "../../model/scene";
 import { forceShare } from "../../model/scale";
@@ -9,6 +9,7 @@ import { depthOf, proxyOf } from "../../view/pose";
 import { el, say, show, symbol } from "../dom";
 import { icon } from "../icons";
 import type { AddedNetwork } from "./added_network";
+import type { ForceLedger } from "./force_ledger";
 import { Later } from "./later";
 import type { UserOrders } from "./orders";
 import type { Inks } from "../plots/canvas";
@@ -77,6 +78,7 @@ export class UserCard {
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
   private readonly chart: Later<StripChart>;
+  private readonly ledger = new Later<ForceLedger>(() => import("./force_ledger").then(({ ForceLedger: Made }) => new Made()));
   private readonly latency: Later<AddedNetwork>;
   private readonly orders: Later<UserOrders>;
 
@@ -99,6 +101,7 @@ export class UserCard {
         el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
       ),
       this.soft,
+      this.ledger.root,
       this.latency.root,
       this.orders.root,
     );
@@ -185,5 +188,10 @@ export class UserCard {
   /** @param scene Data of a replay to draw; null draws the last seconds. */
   draw(now: number, ink: Inks, scene: Charted | null): void {
     if (!this.body.hidden) this.chart.get(true)?.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
+  }
+
+  /** @param handle The visitor's hand, if this is its card and its force is to be explained; otherwise null. */
+  explain(handle: TouchHandle | null): void {
+    this.ledger.get(handle !== null)?.update(handle);
   }
 }
