@@ -57,7 +57,7 @@ export function turnForce(period: Period): void {
       const force = Math.min(state.normal_force, settings.limits.max_force);
       const [normal, turned] = slewNormal(state.normal, sight.normal, moved, period.k_h, force, budget.left);
       period.normal = normal;
-      budget.left -= turned;
+      budget.take(turned);
     }
   }
   period.moved_in = -dot(period.normal, moved);
