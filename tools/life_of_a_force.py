@@ -16,6 +16,7 @@ from types import ModuleType
 import cohaptic_client.loop
 import cohaptic_server.world
 from cohaptic.recording.why import ENTRIES
+from cohaptic.recording.why import TICK as OF_TICK
 from cohaptic_client.loop.chain import CHAIN as LOOP
 from cohaptic_server.world.stages.chain import CHAIN as TICK
 
@@ -101,16 +102,21 @@ def typescript() -> str:
     """Return what the browser page knows of the loop's chain and ledger, as a module of its own."""
     rules = {rule.name: rule.reason for rule in LOOP}
     entries = {name.removeprefix("by_"): words for name, words in ENTRIES.items()}
+    ticks = {name.replace("tick_", "by_"): words for name, words in OF_TICK.items()}
     return f"""\
 // Made by `make life` from the chain of the Python client and the words of its ledger.
 
 /** Rules of the loop in their order, with what each does and why. */
 export const RULES = {_literal(rules)} as const;
 export type RuleName = keyof typeof RULES;
+export const RULE_NAMES = {json.dumps(list(rules))} as const;
 
 /** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
 export const ENTRIES = {_literal(entries)} as const;
 export type EntryName = keyof typeof ENTRIES;
+
+/** What the server's tick makes of the force that it has heard of, with what each entry is. */
+export const TICK = {_literal(ticks)} as const;
 """
 
 

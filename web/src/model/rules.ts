@@ -20,6 +20,7 @@ export const RULES = {
   trust: "the energy that models return is counted: a liar could drive a hand by them",
 } as const;
 export type RuleName = keyof typeof RULES;
+export const RULE_NAMES = ["reach", "surface", "models", "gain", "fades", "material", "turn", "depth", "law", "damping", "friction", "finite", "limits", "account", "body", "trust"] as const;
 
 /** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
 export const ENTRIES = {
@@ -35,3 +36,12 @@ export const ENTRIES = {
   rate: "the force changes no faster than its limit",
 } as const;
 export type EntryName = keyof typeof ENTRIES;
+
+/** What the server's tick makes of the force that it has heard of, with what each entry is. */
+export const TICK = {
+  by_presence: "this user comes, leaves, is silent, has jumped or is out of reach",
+  by_limit: "the largest force of contact and object",
+  by_anticipation: "answers of the other hands that are still on their way",
+  by_lag: "the room's lag",
+  by_rate: "others' forces may not change so fast",
+} as const;

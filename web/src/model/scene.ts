@@ -24,6 +24,22 @@ export interface Latency {
 /** A network that is asked for; what is left out is the network's own. */
 export type LatencyWish = Partial<Omit<Latency, "network">> & Pick<Latency, "network">;
 
+/** Difference of a user's loop from the rules of this version. */
+export interface LoopRules {
+  readonly added: readonly string[];
+  readonly lacking: readonly string[];
+}
+
+/** What the server's tick added to the force that it had heard of, in newtons; and what the largest gain is less [N/m]. */
+export interface TickLedger {
+  readonly by_presence: number;
+  readonly by_limit: number;
+  readonly by_anticipation: number;
+  readonly by_lag: number;
+  readonly by_rate: number;
+  readonly gain_cut: number;
+}
+
 /** One user, as the server has it at the time shown. */
 export interface UserState {
   readonly user: number;
@@ -48,6 +64,10 @@ export interface UserState {
   readonly integral_gain: number;
   /** Measured delay of the whole loop [s]. */
   readonly loop_delay: number;
+  /** What the tick made of the user's force. */
+  readonly ledger: TickLedger;
+  /** Difference of the user's loop from the rules of this version; null if it said none. */
+  readonly rules: LoopRules | null;
   /** Curvature of the patch [1/m]. */
   readonly curvature: number;
   readonly law: LawName;

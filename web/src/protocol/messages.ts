@@ -9,7 +9,7 @@
 import type { BodyInfo } from "../model/body";
 import type { Aim, Company, Presence } from "../model/company";
 import type { GeometryName, LawName } from "../model/laws";
-import type { Encoding } from "../model/scene";
+import type { Encoding, LoopRules } from "../model/scene";
 import type { Order } from "../model/orders";
 import type { Vec3 } from "../model/vec";
 import { ProtocolError } from "./frame";
@@ -23,8 +23,8 @@ const MAX_SERVER_TEXT = 65_536;
 // or for ever.
 const MIN_PERIOD = 0.005; // s
 const MAX_PERIOD = 0.1;
-const MAX_TURN = 3600; // s that a called client has to come
 const MAX_BODY_NAME = 1024; // characters; a file's name, with room for its folders
+const MAX_TURN = 3600; // s that a called client has to come
 
 export interface FixedGains {
   readonly k_h: number;
@@ -49,6 +49,8 @@ export type ClientControl =
       readonly token?: string;
       /** Whether the client waits for a seat if the room is full; not sent if not. */
       readonly wait?: true;
+      /** Difference of the loop from the rules of this version; not sent if there is none. */
+      readonly rules?: LoopRules;
     }
   | { readonly type: "come" }
   | { readonly type: "set_name"; readonly name: string }
@@ -92,7 +94,7 @@ export interface Watching {
   readonly to_wall: number;
   readonly body: BodyInfo;
   readonly model: string | null;
-  readonly users: readonly { readonly user: number; readonly name: string }[];
+  readonly users: readonly ({ readonly user: number; readonly name: string } & Ruled)[];
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
   readonly allow_upload: boolean;
@@ -101,13 +103,18 @@ export interface Watching {
   readonly session?: string;
 }
 
+/** Not there if the user's client said nothing of it. */
+interface Ruled {
+  readonly rules?: LoopRules;
+}
+
 export type ServerControl =
   | Welcome
   | Watching
   | { readonly type: "place"; readonly place: number; readonly of: number; readonly session?: string }
   | { readonly type: "called"; readonly within: number }
   | { readonly type: "named"; readonly name: string; readonly reason: string }
-  | { readonly type: "user_joined"; readonly user: number; readonly name: string }
+  | ({ readonly type: "user_joined"; readonly user: number; readonly name: string } & Ruled)
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
   | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number; readonly network: string }
   | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
@@ -142,16 +149,8 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
   ["place", (f: Fields): ServerControl => ({ type: "place", place: integer(f, "place"), of: integer(f, "of"), ...session(f) })],
   ["called", (f: Fields): ServerControl => ({ type: "called", within: positive(f, "within", MAX_TURN) })],
   ["named", (f: Fields): ServerControl => ({ type: "named", name: text(f, "name"), reason: text(f, "reason") })],
-  ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", user: integer(f, "user"), name: text(f, "name") })],
-  [
-    "user_left",
-    (f: Fields): ServerControl => ({
-      type: "user_left",
-      user: integer(f, "user"),
-      name: text(f, "name"),
-      reason: text(f, "reason"),
-    }),
-  ],
+  ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", user: integer(f, "user"), name: text(f, "name"), ...rules(f) })],
+  ["user_left", (f: Fields): ServerControl => ({ type: "user_left", user: integer(f, "user"), name: text(f, "name"), reason: text(f, "reason") })],
   [
     "latency",
     (f: Fields): ServerControl => ({
@@ -162,23 +161,8 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
       network: text(f, "network"),
     }),
   ],
-  [
-    "restraints",
-    (f: Fields): ServerControl => ({
-      type: "restraints",
-      frozen: flag(f, "frozen"),
-      muted: integers(f, "muted"),
-    }),
-  ],
-  [
-    "moderated",
-    (f: Fields): ServerControl => ({
-      type: "moderated",
-      action: text(f, "action"),
-      user: somebody(f),
-      done: flag(f, "done"),
-    }),
-  ],
+  ["restraints", (f: Fields): ServerControl => ({ type: "restraints", frozen: flag(f, "frozen"), muted: integers(f, "muted") })],
+  ["moderated", (f: Fields): ServerControl => ({ type: "moderated", action: text(f, "action"), user: somebody(f), done: flag(f, "done") })],
   ["put_out", (f: Fields): ServerControl => ({ type: "put_out", names: texts(f, "names") })],
   [
     "company",
@@ -252,7 +236,7 @@ function watching(f: Fields): Watching {
     model: f["model"] === null ? null : modelName(text(f, "model")),
     users: list(f, "users").map((entry, i) => {
       if (!isFields(entry)) throw new ProtocolError(`users.${i}`, entry, "an object");
-      return { user: integer(entry, "user"), name: text(entry, "name") };
+      return { user: integer(entry, "user"), name: text(entry, "name"), ...rules(entry) };
     }),
     allow_latency: flag(f, "allow_latency"),
     allow_fixed_gains: flag(f, "allow_fixed_gains"),
@@ -261,6 +245,12 @@ function watching(f: Fields): Watching {
     room_admin: flag(f, "room_admin"),
     ...session(f),
   };
+}
+
+function rules(f: Fields): Ruled {
+  if (f["rules"] === undefined) return {};
+  const said = object(f, "rules");
+  return { rules: { added: texts(said, "added"), lacking: texts(said, "lacking") } };
 }
 
 /** Token of a session; the page only sends it back to the server unchanged. */

@@ -76,7 +76,7 @@ export class Player {
   }
 
   private named(record: UserRecord): UserState {
-    return { ...record, name: this.recording.names.get(record.user) ?? "", latency: NO_LATENCY };
+    return { ...record, name: this.recording.names.get(record.user) ?? "", latency: NO_LATENCY, rules: null };
   }
 
   private frame(i: number): Made {

@@ -26,7 +26,7 @@ export interface Pose {
 }
 
 /** A user as a scene reports it. */
-type Told = Omit<UserState, "name" | "latency">;
+type Told = Omit<UserState, "name" | "latency" | "rules">;
 
 /** Least force that is shown [N]. */
 export const LEAST_FORCE = 0.02;

@@ -64,7 +64,7 @@ export class FrameBuffer {
     if (moved) place(this.positions, this.mesh.vertices, pair);
     this.drawn = pair;
     const users: UserState[] = usersBetween(pair)
-      .map((record) => ({ ...record, name: room.nameOf(record.user), latency: room.latencyOf(record.user) }))
+      .map((record) => ({ ...record, name: room.nameOf(record.user), latency: room.latencyOf(record.user), rules: room.rulesOf(record.user) }))
       .sort((a, b) => a.user - b.user);
     return { t_server, positions: this.positions, moved, users, room: pair.b.room };
   }

@@ -1,6 +1,6 @@
 /** The users and the events of a room. */
 
-import type { Latency, RoomEvent } from "../model/scene";
+import type { Latency, LoopRules, RoomEvent } from "../model/scene";
 import { NO_RESTRAINTS, type Restraints } from "../model/orders";
 import type { WatchEvent } from "./session";
 
@@ -12,6 +12,7 @@ const NONE: Latency = { delay: 0, jitter: 0, network: "" };
 export class Room {
   private readonly names = new Map<number, string>();
   private readonly latencies = new Map<number, Latency>();
+  private readonly rules = new Map<number, LoopRules>();
   private readonly heard = new Map<number, string>();
   events: readonly RoomEvent[] = [];
   restraints: Restraints = NO_RESTRAINTS;
@@ -31,6 +32,11 @@ export class Room {
     return this.names.get(user) ?? "";
   }
 
+  /** Difference of a user's loop from the rules of this version; null if its client said none. */
+  rulesOf(user: number): LoopRules | null {
+    return this.rules.get(user) ?? null;
+  }
+
   latencyOf(user: number): Latency {
     return this.latencies.get(user) ?? NONE;
   }
@@ -41,14 +47,15 @@ export class Room {
       case "watching":
         this.names.clear();
         this.latencies.clear();
+        this.rules.clear();
         // A room that has restraints sends them next.
         this.restraints = NO_RESTRAINTS;
         this.putOut = [];
-        for (const { user, name } of event.users) this.call(user, name);
+        for (const { user, name, rules } of event.users) this.call(user, name, rules);
         break;
       case "user_joined": {
         const before = this.names.get(event.user);
-        this.call(event.user, event.name);
+        this.call(event.user, event.name, event.rules);
         if (before === undefined) this.say({ at, kind: "joined", user: event.user, name: event.name, detail: "" });
         else this.say({ at, kind: "renamed", user: event.user, name: before, detail: `goes by the name ${event.name} now.` });
         break;
@@ -56,6 +63,7 @@ export class Room {
       case "user_left":
         this.names.delete(event.user);
         this.latencies.delete(event.user);
+        this.rules.delete(event.user);
         this.say({ at, kind: "left", user: event.user, name: event.name, detail: event.reason });
         break;
       case "latency": {
@@ -84,8 +92,9 @@ export class Room {
     }
   }
 
-  private call(user: number, name: string): void {
+  private call(user: number, name: string, rules: LoopRules | undefined): void {
     this.names.set(user, name);
+    if (rules !== undefined) this.rules.set(user, rules);
     this.heard.delete(user); // the newest last
     this.heard.set(user, name);
     for (const oldest of this.heard.keys()) {

@@ -68,7 +68,7 @@ test.each([
   ["an unknown type", '{"type":"hi"}', 'type of a control message is "hi"; expected welcome'],
   ["another type of a field", JSON.stringify({ ...joined, user: "2" }), 'user is "2"; expected a whole number'],
   ["a field too many", JSON.stringify({ ...joined, age: 3 }), 'field of user_joined is "age"'],
-  ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 16384 characters"],
+  ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 65536 characters"],
   ["another version", said.replace('"protocol":4', '"protocol":2'), "protocol version is 2; expected 4"],
   ["a period that is none", welcome({ simulation_period: 0.004 }), "simulation_period is 0.004; expected a number from 0.005 to 0.1"],
   ["a period without end", welcome({ simulation_period: 0.2 }), "simulation_period is 0.2"],

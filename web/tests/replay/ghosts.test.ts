@@ -5,7 +5,7 @@ import { ghostsNow, ghostsThen } from "../../src/replay/ghosts";
 import { record } from "../watch/scenes";
 
 /** A hand that moves along x by 1 m/s on the server's clock: what has arrived at t. */
-const hand = (user: number, t: number, loop_delay = 0.2): UserState => ({ ...record(user, t), loop_delay, name: "", latency: { delay: 0, jitter: 0, network: "" } });
+const hand = (user: number, t: number, loop_delay = 0.2): UserState => ({ ...record(user, t), loop_delay, name: "", latency: { delay: 0, jitter: 0, network: "" }, rules: null });
 const tipOf = (user: UserState): UserState["probe"] => user.probe;
 
 describe("delay made visible", () => {

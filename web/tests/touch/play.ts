@@ -11,6 +11,7 @@ import { move } from "../../src/touch/loop/simulated_hand";
 import { type LoopSettings, loopSettings, type LoopState, START } from "../../src/touch/loop/state";
 import { step } from "../../src/touch/loop/step";
 import { expectClose } from "../close";
+import { NOTHING_CUT } from "../users";
 
 const PERIODS = 1500; // of a millisecond
 
@@ -50,7 +51,7 @@ export function patchOf(play: Play, given: PlayPatch): Patch {
     curvature: play.curvature,
     room: { lag: 0, coupling: 0, margin: Infinity },
     neighbourhood: null,
-    ledger: { by_presence: 0, by_limit: 0, by_anticipation: 0, by_lag: 0, by_rate: 0, gain_cut: 0 },
+    ledger: NOTHING_CUT,
   };
 }
 

@@ -6,6 +6,7 @@ import { newFrame } from "../../src/protocol/frame";
 import { REST_MESH_AT, REST_MESH_SIZE, SCENE_AT, SCENE_SIZE, SURFACE_AT, SURFACE_SIZE, USER_AT, USER_SIZE } from "../../src/protocol/layout";
 import type { UserRecord } from "../../src/protocol/scene";
 import { traversalOf } from "../../src/protocol/traversal";
+import { NOTHING_CUT } from "../users";
 
 /** A tetrahedron of 0.1 m. */
 export const MESH: RestMesh = {
@@ -33,7 +34,7 @@ export function record(user: number, x = 0): UserRecord {
     fresh: true,
     friction: false,
     x_free: [0.1, 0, 0],
-    ledger: { by_presence: 0, by_limit: 0, by_anticipation: 0, by_lag: 0, by_rate: 0, gain_cut: 0 },
+    ledger: NOTHING_CUT,
   };
 }
 

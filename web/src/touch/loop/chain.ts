@@ -5,7 +5,7 @@
  * in `model/rules.ts`, by which the page knows which of them it lacks. What they did in a period is in its ledger.
  */
 
-import type { RuleName } from "../../model/rules";
+import { RULE_NAMES, type RuleName } from "../../model/rules";
 import type { Period } from "./period";
 import { moveDepth, moveGain, moveMaterial, setFadesAside, turnForce } from "./rules/contact";
 import { addFriction, damp, runLaw } from "./rules/force";
@@ -26,3 +26,6 @@ export const CHAIN: readonly (readonly [name: RuleName, apply: (period: Period) 
   ["account", keepAccount],
   ["body", giveToBody],
 ];
+
+/** Rules of the Python client's chain that the page lacks, in their order. */
+export const LACKING: readonly RuleName[] = RULE_NAMES.filter((name) => !CHAIN.some(([own]) => own === name));

@@ -5,6 +5,7 @@ import { ProtocolError } from "../../protocol/frame";
 import { PROTOCOL_VERSION } from "../../protocol/layout";
 import { decodeServerControl, encodeControl, type ServerControl } from "../../protocol/messages";
 import { decodePatch, type Patch } from "../../protocol/patch";
+import { LACKING } from "../loop/chain";
 import { dampingLimit, type DeviceInfo } from "../loop/device";
 import { HAPTIC_PERIOD } from "../loop/schedule";
 
@@ -44,6 +45,7 @@ export class TouchSession {
       ...(settings.key === undefined ? {} : { key: settings.key }),
       ...(settings.token === undefined ? {} : { token: settings.token }),
       ...(settings.wait === true ? { wait: true } : {}),
+      rules: { added: [], lacking: LACKING },
     });
   }
 

@@ -158,7 +158,10 @@ export class Column {
     show(this.empty, present.size === 0 && store.status.phase === "watching");
     show(this.latencyNote, store.info !== null && !store.info.allow_latency && present.size > 0);
     if (view !== null) {
-      if (this.level.engineer) for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
+      if (this.level.engineer) for (const [user, card] of this.cards) {
+        card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
+        card.explainTick(view.users.find((one) => one.user === user));
+      }
     }
     // A replay shows the forces of another time.
     const explained = this.level.engineer && lens === null ? handle : null;

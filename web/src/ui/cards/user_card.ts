@@ -12,6 +12,7 @@ import type { AddedNetwork } from "./added_network";
 import type { ForceLedger } from "./force_ledger";
 import { Later } from "./later";
 import type { UserOrders } from "./orders";
+import type { TickNotes } from "./tick_ledger";
 import type { Inks } from "../plots/canvas";
 import type { PlotCursor } from "../plots/cursor";
 import type { Lane } from "../plots/lanes";
@@ -26,7 +27,7 @@ export const SPAN = 6;
 const CAPACITY = 1200;
 
 /** One sample: depths of probe and proxy below the resting surface, as in Figs. 7 and 9 [m]; |force| [N]; loop delay [s]. */
-export function sample(user: Omit<UserState, "name" | "latency">): [number, number, number, number] {
+export function sample(user: Omit<UserState, "name" | "latency" | "rules">): [number, number, number, number] {
   const below = (point: UserState["probe"]): number => -dot(sub(point, user.foot), user.normal);
   const probe = below(user.probe);
   const touches = user.c_ii > 0 && depthOf(user) > 0;
@@ -79,6 +80,7 @@ export class UserCard {
   private readonly toggle: HTMLButtonElement;
   private readonly chart: Later<StripChart>;
   private readonly ledger = new Later<ForceLedger>(() => import("./force_ledger").then(({ ForceLedger: Made }) => new Made()));
+  private readonly notes = new Later<TickNotes>(() => import("./tick_ledger").then(({ TickNotes: Made }) => new Made()));
   private readonly latency: Later<AddedNetwork>;
   private readonly orders: Later<UserOrders>;
 
@@ -101,6 +103,7 @@ export class UserCard {
         el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
       ),
       this.soft,
+      this.notes.root,
       this.ledger.root,
       this.latency.root,
       this.orders.root,
@@ -188,6 +191,11 @@ export class UserCard {
   /** @param scene Data of a replay to draw; null draws the last seconds. */
   draw(now: number, ink: Inks, scene: Charted | null): void {
     if (!this.body.hidden) this.chart.get(true)?.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
+  }
+
+  /** Write what the server made of the user's force. */
+  explainTick(user: UserState | undefined): void {
+    if (!this.body.hidden) this.notes.get(true)?.write(user);
   }
 
   /** @param handle The visitor's hand, if this is its card and its force is to be explained; otherwise null. */

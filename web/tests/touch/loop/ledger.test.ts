@@ -7,6 +7,7 @@ import { ledgerOf } from "../../../src/touch/loop/ledger";
 import { loopSettings, START } from "../../../src/touch/loop/state";
 import { step } from "../../../src/touch/loop/step";
 import type { Patch } from "../../../src/protocol/patch";
+import { NOTHING_CUT } from "../../users";
 
 /** Numbers from 0 to 1 that are the same at each run (mulberry32). */
 function chance(seed: number): () => number {
@@ -42,7 +43,7 @@ function live(seed: number): Set<string> {
       const patch: Patch = {
         seq: 0, t_client: 0, sample_wait: 0, tick: i + 1, t_server: now, law, geometry: "plane", x_free: scale(up, level), normal, curvature: 0, c_ii,
         k_h: 0.9 / c_ii, integral_gain: 2000, own_force: scale(up, own), u_others: [0.001 * next(), 0, 0], compliance: [c_ii, c_ii, c_ii, 0, 0, 0],
-        room: { lag: 0, coupling: 0, margin: Infinity }, neighbourhood: null,
+        room: { lag: 0, coupling: 0, margin: Infinity }, neighbourhood: null, ledger: NOTHING_CUT,
       };
       if (now > silent) state = receive(state, patch, now, settings);
     }
