@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.playout import LONGEST
 from cohaptic.control.room_lag import RoomLag
+from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.patch import Patch
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
@@ -191,7 +192,8 @@ def test_a_patch_that_is_half_written_is_not_used(
 ) -> None:
     """The network's process may be stopped in the middle of a write, for any time, or killed."""
     # Unlike the others to its last byte: else less than all of it would be the whole.
-    patch = replace(good(999, mesh=mesh), room=RoomLag(0.35, 1.25, 1.5))
+    ledger = TickLedger(gain_cut=257.0)
+    patch = replace(good(999, mesh=mesh), room=RoomLag(0.35, 1.25, 1.5), ledger=ledger)
     if mesh:
         count = len(NEAR.indices)
         compliances = (*(PLANE.c_ii,) * (count - 1), 0.5 * PLANE.c_ii)

@@ -123,6 +123,7 @@ def run(
     settings: LawSettings,
     moved_in: float = 0.0,
     most: float = math.inf,
+    fade_most: float = math.inf,
 ) -> tuple[LawFade, LocalForce]:
     """Run the law in use, and the law that it replaces, for one period.
 
@@ -131,6 +132,7 @@ def run(
         dt: Time since the last period [s].
         moved_in: Displacement of the hand into the surface since the last period [m].
         most: Largest change of a law's force with an integral, as in `local_force` [N].
+        fade_most: Largest change of the force by the transition, beside `LAW_FADE_RATE` [N].
 
     Returns:
         The laws after this period, and the force.
@@ -151,9 +153,8 @@ def run(
     present = old_force.normal_force + fade.share * (force.normal_force - old_force.normal_force)
     step = dt / LAW_FADE_TIME
     if gap > 0.0:
-        step = min(
-            step, min(LAW_FADE_RATE, LAW_FADE_SHARE_RATE * max(present, _LEAST_FORCE)) * dt / gap
-        )
+        rate = min(LAW_FADE_RATE, LAW_FADE_SHARE_RATE * max(present, _LEAST_FORCE))
+        step = min(step, min(rate * dt, fade_most) / gap)
     share = min(1.0, fade.share + step)
     if share >= 1.0:
         return LawFade(now), force

@@ -20,7 +20,13 @@ from cohaptic_client.loop.budget import Budget
 from cohaptic_client.loop.law_fade import LawFade
 from cohaptic_client.loop.passivity import NOTHING_OWED, Passivity
 from cohaptic_client.loop.replica import NOT_MOVED, Answer, Recent, Replica
-from cohaptic_client.loop.safety import EXTERNAL_RATE, NO_TROUBLE, SafetyState, Trouble
+from cohaptic_client.loop.safety import (
+    EXTERNAL_RATE,
+    NO_TROUBLE,
+    SAFETY_FADE_RATE,
+    SafetyState,
+    Trouble,
+)
 from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.trust import Trust
 
@@ -53,6 +59,8 @@ class Period:
         fade: Law in use; None before the first patch.
         k_wanted: Gain that the surface asks for [N/m].
         k_h: Largest gain of the laws in use [N/m].
+        fade_most, law_fade_most: Largest changes of the force by a fade of the safety layer, and by
+            the transition from one law to the next [N].
         compliance: Compliance matrix C of the contact [m/N]; None without friction.
         for_friction: Part of the budget that friction has [N].
         normal: Direction of the normal force; a unit vector.
@@ -105,6 +113,7 @@ class Period:
         "dt",
         "explained",
         "fade",
+        "fade_most",
         "for_friction",
         "force",
         "friction",
@@ -113,6 +122,7 @@ class Period:
         "k_h",
         "k_wanted",
         "law_depth",
+        "law_fade_most",
         "law_force",
         "law_normal",
         "local",
@@ -175,6 +185,8 @@ class Period:
         self.moved_in: float = 0.0
         self.depth: float = -math.inf
         self.most: float = 0.0
+        self.fade_most: float = SAFETY_FADE_RATE * self.counted
+        self.law_fade_most: float = 0.0
         self.spent_gain: float = 0.0
         self.spent_fades: float = 0.0
         self.spent_turn: float = 0.0

@@ -31,8 +31,8 @@ FAULT_RELEASE_TIME: Final = 0.02
 EXTERNAL_RATE: Final = 20.0
 SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
 # Multiple of `external_rate` that this layer allows for all changes that the hand's own motion does
-# not explain: a rotation of the force adds a second-order term to the change.
-BACKSTOP: Final = 1.02
+# not explain. The rules keep to the budget; the rest is for the rounding of their sum.
+BACKSTOP: Final = 1.0 + 1e-9
 FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
 # s; in a longer period the loop stood still. On a device with motors that is a fault already; the
 # hand of a device that may stall for longer is simulated, or nobody's motor moves it.
@@ -195,6 +195,7 @@ def guard(
     own: float = math.inf,
     damping: float = 0.0,
     pressing: float = 0.0,
+    fade_most: float = math.inf,
 ) -> SafetyState:
     """Return the next state of the safety layer; its `force` is the force that the device gets.
 
@@ -213,6 +214,7 @@ def guard(
             force [N s/m].
         pressing: Force of the surface, whatever is requested for it: a hand is engaged out of the
             object only [N].
+        fade_most: Largest change of the force by a fade, beside `SAFETY_FADE_RATE` [N].
     """
     dt = 0.0 if state.now is None else now - state.now
     step = min(max(0.0, dt), 2.0 * limits.period)
@@ -233,7 +235,7 @@ def guard(
     )
     up = engaged and not silent
     time = limits.engage_time if up else limits.fade_time
-    share = next_share(state.scale, up, min(size, limits.max_force), time, step)
+    share = next_share(state.scale, up, min(size, limits.max_force), time, step, fade_most)
     most = limits.max_rate * step
     if damping > 0.0 and velocity != state.velocity:
         own += damping * norm(sub(velocity, state.velocity))
@@ -287,7 +289,9 @@ def rate_of(max_stiffness: float) -> float:
 LEAST_RATE, OWN_SPEED = 1000.0, 0.5  # N/s; m/s, speed of a tapping hand
 
 
-def next_share(share: float, up: bool, size: float, time: float, step: float) -> float:
+def next_share(
+    share: float, up: bool, size: float, time: float, step: float, fade_most: float = math.inf
+) -> float:
     """Return the fraction of the requested force after one period of a fade, 0 to 1.
 
     Args:
@@ -297,10 +301,11 @@ def next_share(share: float, up: bool, size: float, time: float, step: float) ->
             `SAFETY_FADE_RATE`.
         time: Least duration of a whole fade [s].
         step: Time since the last period, capped at two periods [s].
+        fade_most: Largest change of the force, beside that rate [N].
     """
     most = step / time
     if size > 0.0:
-        most = min(most, SAFETY_FADE_RATE * step / size)
+        most = min(most, min(SAFETY_FADE_RATE * step, fade_most) / size)
     return min(1.0, share + most) if up else max(0.0, share - most)
 
 

@@ -61,7 +61,7 @@ def test_a_hand_at_rest_is_moved_no_faster_than_others_may_move_it(
             before, now = output, now + PERIOD
 
 
-SECOND_ORDER = 0.01  # a change of gain times one of depth, relative
+SECOND_ORDER = 1e-9  # of the sum of what rules have taken, relative
 
 
 @given(

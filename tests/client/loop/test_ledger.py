@@ -10,14 +10,17 @@ from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
+from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import Vec3, norm
+from cohaptic.vec import Vec3, norm, sub
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.budget import Budget
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.ledger import ledger_of
+from cohaptic_client.loop.period import Period
+from cohaptic_client.loop.rules.given import own_force
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
-from cohaptic_client.loop.state import LoopSettings
+from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import PERIOD, TICK, at, engaged, near_patches, probes
 from tests.client.plane import PLANE
@@ -71,6 +74,7 @@ def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
             way = i / periods
             place = tuple(a + way * (b - a) for a, b in zip(tip, goal, strict=True))
             now += PERIOD
+            before = state
             state, period = step(state, at(place), now, settings)  # type: ignore[arg-type]
             assert sum(ledger_of(period, most)) == pytest.approx(norm(period.force), abs=1e-9)
             spent = (
@@ -78,8 +82,43 @@ def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
                 + period.spent_depth
             )  # fmt: skip
             assert spent <= EXTERNAL_RATE * period.counted * (1.0 + 1e-9)
+            if before.sight is not None and period.safety.left == 0.0 and not period.trouble.cause:
+                change = norm(sub(period.force, before.safety.force))
+                assert change <= explained(before, period) + spent_at_most(period)
             assert period.budget.left >= 0.0
         tip = goal
+
+
+def explained(before: LoopState, period: Period) -> float:
+    """The change of a force that the hand's own motion explains, now or held back before [N]."""
+    velocity = norm(sub(period.sample.velocity, before.safety.velocity))
+    damping = max(period.damping, before.passivity.damping)
+    return own_force(period) + before.safety.own + damping * velocity
+
+
+def spent_at_most(period: Period) -> float:
+    """The change that nothing of the hand's own explains: the budget, but for its rounding [N]."""
+    return EXTERNAL_RATE * period.counted * (1.0 + 2e-9)
+
+
+def test_all_fades_and_a_gain_together_take_no_more_than_there_is() -> None:
+    """A gain that falls, a fade after a silence, and another law, all at once."""
+    settings = LoopSettings(TICK, SafetyLimits(), smoothing=0.0)
+    state, now, worst = engaged(PLANE, settings), 10.0, 0.0
+    for tick in range(2, 120):
+        law = Law.PROPORTIONAL if tick > 60 else Law.PREDICTIVE
+        k_h = 200.0 if tick % 2 else 900.0
+        patch = replace(PLANE, tick=tick, law=law, k_h=k_h, c_ii=1.0 / k_h)
+        if not 55 < tick < 62:
+            state = receive(state, patch, now, settings)
+        for _ in range(round(TICK / PERIOD)):
+            now += PERIOD
+            before = state.safety
+            depth = min(0.008, 0.0002 * (now - 10.0) / PERIOD)
+            state, period = step(state, at((0.0, 0.0, -depth)), now, settings)
+            if depth == 0.008 and now > 10.2:
+                worst = max(worst, norm(sub(period.force, before.force)))
+    assert 0.5 * EXTERNAL_RATE * PERIOD < worst <= EXTERNAL_RATE * PERIOD * (1.0 + 2e-9)
 
 
 def probes_from() -> Vec3:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, is_finite, norm, sub
 from cohaptic_client.loop.passivity import RAMP, SLOW
-from cohaptic_client.loop.safety import EXTERNAL_RATE, Mode
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, Mode
 from tests.client.loop.attacks import (
     PERIOD,
     Event,
@@ -78,7 +78,7 @@ def test_no_server_moves_a_resting_hand_faster_than_others_may(
     for change, most in zip(hand.steps(start), hand.allowed[start:], strict=True):
         counted = most / max(allowed, 75.0 * hand.settings.limits.max_force)
         # The second order of a turn with it.
-        assert change <= 1.02 * EXTERNAL_RATE * counted + ROUNDING
+        assert change <= BACKSTOP * EXTERNAL_RATE * counted + ROUNDING
     assert hand.forces[-1] == ZERO
 
 
@@ -97,10 +97,10 @@ def test_a_hand_that_has_rested_for_30_ms_is_as_safe_as_one_that_never_moved(
     start = len(hand.forces)
     hand.suffer(events)
     for change in hand.steps(start):
-        assert change <= 1.02 * EXTERNAL_RATE * PERIOD + ROUNDING
+        assert change <= BACKSTOP * EXTERNAL_RATE * PERIOD + ROUNDING
     felt = hand.forces[start - 1 :]
     for before, after in zip(felt, felt[20:], strict=False):
-        assert norm(sub(after, before)) <= 20.0 * 1.02 * EXTERNAL_RATE * PERIOD + ROUNDING
+        assert norm(sub(after, before)) <= 20.0 * BACKSTOP * EXTERNAL_RATE * PERIOD + ROUNDING
 
 
 @given(hands(), st.lists(servers, max_size=12), st.sampled_from(MOVING))
@@ -124,7 +124,7 @@ def test_no_server_moves_a_moving_hand_by_more_than_its_way_and_others_explain(
         speed = norm(hand.velocities[n])
         if speed > SLOW:  # the damping comes and goes, and doubles a force that it is cut to
             own += spring * hand.ways[n] + speed * most_damping * counted / RAMP
-        others = 1.02 * EXTERNAL_RATE * counted
+        others = BACKSTOP * EXTERNAL_RATE * counted
         assert change <= own + others + ROUNDING, n
 
 

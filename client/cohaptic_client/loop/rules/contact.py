@@ -17,7 +17,7 @@ from cohaptic_client.loop.gains import gains_under
 from cohaptic_client.loop.law_fade import LAW_FADE_RATE, stiffest, with_gains
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.rule import Rule
-from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE
+from cohaptic_client.loop.safety import EXTERNAL_RATE
 from cohaptic_client.loop.slew import SOFT, hold_back, slew_compliance, slew_gain, slew_normal
 
 
@@ -35,11 +35,14 @@ class Gain(Rule):
             newest = gains_under(patch, sight, settings)
             wanted = state.k_h_before + period.share * (newest.k_h - state.k_h_before)
             after = slew_gain(k_h, wanted, period.counted, state.normal_force)
+            change = abs(after - k_h) * max(0.0, state.depth)
+            period.spent_gain = period.budget.take(change)
+            if period.spent_gain < change:
+                after = k_h + (after - k_h) * period.spent_gain / change
             same = after == newest.k_h
             fade = period.fade = with_gains(
                 fade, newest if same else Gains(after, newest.integral_gain)
             )
-            period.spent_gain = period.budget.take(abs(after - k_h) * max(0.0, state.depth))
         period.k_h = stiffest(fade)
         period.k_wanted = wanted
 
@@ -48,14 +51,16 @@ class Fades(Rule):
     """Sets aside what fades of the safety layer and of the law may change of the force."""
 
     def apply(self, period: Period) -> None:
-        """Take of the budget."""
+        """Fill in `fade_most` and `law_fade_most`."""
         fade, budget = period.fade, period.budget
         if fade is None:
             return
         if period.silent or period.state.safety.scale < 1.0:
-            period.spent_fades += budget.take(SAFETY_FADE_RATE * period.counted)
+            period.fade_most = budget.take(period.fade_most)
+            period.spent_fades += period.fade_most
         if fade.before is not None:
-            period.spent_fades += budget.take(LAW_FADE_RATE * period.counted)
+            period.law_fade_most = budget.take(LAW_FADE_RATE * period.counted)
+            period.spent_fades += period.law_fade_most
 
 
 class Material(Rule):
@@ -117,10 +122,12 @@ class Depth(Rule):
         given = state.sight is not None and state.safety.scale > 0.0
         own = state.depth + period.moved_in
         if period.explained != 0.0 or period.wished != 0.0:
-            by_models, beyond = _by_models(
-                sight.depth - state.depth, period.moved_in, period.explained, period.wished
-            )
+            change, wished = sight.depth - state.depth, period.wished
+            by_models, beyond = _by_models(change, period.moved_in, period.explained, wished)
             period.spent_models = period.budget.take(beyond * k_h)
+            if period.spent_models < beyond * k_h:  # the rest of what others want has to wait
+                wished -= math.copysign(beyond - period.spent_models / k_h, wished)
+                by_models, _ = _by_models(change, period.moved_in, period.explained, wished)
             own += by_models
         most = period.budget.left if given else math.inf
         period.depth = hold_back(own, sight.depth, most / max(k_h, SOFT))

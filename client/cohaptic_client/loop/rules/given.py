@@ -40,6 +40,7 @@ class Limits(Rule):
             own=own_force(period) + state.k_h * abs(period.explained),
             damping=max(damping, min(damping + period.added_damping, period.settings.max_damping)),
             pressing=pressing,
+            fade_most=period.fade_most,
         )  # fmt: skip
         period.force = safety.force
         size = period.damped_force

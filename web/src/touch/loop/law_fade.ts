@@ -73,7 +73,7 @@ export function withGains(fade: LawFade, gains: Gains): LawFade {
   return { ...fade, now: { ...fade.now, gains } };
 }
 
-/** One period of the law in use, and of the one that it replaces; `moved_in` and `most` as in `localForce`. */
+/** One period of the law in use, and of the one that it replaces; `moved_in` and `most` as in `localForce`, `fade_most` the largest change of the force by the transition [N]. */
 export function run(
   fade: LawFade,
   sight: Sight,
@@ -81,6 +81,7 @@ export function run(
   settings: LawSettings,
   moved_in: number,
   most: number,
+  fade_most = Infinity,
 ): [fade: LawFade, force: LocalForce] {
   const advance = ({ law, memory, gains }: Running): [IntegralState, LocalForce] =>
     localForce(law, memory, sight, gains, dt, settings, moved_in, most);
@@ -92,7 +93,8 @@ export function run(
   const gap = Math.abs(force.normal_force - oldForce.normal_force);
   const present = mix(oldForce, force, fade.share).normal_force;
   let step = dt / FADE_TIME;
-  if (gap > 0) step = Math.min(step, (Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST)) * dt) / gap);
+  const rate = Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST));
+  if (gap > 0) step = Math.min(step, Math.min(rate * dt, fade_most) / gap);
   const share = Math.min(1, fade.share + step);
   if (share >= 1) return [{ now, before: null, share: 1 }, force];
   return [{ now, before: { ...old, memory: oldMemory }, share }, mix(oldForce, force, share)];

@@ -15,7 +15,7 @@ import { MAX_POSITION } from "../../protocol/layout";
 import { Budget } from "./budget";
 import type { LawFade } from "./law_fade";
 import { NOTHING_OWED, type Passivity } from "./passivity";
-import { EXTERNAL_RATE, type SafetyState } from "./safety";
+import { EXTERNAL_RATE, FADE_RATE, type SafetyState } from "./safety";
 import type { DeviceSample, LoopSettings, LoopState } from "./state";
 
 export class Period {
@@ -39,6 +39,9 @@ export class Period {
   k_wanted = 0;
   /** Largest gain of the laws in use [N/m]. */
   k_h = 0;
+  /** Largest changes of the force by a fade of the safety layer, and by the change from one law to the next [N]. */
+  fade_most: number;
+  law_fade_most = 0;
   /** Compliance of the contact [m/N]; null without friction. */
   compliance: Compliance3 | null = null;
   /** Part of the budget that friction has [N]. */
@@ -90,6 +93,7 @@ export class Period {
     this.dt = safety.now === null ? 0 : Math.max(0, now - safety.now);
     this.counted = Math.min(this.dt, 2 * settings.limits.period);
     this.budget = new Budget(EXTERNAL_RATE * this.counted);
+    this.fade_most = FADE_RATE * this.counted;
     this.safety = safety;
   }
 

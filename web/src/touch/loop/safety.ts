@@ -100,6 +100,7 @@ export const NOT_ENGAGED: SafetyState = {
  * @param now Time of this period [s].
  * @param velocity Velocity of the hand [m/s].
  * @param silent Whether the server has been silent for too long.
+ * @param fade_most Largest change of the force by a fade, beside `FADE_RATE` [N].
  */
 export function guard(
   state: SafetyState,
@@ -108,6 +109,7 @@ export function guard(
   velocity: Vec3,
   silent: boolean,
   limits: SafetyLimits,
+  fade_most = Infinity,
 ): SafetyState {
   const dt = state.now === null ? 0 : now - state.now;
   const step = Math.min(Math.max(0, dt), 2 * limits.period);
@@ -118,7 +120,7 @@ export function guard(
   const engaged = state.engaged || (quiet >= limits.engage_periods && !silent);
   const up = engaged && !silent;
   const time = up ? limits.engage_time : limits.fade_time;
-  const share = nextShare(state.scale, up, Math.min(size, limits.max_force), time, step);
+  const share = nextShare(state.scale, up, Math.min(size, limits.max_force), time, step, fade_most);
   const force = limited(state.force, requested, share, limits.max_force, limits.max_rate * step);
   return { engaged, scale: share, force, quiet, now, fault: engaged ? "" : state.fault, released: ZERO, left: 0 };
 }
@@ -130,10 +132,11 @@ export function guard(
  * @param size Magnitude of the whole force [N]; a fade changes it no faster than `FADE_RATE`.
  * @param time Time of a whole fade [s].
  * @param step Time that counts of this period [s].
+ * @param fade_most Largest change of the force, beside that rate [N].
  */
-export function nextShare(share: number, up: boolean, size: number, time: number, step: number): number {
+export function nextShare(share: number, up: boolean, size: number, time: number, step: number, fade_most = Infinity): number {
   let most = step / time;
-  if (size > 0) most = Math.min(most, (FADE_RATE * step) / size);
+  if (size > 0) most = Math.min(most, Math.min(FADE_RATE * step, fade_most) / size);
   return up ? Math.min(1, share + most) : Math.max(0, share - most);
 }
 

@@ -158,14 +158,13 @@ export class Column {
     show(this.empty, present.size === 0 && store.status.phase === "watching");
     show(this.latencyNote, store.info !== null && !store.info.allow_latency && present.size > 0);
     if (view !== null) {
-      if (this.level.engineer) for (const [user, card] of this.cards) {
-        card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
-        card.explainTick(view.users.find((one) => one.user === user));
-      }
+      if (this.level.engineer) for (const [user, card] of this.cards) card.draw(view.t_server, this.userInk(ink, user), lens?.charted(user) ?? null);
     }
     // A replay shows the forces of another time.
     const explained = this.level.engineer && lens === null ? handle : null;
-    for (const [user, card] of this.cards) card.explain(user === own ? explained : null);
+    for (const [user, card] of this.cards) {
+      card.explain(this.level.engineer, view?.users.find((one) => one.user === user), user === own ? explained : null);
+    }
     this.area.update(view?.users ?? [], store.info?.simulation_period ?? 1 / 60, view?.room ?? null, ink);
     // A body without Green's functions is always sent as frames, whatever the page requests.
     this.encoding.enable("forces", store.info?.model !== null);

@@ -9,10 +9,9 @@ import { depthOf, proxyOf } from "../../view/pose";
 import { el, say, show, symbol } from "../dom";
 import { icon } from "../icons";
 import type { AddedNetwork } from "./added_network";
-import type { ForceLedger } from "./force_ledger";
+import type { Explanation } from "./explanation";
 import { Later } from "./later";
 import type { UserOrders } from "./orders";
-import type { TickNotes } from "./tick_ledger";
 import type { Inks } from "../plots/canvas";
 import type { PlotCursor } from "../plots/cursor";
 import type { Lane } from "../plots/lanes";
@@ -79,8 +78,7 @@ export class UserCard {
   private readonly body: HTMLElement;
   private readonly toggle: HTMLButtonElement;
   private readonly chart: Later<StripChart>;
-  private readonly ledger = new Later<ForceLedger>(() => import("./force_ledger").then(({ ForceLedger: Made }) => new Made()));
-  private readonly notes = new Later<TickNotes>(() => import("./tick_ledger").then(({ TickNotes: Made }) => new Made()));
+  private readonly why = new Later<Explanation>(() => import("./explanation").then(({ Explanation: Made }) => new Made()));
   private readonly latency: Later<AddedNetwork>;
   private readonly orders: Later<UserOrders>;
 
@@ -103,8 +101,7 @@ export class UserCard {
         el("div", {}, el("dt", { title: "From a patch to the force made with it, as the server measures it" }, "loop"), this.loop),
       ),
       this.soft,
-      this.notes.root,
-      this.ledger.root,
+      this.why.root,
       this.latency.root,
       this.orders.root,
     );
@@ -193,13 +190,8 @@ export class UserCard {
     if (!this.body.hidden) this.chart.get(true)?.draw(scene ?? { data: this.trace, end: now, span: SPAN, shown: null }, ink);
   }
 
-  /** Write what the server made of the user's force. */
-  explainTick(user: UserState | undefined): void {
-    if (!this.body.hidden) this.notes.get(true)?.write(user);
-  }
-
   /** @param handle The visitor's hand, if this is its card and its force is to be explained; otherwise null. */
-  explain(handle: TouchHandle | null): void {
-    this.ledger.get(handle !== null)?.update(handle);
+  explain(wanted: boolean, user: UserState | undefined, handle: TouchHandle | null): void {
+    this.why.get(wanted)?.write(user, handle);
   }
 }

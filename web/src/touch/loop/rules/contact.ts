@@ -10,7 +10,6 @@ import { dot, type Vec3 } from "../../../model/vec";
 import { gainsUnder } from "../gains";
 import { LAW_FADE_RATE, stiffest, withGains } from "../law_fade";
 import type { Period } from "../period";
-import { FADE_RATE } from "../safety";
 import { holdBack, slewCompliance, slewGain, slewNormal, SOFT } from "../slew";
 
 /** Move the gain towards that of the object at the probe. */
@@ -23,17 +22,21 @@ export function moveGain(period: Period): void {
   if (patch.law === fade.now.law) {
     const { k_h: newest, integral_gain } = gainsUnder(patch, sight, settings);
     period.k_wanted = k_h_before + period.share * (newest - k_h_before);
-    const after = slewGain(k_h, period.k_wanted, period.counted, normal_force);
+    let after = slewGain(k_h, period.k_wanted, period.counted, normal_force);
+    const change = Math.abs(after - k_h) * Math.max(0, state.depth);
+    const granted = period.budget.take(change);
+    if (granted < change) after = k_h + ((after - k_h) * granted) / change;
     period.fade = withGains(fade, { k_h: after, integral_gain });
-    period.budget.take(Math.abs(after - k_h) * Math.max(0, state.depth));
   }
   period.k_h = stiffest(period.fade ?? fade);
 }
 
 /** Set aside what fades of the safety layer and of the law may change of the force. */
-export function setFadesAside({ fade, budget, counted, silent, state }: Period): void {
-  if (silent || state.safety.scale < 1) budget.take(FADE_RATE * counted);
-  if (fade !== null && fade.before !== null) budget.take(LAW_FADE_RATE * counted);
+export function setFadesAside(period: Period): void {
+  const { fade, budget, counted, silent, state } = period;
+  if (fade === null) return;
+  if (silent || state.safety.scale < 1) period.fade_most = budget.take(period.fade_most);
+  if (fade.before !== null) period.law_fade_most = budget.take(LAW_FADE_RATE * counted);
 }
 
 /** Move the compliance of a contact with friction, and set the friction's half of the budget aside. */
@@ -73,6 +76,9 @@ export function moveDepth(period: Period): void {
   const { sight, state, budget, k_h, moved_in } = period;
   if (sight === null) return;
   // A force that the hand does not get may change at once.
-  period.most = state.sight !== null && state.safety.scale > 0 ? budget.left : Infinity;
-  period.depth = holdBack(state.depth + moved_in, sight.depth, period.most / Math.max(k_h, SOFT));
+  const given = state.sight !== null && state.safety.scale > 0;
+  const own = state.depth + moved_in;
+  period.most = given ? budget.left : Infinity;
+  period.depth = holdBack(own, sight.depth, period.most / Math.max(k_h, SOFT));
+  if (given) budget.take(Math.abs(Math.max(0, period.depth) - Math.max(0, own)) * k_h);
 }

@@ -1,9 +1,9 @@
 /** Rules on the force of the contact: law, damping and friction. `client/cohaptic_client/loop/rules/force.py` in TypeScript. */
 
 import { believedShift, frictionStep, normalShift } from "../../../control/friction";
-import { add, dot, scale, sub } from "../../../model/vec";
+import { add, dot, norm, scale, sub } from "../../../model/vec";
 import { run } from "../law_fade";
-import { dissipate } from "../passivity";
+import { dissipate, SLOW } from "../passivity";
 import type { Period } from "../period";
 
 /** Run the law: from the depth, less the friction's shift of the contact, to the normal force. */
@@ -13,7 +13,7 @@ export function runLaw(period: Period): void {
   const aside = C === null ? 0 : believedShift(normal, C, period.k_h) * normalShift(period.state.friction, normal, C);
   period.law_depth = period.depth - aside;
   const surface = { ...sight, depth: period.law_depth };
-  [period.fade, period.local] = run(fade, surface, period.counted, period.settings.law, period.moved_in, period.most);
+  [period.fade, period.local] = run(fade, surface, period.counted, period.settings.law, period.moved_in, period.most, period.law_fade_most);
   period.damped_force = period.local.normal_force;
   period.asked = period.law_force = scale(normal, period.local.normal_force);
 }
@@ -24,7 +24,11 @@ export function damp(period: Period): void {
   if (state.sight === null || max_damping <= 0) return;
   const speed_in = -dot(normal, period.sample.velocity);
   const force = period.local.normal_force;
-  [period.damping, period.damped_force] = dissipate(state.passivity, force, speed_in, period.counted, max_damping);
+  // The motion of a slow hand explains no change of its damping.
+  const slow = norm(period.sample.velocity) <= SLOW;
+  const most = slow ? period.budget.left : Infinity;
+  [period.damping, period.damped_force] = dissipate(state.passivity, force, speed_in, period.counted, max_damping, most);
+  if (slow) period.budget.take(Math.abs(period.damping - state.passivity.damping) * Math.abs(speed_in));
   period.asked = scale(normal, period.damped_force);
 }
 

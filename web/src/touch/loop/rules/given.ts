@@ -18,7 +18,7 @@ import { guard } from "../safety";
 /** Limit the force for the device: largest force, fades, rate, and faults. */
 export function limit(period: Period): void {
   const { state, asked, sample, settings } = period;
-  period.safety = guard(state.safety, asked, period.now, sample.velocity, period.silent, settings.limits);
+  period.safety = guard(state.safety, asked, period.now, sample.velocity, period.silent, settings.limits, period.fade_most);
   period.force = period.safety.force;
   const size = norm(asked);
   period.given_ratio = size > 0 ? norm(period.force) / size : period.safety.scale;
