@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from cohaptic_client.loop.rule import Rule
-from cohaptic_client.loop.rules.contact import Depth, Fades, Gain, Material, Turn
+from cohaptic_client.loop.rules.contact import Compliance, Depth, Fades, Gain, Turn
 from cohaptic_client.loop.rules.force import Damping, Finite, Friction, LawForce
 from cohaptic_client.loop.rules.given import Account, Limits, ToBody, Trusted
 from cohaptic_client.loop.rules.surface import Models, Reach, Shown
@@ -42,12 +42,14 @@ CHAIN: Final[tuple[Rule, ...]] = (
     ),
     Fades(
         "fades",
-        "a fade of the force or of the law is a change, too, and has its part of the budget",
+        "a fade of the force (in `limits`) or of the law (in `law`) is a change, too: its part of "
+        "the budget is set aside",
         "SAFETY_FADE_RATE N/s",
     ),
-    Material(
-        "material",
-        "the compliance for friction follows the object's, and friction has half of the budget",
+    Compliance(
+        "compliance",
+        "the compliance in all directions, for friction, follows the object's, and friction has "
+        "half of the budget",
     ),
     Turn(
         "turn",
@@ -75,10 +77,15 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "SafetyLimits.max_force N",
     ),
     Account("account", "the energy that the network makes is counted, to be damped out"),
-    ToBody("body", "the body gets the law's force in the share that the hand was given"),
+    ToBody(
+        "body",
+        "the body gets the law's force in the share that the hand was given, and the models move "
+        "on by it",
+    ),
     Trusted(
         "trust",
-        "the energy that models return is counted: a liar could drive a hand by them",
+        "the energy that the contact returns beyond that of the hand is counted, and where it is "
+        "too much, models lose their share: a liar could drive a hand by them",
         "MOST_MADE J",
     ),
 )

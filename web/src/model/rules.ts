@@ -6,8 +6,8 @@ export const RULES = {
   surface: "the shown surface moves from patch to patch all the time: one that comes in one step would step the force",
   models: "models of the others' hands answer at once, since late answers make energy; what the others want is held back",
   gain: "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff must not be kicked",
-  fades: "a fade of the force or of the law is a change, too, and has its part of the budget",
-  material: "the compliance for friction follows the object's, and friction has half of the budget",
+  fades: "a fade of the force (in `limits`) or of the law (in `law`) is a change, too: its part of the budget is set aside",
+  compliance: "the compliance in all directions, for friction, follows the object's, and friction has half of the budget",
   turn: "a surface that turns may turn the force with half of the budget: a turn is a change",
   depth: "the surface moves the force with what is left of the budget: 0.02 N in a millisecond is no jolt",
   law: "the law turns depth into force",
@@ -16,11 +16,11 @@ export const RULES = {
   finite: "a force that no spring can give is an error, and the hand is let go",
   limits: "the force is at most the hand's limit, fades where it must, changes no faster than a hand that taps makes it, and is taken away where the loop stood still or another fault is",
   account: "the energy that the network makes is counted, to be damped out",
-  body: "the body gets the law's force in the share that the hand was given",
-  trust: "the energy that models return is counted: a liar could drive a hand by them",
+  body: "the body gets the law's force in the share that the hand was given, and the models move on by it",
+  trust: "the energy that the contact returns beyond that of the hand is counted, and where it is too much, models lose their share: a liar could drive a hand by them",
 } as const;
 export type RuleName = keyof typeof RULES;
-export const RULE_NAMES = ["reach", "surface", "models", "gain", "fades", "material", "turn", "depth", "law", "damping", "friction", "finite", "limits", "account", "body", "trust"] as const;
+export const RULE_NAMES = ["reach", "surface", "models", "gain", "fades", "compliance", "turn", "depth", "law", "damping", "friction", "finite", "limits", "account", "body", "trust"] as const;
 
 /** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
 export const ENTRIES = {

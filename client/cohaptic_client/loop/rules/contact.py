@@ -63,7 +63,7 @@ class Fades(Rule):
             period.spent_fades += period.law_fade_most
 
 
-class Material(Rule):
+class Compliance(Rule):
     """Moves the compliance of a contact with friction, and sets the friction's half aside."""
 
     def apply(self, period: Period) -> None:

@@ -178,7 +178,7 @@ def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
 
 
 class Trusted(Rule):
-    """Counts the energy that the contact returns to the hand, whoever makes it."""
+    """Counts the energy that the contact returns to the hand; too much takes the models' share."""
 
     def apply(self, period: Period) -> None:
         """Fill in `trust`."""

@@ -25,8 +25,9 @@ CHAIN: Final[tuple[Stage, ...]] = (
     Stage(
         "track",
         track,
-        "each contact follows its probe over the surface without the user's own force; a probe "
-        "higher above it than this presses nothing",
+        "each contact follows its probe over the surface without the user's own force, its force "
+        "counts in the share of presence, and the delay of the user's loop is measured; a probe "
+        "higher above the surface than this presses nothing",
         "MAX_CONTACT_HEIGHT m",
     ),
     Stage(
@@ -54,8 +55,8 @@ CHAIN: Final[tuple[Stage, ...]] = (
         "lag",
         lag,
         "forces pass the room's lag, with which the loop of all hands is stable at the delays that "
-        "were measured; it rises at once and falls slowly",
-        "FALL_RATE s/s",
+        "were measured; the first force of a hand among others passes this one at least",
+        "FIRST_LAG s",
     ),
     Stage(
         "rate",
@@ -85,21 +86,23 @@ CHAIN: Final[tuple[Stage, ...]] = (
     Stage(
         "plan",
         plan,
-        "the part of that loop to anticipate in the next tick, and the lag that the rest needs",
-        "CALM_TIME s",
+        "the part of that loop to anticipate in the next tick, and the lag that the rest needs, "
+        "which rises at once and falls slowly",
+        "FALL_RATE s/s",
     ),
     Stage(
         "swing",
         show,
-        "hands are shown a share of a swing that their loop can bear: a swing that is felt is "
-        "driven by the hands that feel it",
+        "a body with mass swings: hands are shown only the share of it that their loop can bear, "
+        "since they drive what they feel; other bodies pass unchanged",
         "RISE 1/s",
     ),
     Stage(
         "models",
         move_models,
-        "what each hand would do without any force, for the clients that move models of it; where "
-        "nothing is proved, models lose their share",
+        "what each hand would do without any force is found for clients that move models of it; "
+        "a hand's largest gain is cut where others' tips stiffen its contact; where nothing is "
+        "proved, models lose their share",
         "STEADY s",
     ),
     Stage(

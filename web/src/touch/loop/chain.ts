@@ -7,7 +7,7 @@
 
 import { RULE_NAMES, type RuleName } from "../../model/rules";
 import type { Period } from "./period";
-import { moveDepth, moveGain, moveMaterial, setFadesAside, turnForce } from "./rules/contact";
+import { moveDepth, moveCompliance, moveGain, setFadesAside, turnForce } from "./rules/contact";
 import { addFriction, damp, runLaw } from "./rules/force";
 import { giveToBody, keepAccount, limit } from "./rules/given";
 import { showSurface } from "./rules/surface";
@@ -16,7 +16,7 @@ export const CHAIN: readonly (readonly [name: RuleName, apply: (period: Period) 
   ["surface", showSurface],
   ["gain", moveGain],
   ["fades", setFadesAside],
-  ["material", moveMaterial],
+  ["compliance", moveCompliance],
   ["turn", turnForce],
   ["depth", moveDepth],
   ["law", runLaw],

@@ -40,7 +40,7 @@ export function setFadesAside(period: Period): void {
 }
 
 /** Move the compliance of a contact with friction, and set the friction's half of the budget aside. */
-export function moveMaterial(period: Period): void {
+export function moveCompliance(period: Period): void {
   const { state, settings, budget, counted } = period;
   if (period.sight === null || settings.friction <= 0) return;
   const half = budget.reserve(0.5);
