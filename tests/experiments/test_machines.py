@@ -52,18 +52,35 @@ def machine(tmp_path: Path) -> Generator[Machine]:
     if importlib.util.find_spec("ray") is None:
         pytest.skip("the extra cluster")
     with machines(1, tmp_path) as (one,):
-        command = start_command(f"{one.address}:{PORT}", one.address, leads=True)
-        environ = environment(os.environ)
-        process = subprocess.Popen(one.command(*command), stdout=subprocess.PIPE, env=environ)
-        assert process.stdout is not None
+        process = _head(one)
         try:
-            while b"Ray runtime started" not in process.stdout.readline():
-                assert process.poll() is None
             yield one
         finally:
-            one.signal(signal.SIGKILL)
-            process.stdout.close()
-            process.wait(PATIENCE)
+            _end(one, process)
+
+
+def _head(machine: Machine) -> subprocess.Popen[bytes]:
+    """Start the engine's head; again where it gives up, as it does where all cores are in use."""
+    command = start_command(f"{machine.address}:{PORT}", machine.address, leads=True)
+    said = b""
+    for _ in range(3):
+        process = subprocess.Popen(
+            machine.command(*command), stdout=subprocess.PIPE, env=environment(os.environ)
+        )
+        assert process.stdout is not None
+        for line in process.stdout:
+            if b"Ray runtime started" in line:
+                return process
+            said += line
+        _end(machine, process)
+    raise AssertionError(said.decode(errors="replace"))
+
+
+def _end(machine: Machine, process: subprocess.Popen[bytes]) -> None:
+    machine.signal(signal.SIGKILL)
+    assert process.stdout is not None
+    process.stdout.close()
+    process.wait(PATIENCE)
 
 
 def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
