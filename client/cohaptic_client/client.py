@@ -7,6 +7,7 @@ and of the connection's timing.
 from __future__ import annotations
 
 import asyncio
+import functools
 import math
 import secrets
 from collections.abc import Callable, Mapping
@@ -25,9 +26,10 @@ from cohaptic.errors import (
 from cohaptic.protocol.messages import BodyInfo
 from cohaptic.recording.journal import Clocks
 from cohaptic.status.report import TouchStatus
-from cohaptic.status.row import Row
+from cohaptic.status.row import Row, acted_in
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.haptics import Haptics
+from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.safety import Mode
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
@@ -39,6 +41,12 @@ from cohaptic_client.news import (
     silence_in_words,
 )
 from cohaptic_client.settings import ClientSettings
+
+
+@functools.cache
+def _names_of(rules: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names in the ledger of rules of other packages, by those of their entry points."""
+    return tuple(reasons_of(rules))
 
 
 def touch_status(
@@ -97,6 +105,7 @@ def touch_status(
         wanted=row.wanted,
         max_force=settings.force_limit,
         fault=str(loop.get("fault", "")),
+        ledger=acted_in(row, _names_of(settings.rules)),
     )
 
 

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from cohaptic.status.report import TouchStatus
-from cohaptic.status.row import COLUMNS, Row
+from cohaptic.status.row import COLUMNS, Row, acted_in
 from cohaptic_client.client import state_in_words, status_before_touch, touch_status
 from cohaptic_client.network.timing import LinkTiming, Passage
 from cohaptic_client.news import silence_in_words
@@ -53,6 +53,13 @@ def test_a_device_that_sends_nothing_is_told_before_a_silent_server_and_after_a_
     assert (words(), words(held=True)) == ("device silent", "fault")
     assert "in reach" in silence_in_words({"device_silent": True})
     assert silence_in_words({"device_silent": False}) == silence_in_words({}) == ""
+
+
+def test_the_report_has_what_acted_and_nothing_else() -> None:
+    row = ROW._replace(by_surface=5.5, by_fade=-0.5, by_rate=1e-5, damping=0.002, tick_lag=-0.25)
+    expected = {"surface": 5.5, "fade": -0.5, "damping": 0.002, "tick_lag": -0.25}
+    assert status(row, LinkTiming()).ledger == expected
+    assert acted_in(ROW._replace(by_rule_1=-0.75), ("edge",)) == {"edge": -0.75}
 
 
 def test_before_the_first_row_a_client_connects() -> None:

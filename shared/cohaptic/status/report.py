@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from cohaptic.control.law import Law
 
@@ -45,6 +45,8 @@ class TouchStatus(BaseModel):
         wanted: Normal force that the law computes, before any limit [N].
         max_force: Limit of the force on this hand; 0 if unknown [N].
         fault: Why the safety layer keeps the force off; empty if the force is on.
+        ledger: What acted on the force in the newest period, by the names of the rules, and of the
+            stages of the server's tick behind `tick_` [N].
     """
 
     model_config = ConfigDict(frozen=True)
@@ -72,6 +74,7 @@ class TouchStatus(BaseModel):
     wanted: float = 0.0
     max_force: float = 0.0
     fault: str = ""
+    ledger: dict[str, float] = Field(default_factory=dict)
 
     @property
     def cut(self) -> bool:

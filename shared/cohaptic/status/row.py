@@ -114,6 +114,28 @@ def columns_with(rules: Sequence[str]) -> tuple[str, ...]:
     return tuple(numbered.get(name, name) for name in COLUMNS)
 
 
+_ACTED = 1e-3  # N; what did less is left out of a report
+
+
+def acted_in(row: Row, rules: Sequence[str] = ()) -> dict[str, float]:
+    """Return what acted on the force of a period, by name [N].
+
+    Args:
+        row: Record of the period.
+        rules: Names of the rules of other packages in it.
+
+    Returns:
+        The entries of the ledger without `by_`, which together are the size of the force; and those
+        of the server's tick, which begin with `tick_`.
+    """
+    found = dict[str, float]()
+    for column, value in zip(columns_with(rules), row, strict=True):
+        if column.startswith(("by_", "tick_")) or column == "damping":
+            if abs(value) >= _ACTED:
+                found[column.removeprefix("by_")] = value
+    return found
+
+
 def rows_in(block: bytes) -> list[Row]:
     """Unpack the rows in a block of bytes, which `ROW` packed one behind the other."""
     return [Row._make(values) for values in ROW.iter_unpack(block)]
