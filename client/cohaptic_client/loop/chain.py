@@ -34,17 +34,17 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "others want is held back",
         "WISH_RATE N/s",
     ),
+    Fades(
+        "fades",
+        "a fade of the force (in `limits`) or of the law (in `law`), and the damping of a slow "
+        "hand, are changes, too: their parts of the budget are set aside first",
+        "SAFETY_FADE_RATE N/s",
+    ),
     Gain(
         "gain",
         "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff "
         "must not be kicked",
         "GAIN_RATE 1/s",
-    ),
-    Fades(
-        "fades",
-        "a fade of the force (in `limits`) or of the law (in `law`) is a change, too: its part of "
-        "the budget is set aside",
-        "SAFETY_FADE_RATE N/s",
     ),
     Compliance(
         "compliance",

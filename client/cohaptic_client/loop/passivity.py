@@ -110,7 +110,7 @@ def dissipate(
         speed_in: Speed of the hand into the surface [m/s].
         dt: Time since the last period [s].
         max_damping: Largest damping that both the device and this layer allow [N s/m].
-        most: Largest change of the force by a change of the damping, beside `STEP_RATE` [N].
+        most: Largest change of the damping, beside `RAMP` and `STEP_RATE` [N s/m].
 
     Returns:
         Damping [N s/m], and normal force on the hand, from zero to twice the law's force [N].
@@ -119,7 +119,7 @@ def dissipate(
         return 0.0, force
     speed = max(SLOW, abs(speed_in))
     target = min(max_damping, owed / (speed * speed * dt)) if dt > 0.0 else 0.0
-    change = min(max_damping * dt / RAMP, min(STEP_RATE * dt, most) / speed)
+    change = min(max_damping * dt / RAMP, STEP_RATE * dt / speed, most)
     damping = min(max(target, damping - change), damping + change)
     # Damping never pulls a leaving hand back in, and never stops an entering hand like a wall.
     return damping, force + min(force, max(-force, damping * speed_in))

@@ -61,6 +61,7 @@ class Period:
         k_h: Largest gain of the laws in use [N/m].
         fade_most, law_fade_most: Largest changes of the force by a fade of the safety layer, and by
             the transition from one law to the next [N].
+        damping_most: Largest change of the damping of a slow hand [N s/m].
         compliance: Compliance matrix C of the contact [m/N]; None without friction.
         for_friction: Part of the budget that friction has [N].
         normal: Direction of the normal force; a unit vector.
@@ -109,6 +110,7 @@ class Period:
         "counted",
         "damped_force",
         "damping",
+        "damping_most",
         "depth",
         "dt",
         "explained",
@@ -187,6 +189,7 @@ class Period:
         self.most: float = 0.0
         self.fade_most: float = SAFETY_FADE_RATE * self.counted
         self.law_fade_most: float = 0.0
+        self.damping_most: float = math.inf
         self.spent_gain: float = 0.0
         self.spent_fades: float = 0.0
         self.spent_turn: float = 0.0

@@ -198,9 +198,10 @@ def _reasons(row: Mapping[str, float], force: float) -> tuple[str, ...]:
         for name, words in TICK.items()
         if abs(row[name]) > _SEEN
     ]
-    if cuts:
-        found.append(f"the server lets the body carry {row['carried']:.2f} N: {', '.join(cuts)}")
-    if row["gain_cut"] > _SOFTER:
+    new = not flags & SILENT and row["patch_age"] <= _OLD  # an old patch tells of another time
+    if cuts and new:
+        found.append(f"on its way to the body there was {', '.join(cuts)}")
+    if row["gain_cut"] > _SOFTER and new:
         found.append(
             f"others' models stiffen the contact, so the largest gain is {row['gain_cut']:.0f} N/m "
             "less"

@@ -170,8 +170,7 @@ def test_a_cut_by_the_server() -> None:
     stage.server = lambda patch, force: replace(patch, own_force=scale(force, 0.4), ledger=cut)
     stage.press()
     found = last(stage)
-    assert f"the server lets the body carry {0.4 * PRESSED:.2f} N" in found.sentence
-    assert f"less {0.5 * PRESSED:.2f} N by limit" in found.sentence
+    assert f"on its way to the body there was less {0.5 * PRESSED:.2f} N by limit" in found.sentence
     assert f"less {0.1 * PRESSED:.2f} N by rate" in found.sentence
     assert "the largest gain is 250 N/m less" in found.sentence
     given = {each.name: each.newtons for each in found.server}
@@ -179,6 +178,18 @@ def test_a_cut_by_the_server() -> None:
         {"presence": 0.0, "limit": -0.5 * PRESSED, "anticipation": 0.0, "lag": 0.0,
          "rate": -0.1 * PRESSED}
     )  # fmt: skip
+
+
+def test_what_a_silent_server_did_last_is_not_told_as_if_it_were_now() -> None:
+    stage = Stage()
+    cut = TickLedger(by_lag=-0.5, gain_cut=250.0)
+    stage.server = lambda patch, force: replace(honest(patch, force), ledger=cut)
+    stage.press()
+    assert "by lag" in last(stage).sentence
+    stage.server = None
+    stage.rest(0.3)
+    assert "by lag" not in last(stage).sentence
+    assert "less, since" not in last(stage).sentence
 
 
 def test_a_lag() -> None:

@@ -5,8 +5,8 @@ export const RULES = {
   reach: "a tip that is nowhere, or jumps faster than a hand, is a broken sensor: the hand is let go",
   surface: "the shown surface moves from patch to patch all the time: one that comes in one step would step the force",
   models: "models of the others' hands answer at once, since late answers make energy; what the others want is held back",
+  fades: "a fade of the force (in `limits`) or of the law (in `law`), and the damping of a slow hand, are changes, too: their parts of the budget are set aside first",
   gain: "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff must not be kicked",
-  fades: "a fade of the force (in `limits`) or of the law (in `law`) is a change, too: its part of the budget is set aside",
   compliance: "the compliance in all directions, for friction, follows the object's, and friction has half of the budget",
   turn: "a surface that turns may turn the force with half of the budget: a turn is a change",
   depth: "the surface moves the force with what is left of the budget: 0.02 N in a millisecond is no jolt",
@@ -20,7 +20,7 @@ export const RULES = {
   trust: "the energy that the contact returns beyond that of the hand is counted, and where it is too much, models lose their share: a liar could drive a hand by them",
 } as const;
 export type RuleName = keyof typeof RULES;
-export const RULE_NAMES = ["reach", "surface", "models", "gain", "fades", "compliance", "turn", "depth", "law", "damping", "friction", "finite", "limits", "account", "body", "trust"] as const;
+export const RULE_NAMES = ["reach", "surface", "models", "fades", "gain", "compliance", "turn", "depth", "law", "damping", "friction", "finite", "limits", "account", "body", "trust"] as const;
 
 /** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
 export const ENTRIES = {

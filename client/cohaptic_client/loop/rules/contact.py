@@ -12,9 +12,10 @@ import math
 from cohaptic.control.friction import believed_shift, normal_shift, wedging
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Gains
-from cohaptic.vec import dot
+from cohaptic.vec import dot, norm
 from cohaptic_client.loop.gains import gains_under
 from cohaptic_client.loop.law_fade import LAW_FADE_RATE, stiffest, with_gains
+from cohaptic_client.loop.passivity import RAMP, SLOW
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.rule import Rule
 from cohaptic_client.loop.safety import EXTERNAL_RATE
@@ -48,11 +49,11 @@ class Gain(Rule):
 
 
 class Fades(Rule):
-    """Sets aside what fades of the safety layer and of the law may change of the force."""
+    """Sets aside what fades, and the damping of a slow hand, may change of the force."""
 
     def apply(self, period: Period) -> None:
-        """Fill in `fade_most` and `law_fade_most`."""
-        fade, budget = period.fade, period.budget
+        """Fill in `fade_most`, `law_fade_most` and `damping_most`."""
+        fade, budget, memory = period.fade, period.budget, period.state.passivity
         if fade is None:
             return
         if period.silent or period.state.safety.scale < 1.0:
@@ -61,6 +62,14 @@ class Fades(Rule):
         if fade.before is not None:
             period.law_fade_most = budget.take(LAW_FADE_RATE * period.counted)
             period.spent_fades += period.law_fade_most
+        # The motion of a slow hand explains no change of its damping (`own_force`).
+        speed = norm(period.sample.velocity)
+        if 0.0 < speed <= SLOW and (memory.owed > 0.0 or memory.damping > 0.0):
+            whole = speed * period.settings.max_damping * period.counted / RAMP
+            granted = budget.take(whole)
+            period.spent_fades += granted
+            if granted < whole:
+                period.damping_most = granted / speed
 
 
 class Compliance(Rule):

@@ -8,9 +8,9 @@ from typing import Final
 from cohaptic.control.friction import friction_step
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.patch import MAX_STIFFNESS
-from cohaptic.vec import add, dot, norm, scale, sub
+from cohaptic.vec import add, dot, scale, sub
 from cohaptic_client.loop.law_fade import run
-from cohaptic_client.loop.passivity import SLOW, dissipate
+from cohaptic_client.loop.passivity import dissipate
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import share_answered
 from cohaptic_client.loop.rule import Rule
@@ -55,14 +55,10 @@ class Damping(Rule):
         if state.replica is not None:  # unless they drive the hand
             owed += beyond(state.trust)
         force = period.local.normal_force
-        # The motion of a slow hand explains no change of its damping (`own_force`).
-        slow = norm(period.sample.velocity) <= SLOW
-        most = period.budget.left if slow else math.inf
         period.damping, period.damped_force = dissipate(
-            owed, memory.damping, force, speed_in, period.counted, settings.max_damping, most
-        )
-        if slow:
-            period.budget.take(abs(period.damping - memory.damping) * abs(speed_in))
+            owed, memory.damping, force, speed_in, period.counted, settings.max_damping,
+            period.damping_most,
+        )  # fmt: skip
         if period.damped_force != force:
             period.asked = scale(period.normal, period.damped_force)
 

@@ -14,8 +14,8 @@ import { showSurface } from "./rules/surface";
 
 export const CHAIN: readonly (readonly [name: RuleName, apply: (period: Period) => void])[] = [
   ["surface", showSurface],
-  ["gain", moveGain],
   ["fades", setFadesAside],
+  ["gain", moveGain],
   ["compliance", moveCompliance],
   ["turn", turnForce],
   ["depth", moveDepth],

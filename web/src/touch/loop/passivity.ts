@@ -13,7 +13,7 @@
 
 const FORGET = 5; // s; a hand that has been at rest for so long has dissipated the energy by itself
 export const SLOW = 0.01; // m/s; a slower hand has little energy, and damping would only wait for it
-const RAMP = 0.05; // s; time from no damping to full damping
+export const RAMP = 0.05; // s; time from no damping to full damping
 const STEP_RATE = 10; // N/s; largest rate at which a change of the damping may move the force
 const MAX_DAMPING = 8; // N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
 
@@ -65,7 +65,7 @@ export function givenShare(stored: number, ratio: number, scale: number): number
  * @param force Normal force of the law [N].
  * @param speed_in Speed of the hand into the surface [m/s].
  * @param max_damping Limit of the device and of this layer [N s/m].
- * @param most Largest change of the force by a change of the damping, beside `STEP_RATE` [N].
+ * @param most Largest change of the damping, beside `RAMP` and `STEP_RATE` [N s/m].
  * @returns Damping [N s/m], and normal force on the hand, from zero to twice the law's force [N].
  */
 export function dissipate(
@@ -79,7 +79,7 @@ export function dissipate(
   if (force <= 0 || max_damping <= 0) return [0, force];
   const speed = Math.max(SLOW, Math.abs(speed_in));
   const full = dt > 0 ? Math.min(max_damping, before.owed / (speed * speed * dt)) : 0;
-  const change = Math.min((max_damping * dt) / RAMP, Math.min(STEP_RATE * dt, most) / speed);
+  const change = Math.min((max_damping * dt) / RAMP, (STEP_RATE * dt) / speed, most);
   const damping = Math.min(Math.max(full, before.damping - change), before.damping + change);
   // A hand that comes out is never pulled back in, and one that goes in meets no wall of air.
   return [damping, force + Math.min(force, Math.max(-force, damping * speed_in))];

@@ -42,6 +42,8 @@ export class Period {
   /** Largest changes of the force by a fade of the safety layer, and by the change from one law to the next [N]. */
   fade_most: number;
   law_fade_most = 0;
+  /** Largest change of the damping of a slow hand [N s/m]. */
+  damping_most = Infinity;
   /** Compliance of the contact [m/N]; null without friction. */
   compliance: Compliance3 | null = null;
   /** Part of the budget that friction has [N]. */

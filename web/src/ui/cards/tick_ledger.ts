@@ -2,7 +2,6 @@
 
 import { TICK } from "../../model/rules";
 import type { LoopRules, TickLedger, UserState } from "../../model/scene";
-import { norm } from "../../model/vec";
 import { el, say, show } from "../dom";
 import { fixed } from "../words";
 
@@ -21,7 +20,7 @@ export class TickNotes {
   }
 
   write(user: UserState | undefined): void {
-    for (const [line, words] of [[this.tick, user === undefined ? "" : tickWords(user)], [this.rules, rulesWords(user?.rules ?? null)]] as const) {
+    for (const [line, words] of [[this.tick, user === undefined ? "" : tickWords(user.ledger)], [this.rules, rulesWords(user?.rules ?? null)]] as const) {
       say(line, words);
       show(line, words !== "");
     }
@@ -30,9 +29,9 @@ export class TickNotes {
 }
 
 /** What the tick made of a force, in a sentence; empty if it left the force as it was. */
-export function tickWords({ force, ledger }: Pick<UserState, "force" | "ledger">): string {
+export function tickWords(ledger: TickLedger): string {
   const parts = cuts(ledger).map(([name, newtons]) => `${newtons < 0 ? "less" : "plus"} ${fixed(Math.abs(newtons), 2)} N by ${short(name)}`);
-  const carried = parts.length === 0 ? "" : `The server lets the object carry ${fixed(norm(force), 2)} N: ${parts.join(", ")}.`;
+  const carried = parts.length === 0 ? "" : `On its way to the object: ${parts.join(", ")}.`;
   const softer = ledger.gain_cut < SOFTER ? "" : `Models of others stiffen the contact: the largest gain is ${fixed(ledger.gain_cut, 0)} N/m less.`;
   return [carried, softer].filter((words) => words !== "").join(" ");
 }

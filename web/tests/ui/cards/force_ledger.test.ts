@@ -4,7 +4,7 @@ import { CHAIN } from "../../../src/touch/loop/chain";
 
 test("what the page's loop lacks of the Python client's is computed, in order", () => {
   expect(missingFrom(CHAIN.map(([name]) => name))).toEqual(["reach", "models", "finite", "trust"]);
-  expect(missingFrom(["surface", "law", "limits", "trust"]).slice(0, 3)).toEqual(["reach", "models", "gain"]);
+  expect(missingFrom(["surface", "law", "limits", "trust"]).slice(0, 3)).toEqual(["reach", "models", "fades"]);
 });
 
 test("bars hold what is taken away at once, too", () => {

@@ -6,9 +6,10 @@
  */
 
 import { wedging } from "../../../control/friction";
-import { dot, type Vec3 } from "../../../model/vec";
+import { dot, norm, type Vec3 } from "../../../model/vec";
 import { gainsUnder } from "../gains";
 import { LAW_FADE_RATE, stiffest, withGains } from "../law_fade";
+import { RAMP, SLOW } from "../passivity";
 import type { Period } from "../period";
 import { holdBack, slewCompliance, slewGain, slewNormal, SOFT } from "../slew";
 
@@ -31,12 +32,19 @@ export function moveGain(period: Period): void {
   period.k_h = stiffest(period.fade ?? fade);
 }
 
-/** Set aside what fades of the safety layer and of the law may change of the force. */
+/** Set aside what fades, and the damping of a slow hand, may change of the force. */
 export function setFadesAside(period: Period): void {
   const { fade, budget, counted, silent, state } = period;
   if (fade === null) return;
   if (silent || state.safety.scale < 1) period.fade_most = budget.take(period.fade_most);
   if (fade.before !== null) period.law_fade_most = budget.take(LAW_FADE_RATE * counted);
+  const speed = norm(period.sample.velocity);
+  const { owed, damping } = state.passivity;
+  if (speed > 0 && speed <= SLOW && (owed > 0 || damping > 0)) {
+    const whole = (speed * period.settings.max_damping * counted) / RAMP;
+    const granted = budget.take(whole);
+    if (granted < whole) period.damping_most = granted / speed;
+  }
 }
 
 /** Move the compliance of a contact with friction, and set the friction's half of the budget aside. */
@@ -76,9 +84,6 @@ export function moveDepth(period: Period): void {
   const { sight, state, budget, k_h, moved_in } = period;
   if (sight === null) return;
   // A force that the hand does not get may change at once.
-  const given = state.sight !== null && state.safety.scale > 0;
-  const own = state.depth + moved_in;
-  period.most = given ? budget.left : Infinity;
-  period.depth = holdBack(own, sight.depth, period.most / Math.max(k_h, SOFT));
-  if (given) budget.take(Math.abs(Math.max(0, period.depth) - Math.max(0, own)) * k_h);
+  period.most = state.sight !== null && state.safety.scale > 0 ? budget.left : Infinity;
+  period.depth = holdBack(state.depth + moved_in, sight.depth, period.most / Math.max(k_h, SOFT));
 }

@@ -1,9 +1,9 @@
 /** Rules on the force of the contact: law, damping and friction. `client/cohaptic_client/loop/rules/force.py` in TypeScript. */
 
 import { believedShift, frictionStep, normalShift } from "../../../control/friction";
-import { add, dot, norm, scale, sub } from "../../../model/vec";
+import { add, dot, scale, sub } from "../../../model/vec";
 import { run } from "../law_fade";
-import { dissipate, SLOW } from "../passivity";
+import { dissipate } from "../passivity";
 import type { Period } from "../period";
 
 /** Run the law: from the depth, less the friction's shift of the contact, to the normal force. */
@@ -24,11 +24,7 @@ export function damp(period: Period): void {
   if (state.sight === null || max_damping <= 0) return;
   const speed_in = -dot(normal, period.sample.velocity);
   const force = period.local.normal_force;
-  // The motion of a slow hand explains no change of its damping.
-  const slow = norm(period.sample.velocity) <= SLOW;
-  const most = slow ? period.budget.left : Infinity;
-  [period.damping, period.damped_force] = dissipate(state.passivity, force, speed_in, period.counted, max_damping, most);
-  if (slow) period.budget.take(Math.abs(period.damping - state.passivity.damping) * Math.abs(speed_in));
+  [period.damping, period.damped_force] = dissipate(state.passivity, force, speed_in, period.counted, max_damping, period.damping_most);
   period.asked = scale(normal, period.damped_force);
 }
 
