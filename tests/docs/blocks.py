@@ -34,6 +34,7 @@ NOT_PLAYED = {
     r'cohaptic touch "https://lab\.example': "of another machine or its owner",
     r"cohaptic serve .*--cluster": "needs several machines: tests/system/test_cluster.py",
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
+    r"cohaptic (?:touch --rule|why hunt\.npz)": "of a package: tests/examples/test_plugin.py",
     r"python -m (?:pip|build|zipfile|venv)|/tmp/try/": "of a release: .github/workflows/wheels.yml",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
 }
