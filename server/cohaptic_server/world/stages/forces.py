@@ -54,8 +54,8 @@ def bound_rate(tick: Tick) -> None:
     """Let all others together change the force on one hand no faster than `EFFECT_RATE`."""
     tracked, previous, C = tick.tracked, tick.previous, tick.C.copy()
     change = np.abs(tick.force - previous)
-    if tracked.rough:
-        aside = tick.along - tick.was
+    aside = tick.along - tick.was if tracked.rough else None
+    if aside is not None:
         change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
     # Stiffness K of each hand, at most 1 / C_ii, which is infinite where it is not known.
     device, c_ii = tracked.settings[1], C.diagonal().copy()
@@ -63,7 +63,7 @@ def bound_rate(tick: Tick) -> None:
     # A hand that feels no force cannot be moved, so no user is slowed down for its sake.
     C[np.maximum(previous, tick.ahead) <= NEGLIGIBLE] = 0.0
     share = allowed_shares(change, stiffness, C, EFFECT_RATE * tick.time.elapsed)
-    if tracked.rough:
+    if aside is not None:
         tick.along = tick.was + share[:, None] * aside
     tick.force = previous + share * (tick.force - previous)
     present = tick.present * tracked.requested
