@@ -20,7 +20,7 @@ from typing import Literal
 from urllib.parse import urlsplit
 
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.layout import FrameKind
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.messages import Bye, GeometryName, Hello, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.vec import Vec3, scale

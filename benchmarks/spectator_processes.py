@@ -15,7 +15,7 @@ from websockets.typing import Subprotocol
 from cohaptic.clock import SystemClock
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.layout import FrameKind
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.messages import Hello, encode_control
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import MAX_BYTES

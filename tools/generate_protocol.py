@@ -17,19 +17,16 @@ from itertools import groupby
 from pathlib import Path
 
 from cohaptic.protocol import frame, neighbourhood, patch, quantised_mesh, rest_mesh, scene
+from cohaptic.protocol.fields import HEAD, Field, FrameKind, Layout
 from cohaptic.protocol.layout import (
     ACK,
     ANCHOR,
     CONTACT_SAMPLE,
     FACE,
     GIVE,
-    HEAD,
     LAYOUTS,
     OWN_MODEL,
     VERTEX,
-    Field,
-    FrameKind,
-    Layout,
 )
 from cohaptic.protocol.version import FAMILY, PROTOCOL_VERSION
 

@@ -201,6 +201,25 @@ def reached(change: Floats) -> float:
     return PERIOD * float(np.argmax(change >= 0.9 * change[-1]))
 
 
+@pytest.mark.parametrize(("max_stiffness", "cut"), [(None, False), (260.0, True)])
+def test_a_gain_that_models_hold_down_is_told_and_no_other(
+    small_balloon: Balloon, max_stiffness: float | None, cut: bool
+) -> None:
+    """A device that is just stiff enough for one hand has to be softer beside another's model."""
+    session = VirtualSession(small_balloon)
+    for i, angle in enumerate((0.0, BESIDE)):
+        session.join(
+            f"user{i}", script(angle), delay=0.08, seed=i, max_stiffness=max_stiffness, models=True
+        )
+    session.run(4.0)
+    for user in session.users.values():
+        patch = user.state.patch
+        assert patch is not None
+        told = min(max_stiffness or math.inf, 1.0 / patch.c_ii) - patch.k_h
+        assert patch.ledger.gain_cut == pytest.approx(told, rel=2e-3, abs=0.1)
+        assert (patch.ledger.gain_cut > 1.0) == cut
+
+
 @pytest.mark.parametrize("other", [MOVES, TELLS])
 @pytest.mark.parametrize("delay", DELAYS)
 def test_a_press_of_another_is_felt_after_both_ways_and_little_more(

@@ -6,8 +6,8 @@ from enum import Enum
 
 from cohaptic.control.law import Law
 from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import HEADER
-from cohaptic.protocol.layout import FrameKind
 from cohaptic.protocol.messages import (
     Bye,
     Called,

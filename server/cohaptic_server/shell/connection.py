@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.layout import FrameKind
+from cohaptic.protocol.fields import FrameKind
 from cohaptic_server.room.latency import Data, UserLatency
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession

@@ -21,7 +21,7 @@ class TickLedger:
         by_anticipation: Since the answers of the other hands are anticipated [N].
         by_lag: By the room's lag [N].
         by_rate: Since the force on another hand would change too fast [N].
-        gain_cut: What the largest gain of the user's law is less since others' models stiffen the
+        gain_cut: What the gain of the user's law is less since others' models stiffen the
             contact [N/m].
     """
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import HEADER, check_range, open_frame
-from cohaptic.protocol.layout import ACK, FrameKind
+from cohaptic.protocol.layout import ACK
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
 _BODY = ACK.packer()

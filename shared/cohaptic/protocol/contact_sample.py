@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from cohaptic.control.hand_model import HandModel
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
@@ -20,7 +21,7 @@ from cohaptic.protocol.frame import (
     open_frame,
     open_header,
 )
-from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, GIVE, OWN_MODEL, FrameKind
+from cohaptic.protocol.layout import ANCHOR, CONTACT_SAMPLE, GIVE, OWN_MODEL
 from cohaptic.protocol.partners import check_model, is_allowed
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm

@@ -14,7 +14,7 @@ from cohaptic.errors import (
     ProtocolError,
     RemoteProtocolError,
 )
-from cohaptic.protocol.layout import HEAD, FrameKind
+from cohaptic.protocol.fields import HEAD, FrameKind
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3, norm
 

@@ -20,6 +20,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.control.tick_ledger import NOTHING_CUT, TickLedger
 from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
@@ -30,7 +31,7 @@ from cohaptic.protocol.frame import (
     open_header,
     wrong,
 )
-from cohaptic.protocol.layout import COMPLIANCE, PATCH, FrameKind
+from cohaptic.protocol.layout import COMPLIANCE, PATCH
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.partners import Partners
 from cohaptic.protocol.version import PROTOCOL_VERSION

@@ -18,8 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import HEADER, MAX_POSITION, check_range, open_header
-from cohaptic.protocol.layout import BOX, REST_MESH, FrameKind
+from cohaptic.protocol.layout import BOX, REST_MESH
 from cohaptic.protocol.rest_mesh import COUNTS, MAX_BYTES, QUANTISED, check_counts, inflate
 from cohaptic.protocol.scene_surface import fold, unfold
 from cohaptic.protocol.traversal import Traversal

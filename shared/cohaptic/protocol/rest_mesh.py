@@ -10,6 +10,7 @@ import zlib
 from dataclasses import dataclass
 
 from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_POSITION,
@@ -17,7 +18,7 @@ from cohaptic.protocol.frame import (
     check_vector,
     open_header,
 )
-from cohaptic.protocol.layout import FACE, REST_MESH, VERTEX, FrameKind
+from cohaptic.protocol.layout import FACE, REST_MESH, VERTEX
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import Vec3
 

@@ -12,6 +12,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.control.tick_ledger import NOTHING_CUT, TickLedger
 from cohaptic.errors import RemoteProtocolError
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import (
     HEADER,
     MAX_FORCE,
@@ -21,7 +22,7 @@ from cohaptic.protocol.frame import (
     check_vector,
     open_header,
 )
-from cohaptic.protocol.layout import SCENE, USER, FrameKind
+from cohaptic.protocol.layout import SCENE, USER
 from cohaptic.protocol.patch import (
     LAWS,
     MAX_GAIN_CUT,

@@ -203,8 +203,7 @@ def _reasons(row: Mapping[str, float], force: float) -> tuple[str, ...]:
         found.append(f"on its way to the body there was {', '.join(cuts)}")
     if row["gain_cut"] > _SOFTER and new:
         found.append(
-            f"others' models stiffen the contact, so the largest gain is {row['gain_cut']:.0f} N/m "
-            "less"
+            f"others' models stiffen the contact, so the gain is {row['gain_cut']:.0f} N/m less"
         )
     if row["lag"] > 0.0:
         found.append(f"the object answers other hands with a lag of {row['lag']:.2f} s")

@@ -41,7 +41,7 @@ class Row(NamedTuple):
         carried: Size of the one that it carried at the tick of the newest patch [N].
         tick_presence ... tick_rate: What the server's tick made of the force that it had heard
             of, at the tick of the newest patch, as in `cohaptic.control.tick_ledger` [N].
-        gain_cut: What the largest gain is less, at that tick, since others' models stiffen the
+        gain_cut: What the law's gain is less, at that tick, since others' models stiffen the
             contact [N/m].
         reason: Why the force is held back, as in `cohaptic.status.reason`.
         by_rule_1 ... by_rule_4: What rules of other packages added [N]; a recording has their names

@@ -16,6 +16,7 @@ from cohaptic.control.room_lag import RoomLag
 from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.contact_sample import ContactSample
+from cohaptic.protocol.fields import HEAD, FrameKind, Layout
 from cohaptic.protocol.layout import (
     ACK,
     ANCHOR,
@@ -24,7 +25,6 @@ from cohaptic.protocol.layout import (
     CONTACT_SAMPLE,
     COUPLED,
     GIVE,
-    HEAD,
     LAYOUTS,
     NEIGHBOUR,
     NEIGHBOURHOOD,
@@ -36,8 +36,6 @@ from cohaptic.protocol.layout import (
     SCENE,
     SURFACE,
     USER,
-    FrameKind,
-    Layout,
 )
 from cohaptic.protocol.neighbourhood import Neighbourhood
 from cohaptic.protocol.partners import Partner, Partners

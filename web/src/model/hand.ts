@@ -46,8 +46,8 @@ export type Ledger = Readonly<Record<EntryName, number>>;
 
 /** A force explained. */
 export interface Explained {
-  /** Rules that the page's loop has, in their order. */
-  readonly rules: readonly RuleName[];
+  /** Rules of the Python client's loop that the page's lacks, in their order. */
+  readonly lacking: readonly RuleName[];
   /** Ledger of the newest period; null before the first. */
   readonly ledger: Ledger | null;
 }

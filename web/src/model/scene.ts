@@ -30,7 +30,7 @@ export interface LoopRules {
   readonly lacking: readonly string[];
 }
 
-/** What the server's tick added to the force that it had heard of, in newtons; and what the largest gain is less [N/m]. */
+/** What the server's tick added to the force that it had heard of, in newtons; and what the law's gain is less [N/m]. */
 export interface TickLedger {
   readonly by_presence: number;
   readonly by_limit: number;

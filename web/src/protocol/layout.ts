@@ -137,7 +137,7 @@ export interface PatchFields {
     /** the same: since the answers of the other hands are anticipated [N]; +-300 */ readonly by_anticipation: number;
     /** the same: by the room's lag [N]; +-300 */ readonly by_lag: number;
     /** the same: since the force on another hand would change too fast [N]; +-300 */ readonly by_rate: number;
-    /** what the largest gain is less since models of others stiffen the contact; 6e4 for more [N/m]; 0..6e4 */ readonly gain_cut: number;
+    /** what the gain `k_h` is less since models of others stiffen the contact; 6e4 for more [N/m]; 0..6e4 */ readonly gain_cut: number;
   };
 }
 

@@ -5,7 +5,7 @@ import { wavers } from "../control/playout";
 import type { TouchPhase, TouchSettings, TouchState } from "../model/hand";
 import { add, norm, scale, type Vec3 } from "../model/vec";
 import type { Welcome } from "../protocol/messages";
-import { CHAIN } from "./loop/chain";
+import { LACKING } from "./loop/chain";
 import { ledgerOf } from "./loop/ledger";
 import type { Period } from "./loop/period";
 import type { LoopState } from "./loop/state";
@@ -79,7 +79,7 @@ export function reportOf(known: Known): TouchState {
     simulation_period: welcome?.simulation_period ?? 0,
     ...known.late,
     trace: known.trace,
-    explained: known.explains ? { rules: CHAIN.map(([name]) => name), ledger: newest === null ? null : ledgerOf(newest) } : null,
+    explained: known.explains ? { lacking: LACKING, ledger: newest === null ? null : ledgerOf(newest) } : null,
   };
 }
 

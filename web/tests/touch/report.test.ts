@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { ZERO } from "../../src/model/vec";
-import { CHAIN } from "../../src/touch/loop/chain";
+import { LACKING } from "../../src/touch/loop/chain";
 import { loopSettings, START } from "../../src/touch/loop/state";
 import { step } from "../../src/touch/loop/step";
 import { UNTIMED } from "../../src/touch/network/timing";
@@ -21,6 +21,6 @@ test("a force is explained while somebody asks, and not before the first period"
   expect(reportOf(known).explained).toBeNull();
   expect(reportOf({ ...known, newest: null, explains: true }).explained?.ledger).toBeNull();
   const { explained } = reportOf({ ...known, explains: true });
-  expect(explained?.rules).toEqual(CHAIN.map(([name]) => name));
+  expect(explained?.lacking).toEqual(LACKING);
   expect(Object.values(explained?.ledger ?? { surface: 1 })).toEqual(Array.from({ length: 10 }, () => 0));
 });

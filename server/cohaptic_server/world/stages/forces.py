@@ -58,7 +58,7 @@ def bound_rate(tick: Tick) -> None:
     if aside is not None:
         change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
     # Stiffness K of each hand, at most 1 / C_ii, which is infinite where it is not known.
-    device, c_ii = tracked.settings[1], C.diagonal().copy()
+    device, c_ii = tracked.settings[1], C.diagonal()
     stiffness = np.where(c_ii < np.inf, np.minimum(device, 1.0 / c_ii), device)
     # A hand that feels no force cannot be moved, so no user is slowed down for its sake.
     C[np.maximum(previous, tick.ahead) <= NEGLIGIBLE] = 0.0

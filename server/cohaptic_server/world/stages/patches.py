@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from cohaptic.control.friction import Compliance3
@@ -65,22 +67,24 @@ def build_patches(tick: Tick) -> None:
         own += applied.tangential
     places, normal_of, force = _tuples(x_free), _tuples(normals), _tuples(own)
     by_others, curved = _tuples(x_free - frames[:, 1]), curvatures.tolist()
-    softer = np.maximum(0.0, tracked.settings[1] - tick.stiffest)
-    cut = np.vstack([tick.ledger, softer]).T.tolist()
+    devices, cut = tracked.settings[1].tolist(), tick.ledger.T.tolist()
     patches: dict[int, Patch] = {}
     for i, (touch, delay) in enumerate(zip(tracked.touches, tick.delays, strict=True)):
         if touch.user not in tick.connected:
             continue
-        gains = choose_gains(
+        choose = partial(
+            choose_gains,
             touch.law,
             rows[i],
             i,
-            max_stiffness=stiffest[i],
             # The room's lag is part of the loop of the paper's laws.
             loop_delay=delay + tick.room.lag,
             simulation_period=time.period,
             fixed=touch.fixed_gains,
         )
+        gains = choose(max_stiffness=stiffest[i])
+        if stiffest[i] < devices[i]:
+            cut[i].append(max(0.0, choose(max_stiffness=devices[i]).k_h - gains.k_h))
         # Arguments by position: keywords would take twice as long.
         patches[touch.user] = Patch(
             time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),

@@ -13,7 +13,8 @@ export class Explanation {
 
   /** @param handle The visitor's hand, if its force is to be explained; otherwise null. */
   write(user: UserState | undefined, handle: TouchHandle | null): void {
-    this.notes.write(user);
+    // The own ledger says what the own loop lacks, with reasons.
+    this.notes.write(user === undefined || handle === null ? user : { ...user, rules: null });
     this.ledger.update(handle);
   }
 }

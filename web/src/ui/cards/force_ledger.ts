@@ -64,15 +64,15 @@ export class ForceLedger {
     if (state != null && ledger != null) this.trace.push(state.t, [...NAMES.map((name) => ledger[name]), reach(ledger)]);
   }
 
-  private write({ rules, ledger }: Explained): void {
-    this.tellMissing(rules);
+  private write({ lacking, ledger }: Explained): void {
+    this.tellMissing(lacking);
     const since = this.trace.last - SPAN;
     const full = Math.max(LEAST, this.trace.range([NAMES.length], since)?.high ?? 0);
     let sum = 0;
     this.rows.forEach((row, i) => {
       const name = NAMES[i] as EntryName;
       // A ledger has an entry of each rule, also of one that this page lacks.
-      show(row.root, !(name in RULES) || rules.includes(name as RuleName));
+      show(row.root, !lacking.includes(name as RuleName));
       const { low, high } = this.trace.range([i], since) ?? { low: 0, high: 0 };
       fill(row, sum, ledger?.[name] ?? 0, -low > high ? low : high, full);
       sum += ledger?.[name] ?? 0;
@@ -80,8 +80,7 @@ export class ForceLedger {
     fill(this.sum, 0, sum, null, full);
   }
 
-  private tellMissing(rules: readonly RuleName[]): void {
-    const names = missingFrom(rules);
+  private tellMissing(names: readonly RuleName[]): void {
     show(this.lacks, names.length > 0);
     const words = `This page has no rule: ${names.join(", ")}`;
     if (this.missing.textContent === words) return;
@@ -91,11 +90,6 @@ export class ForceLedger {
       ...names.map((name) => el("li", {}, el("b", { text: name }), ` \u2013 ${RULES[name]}`)),
     );
   }
-}
-
-/** Rules of the Python client's chain that a chain lacks, in their order. */
-export function missingFrom(rules: readonly RuleName[]): RuleName[] {
-  return (Object.keys(RULES) as RuleName[]).filter((name) => !rules.includes(name));
 }
 
 /** The largest sum of the first entries of a ledger, which the bars have to hold [N]. */

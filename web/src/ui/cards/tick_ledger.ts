@@ -32,7 +32,7 @@ export class TickNotes {
 export function tickWords(ledger: TickLedger): string {
   const parts = cuts(ledger).map(([name, newtons]) => `${newtons < 0 ? "less" : "plus"} ${fixed(Math.abs(newtons), 2)} N by ${short(name)}`);
   const carried = parts.length === 0 ? "" : `On its way to the object: ${parts.join(", ")}.`;
-  const softer = ledger.gain_cut < SOFTER ? "" : `Models of others stiffen the contact: the largest gain is ${fixed(ledger.gain_cut, 0)} N/m less.`;
+  const softer = ledger.gain_cut < SOFTER ? "" : `Models of others stiffen the contact: the gain is ${fixed(ledger.gain_cut, 0)} N/m less.`;
   return [carried, softer].filter((words) => words !== "").join(" ");
 }
 

@@ -12,7 +12,7 @@ describe("what the server made of a force", () => {
     const ledger = { ...NOTHING_CUT, by_limit: -0.5, by_lag: 0.25, gain_cut: 120.4 };
     expect(tickWords(ledger)).toBe(
       "On its way to the object: less 0.50 N by limit, plus 0.25 N by lag. "
-      + "Models of others stiffen the contact: the largest gain is 120 N/m less.",
+      + "Models of others stiffen the contact: the gain is 120 N/m less.",
     );
   });
 });
