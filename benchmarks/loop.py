@@ -27,7 +27,8 @@ from pathlib import Path
 
 import json_report
 from cohaptic.clock import SystemClock
-from cohaptic.control.law import Law, LawSettings
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.runtime.scheduling import LOOP_PRIORITY
 from cohaptic.simulated.hand import Hand, HandScript, Rhythm

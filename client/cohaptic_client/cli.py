@@ -13,7 +13,7 @@ import typer
 from cohaptic.cli.network import DelayMs, JitterMs, Network, injected
 from cohaptic.cli.output import Output, Overwrite, new_output
 from cohaptic.control.law import DEFAULT_LAW, Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.room_address import room_url
 from cohaptic.runtime.new_file import is_stream

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from cohaptic.control.friction import MAX_FRICTION
 from cohaptic.control.law import DEFAULT_LAW, Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import MAX_TOKEN, FixedGains, GeometryName
 from cohaptic.simulated.delay_line import LinkSettings

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.messages import FixedGains, GeometryName, Hello, SetLaw
 from cohaptic.protocol.patch import Patch

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from cohaptic.control.law import Law, LawSettings
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import LawSettings
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, Intention
 from cohaptic.vec import ZERO

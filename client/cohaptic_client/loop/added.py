@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import DEFAULT_LAW, Law, LocalForce
+from cohaptic.control.law import DEFAULT_LAW, Law, pressed_depth
+from cohaptic.control.laws.model import LocalForce
 from cohaptic.errors import SettingError
 from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic.extensions import added as names_of
@@ -23,6 +24,7 @@ from cohaptic_client.loop.added_rule import AddedRule
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.rule import Rule, RuleError
+from cohaptic_client.loop.rules.contact import held
 
 GROUP: Final = "cohaptic.rules"
 
@@ -31,14 +33,19 @@ class Contact:
     """What a rule of another package sees of a period, and may change of it.
 
     Attributes:
-        depth: Depth of the tip below the hand's free surface, 0 above it [m].
+        depth: Depth of the tip below the surface on which the law presses, 0 above it [m]. For
+            `predictive` that surface is free of the hand's own dent.
         k_o: Stiffness of the object there [N/m].
         k_h: Gain in use, on which a law should rest: it follows `k_o` slowly enough for a hand, and
             is no larger than the device renders [N/m].
+        integral_gain: Integral gain that the server chose; 0 but for `pi` [N/(m s)].
         normal: Direction of the normal force, a unit vector out of the object.
         tip: Position of the tip in the world frame, z up [m].
         velocity: Velocity of the tip [m/s].
         speed_in: Speed of the tip into the surface [m/s].
+        moved_in: Displacement of the tip into the surface in this period [m].
+        budget: What is left of the rate for changes in this period that the hand's own motion does
+            not explain; a memory that moves the force by more runs ahead of it [N].
         dt: Time since the last period, at most two haptic periods [s].
         force: Force on the hand so far, three numbers in the world frame, along `normal` where it
             pushes the hand out [N]; a rule sets another.
@@ -51,13 +58,17 @@ class Contact:
     # Copies, and not the period: what a rule keeps of it keeps nothing else alive.
     def __init__(self, period: Period, sight: Sight) -> None:
         fade = period.fade
-        self.depth: float = max(0.0, period.depth)
+        law = DEFAULT_LAW if fade is None else fade.now.law
+        self.depth: float = max(0.0, pressed_depth(law, held(period, sight)))
         self.k_o: float = 1.0 / sight.c_ii
         self.k_h: float = 0.0 if fade is None else fade.now.gains.k_h
+        self.integral_gain: float = 0.0 if fade is None else fade.now.gains.integral_gain
         self.normal: Vec3 = period.normal
         self.tip: Vec3 = period.sample.position
         self.velocity: Vec3 = period.sample.velocity
         self.speed_in: float = -dot(self.normal, self.velocity)
+        self.moved_in: float = period.moved_in
+        self.budget: float = period.most
         self.dt: float = period.counted
         self.force: Vec3 = period.asked
         self.added_stiffness: float = 0.0
@@ -187,11 +198,18 @@ def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
     own_names = [rule.name for rule in map(load_rule, names)]
     if len(set(own_names)) < len(names):
         raise SettingError("--rule", ", ".join(names), "rules of different names, each given once")
-    laws = sum(bool(load_rule(name).is_law) for name in names)
-    if laws > 1:
+    laws = [rule for rule in map(load_rule, names) if rule.is_law]
+    if len(laws) > 1:
         raise SettingError("--rule", ", ".join(names), "with one law among them at most")
-    if laws and law is not Law.PREDICTIVE:
-        raise SettingError("--law", law.value, "predictive, whose place a law of a package takes")
+    for rule in laws:
+        place = place_of(rule)
+        if place != law.value:
+            raise SettingError("--law", law.value, f"{place}, whose place {rule.name} takes")
+
+
+def place_of(rule: Any) -> str:
+    """Return the name of the law of the wire in whose place a law of a package presses."""
+    return str(getattr(rule, "in_place_of", DEFAULT_LAW.value))
 
 
 def reasons_of(names: tuple[str, ...]) -> dict[str, str]:

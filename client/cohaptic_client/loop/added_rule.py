@@ -19,8 +19,12 @@ class AddedRule(Protocol):
     Attributes:
         name: Its name in recordings and `cohaptic why`: small letters, digits and underscores.
         reason: What it does and why, in a sentence.
-        is_law: Whether it computes the normal force, in place of the predictive law; any other
+        is_law: Whether it computes the normal force, in place of a law of the wire; any other
             rule changes the force after friction, as a filter or a limit does.
+
+    A law may have a further attribute `in_place_of`, the name of that law of the wire: the server
+    chooses its gains, and the surface on which it presses is with or without the own dent, as for
+    that law. Without it, it is "predictive".
     """
 
     name: str

@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, replace
 
-from cohaptic.control.law import LawSettings
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import LawSettings, Thresholds
 from cohaptic.errors import SettingError
 from cohaptic_client.devices.device import DeviceInfo
 from cohaptic_client.devices.kind import DeviceConfig

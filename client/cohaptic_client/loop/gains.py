@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import Gains
+from cohaptic.control.laws.model import Gains
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic_client.loop.state import LoopSettings
 

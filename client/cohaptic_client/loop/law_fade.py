@@ -12,16 +12,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import (
-    AT_REST,
-    Gains,
-    Law,
-    LawSettings,
-    LocalForce,
-    local_force,
-    pressed_depth,
-)
-from cohaptic.control.proportional_integral import IntegralState
+from cohaptic.control.law import Law, pressed_depth
+from cohaptic.control.laws.model import Gains, LawSettings, LocalForce
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 LAW_FADE_TIME: Final = 0.3  # s
@@ -37,14 +29,14 @@ class Running:
     Fields:
         law: Local model.
         gains: Gains in use.
-        memory: Memory of the law's integral.
+        memory: Memory of the law; None before the first period.
     """
 
     law: Final[Law]
     gains: Final[Gains]
-    memory: Final[IntegralState]
+    memory: Final[object]
 
-    def __init__(self, law: Law, gains: Gains, memory: IntegralState = AT_REST) -> None:
+    def __init__(self, law: Law, gains: Gains, memory: object = None) -> None:
         self.law = law
         self.gains = gains
         self.memory = memory
@@ -76,9 +68,8 @@ def switch(
     """Begin the transition to `law`; the present law runs beside it until the transition is over.
 
     During a transition, a return to the old law begins at once, and a third law has to wait for the
-    end; later patches request it again. The integral of the new law starts at the value that gives
-    the force of the old law: from zero it would wind up while the old law still carries the
-    contact.
+    end; later patches request it again. The new law begins with the memory that gives the force of
+    the old law.
 
     Args:
         fade: Law in use.
@@ -90,10 +81,9 @@ def switch(
     if law is fade.now.law:
         return fade
     if fade.before is None:
-        memory = AT_REST
-        if sight is not None and law.integrates:
-            depth = pressed_depth(law, sight)
-            memory = IntegralState(max(0.0, force - gains.k_h * depth), 0.0, depth)
+        memory = None
+        if sight is not None:
+            memory = law.model.begin(force, gains, pressed_depth(law, sight))
         return LawFade(Running(law, gains, memory), fade.now, 0.0)
     if law is fade.before.law:
         return LawFade(fade.before, fade.now, 1.0 - fade.share)
@@ -131,14 +121,14 @@ def run(
         sight: Sample of the shown surface at the probe.
         dt: Time since the last period [s].
         moved_in: Displacement of the hand into the surface since the last period [m].
-        most: Largest change of a law's force with an integral, as in `local_force` [N].
+        most: Largest change of a law's force with an integral, as in `LocalModel.force` [N].
         fade_most: Largest change of the force by the transition, beside `LAW_FADE_RATE` [N].
 
     Returns:
         The laws after this period, and the force.
     """
-    memory, force = local_force(
-        fade.now.law, fade.now.memory, sight, fade.now.gains, dt, settings, moved_in, most
+    memory, force = fade.now.law.model.force(
+        fade.now.memory, sight, fade.now.gains, dt, settings, moved_in, most
     )
     if fade.before is None and memory is fade.now.memory:
         return fade, force
@@ -146,8 +136,8 @@ def run(
     if fade.before is None:
         return LawFade(now), force
     old = fade.before
-    memory, old_force = local_force(
-        old.law, old.memory, sight, old.gains, dt, settings, moved_in, most
+    memory, old_force = old.law.model.force(
+        old.memory, sight, old.gains, dt, settings, moved_in, most
     )
     gap = abs(force.normal_force - old_force.normal_force)
     present = old_force.normal_force + fade.share * (force.normal_force - old_force.normal_force)

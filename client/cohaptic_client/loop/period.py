@@ -12,7 +12,7 @@ from typing import Final
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState, anchor_of
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import NO_FORCE, LocalForce
+from cohaptic.control.laws.model import NO_FORCE, LocalForce
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.vec import ZERO, Vec3, dot, norm
 from cohaptic_client.devices.device import DeviceSample

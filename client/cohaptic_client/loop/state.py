@@ -14,7 +14,8 @@ from typing import Final, NamedTuple
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, FrictionState
 from cohaptic.control.geometry import LocalSurface, Sight
-from cohaptic.control.law import Law, LawSettings
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import LawSettings
 from cohaptic.control.mesh_fit import RestSurface, unpack
 from cohaptic.control.mesh_surface import MeshSurface, Surface
 from cohaptic.control.playout import NOT_PLAYED, Playout

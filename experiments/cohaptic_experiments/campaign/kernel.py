@@ -14,13 +14,14 @@ import numpy as np
 from cohaptic import vec
 from cohaptic.control import friction as coulomb
 from cohaptic.control.friction import Compliance3, FrictionState, friction_step, normal_shift, times
-from cohaptic.control.law import predictive_force, proportional_force
-from cohaptic.control.proportional_integral import (
+from cohaptic.control.laws.model import Thresholds
+from cohaptic.control.laws.pi import (
     IntegralState,
-    Thresholds,
     integration_threshold,
     proportional_integral_step,
 )
+from cohaptic.control.laws.predictive import predictive_force
+from cohaptic.control.laws.proportional import proportional_force
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
 from cohaptic_client.loop.arrival import next_patience
 from cohaptic_client.loop.config import INTEGRAL_RELEASE_TIME

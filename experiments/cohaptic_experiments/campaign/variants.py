@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cohaptic.control.gains import ALPHA, choose_gains
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.stability.anticipation import anticipated, lag_of_hands
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_experiments.campaign.trials import Trial

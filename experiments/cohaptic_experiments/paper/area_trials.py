@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.control.stability.stable_set import lifted_edges
 from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.outcome import Progress

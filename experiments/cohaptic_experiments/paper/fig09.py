@@ -16,7 +16,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.control.stability.single_contact import integral_is_stable
 from cohaptic.protocol.messages import FixedGains
 from cohaptic_experiments.outcome import (

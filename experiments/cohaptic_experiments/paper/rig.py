@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.protocol.messages import FixedGains
 from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client.loop.safety import SafetyLimits

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from cohaptic.control.gains import ALPHA
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.simulated.hand import HandScript, Intention
 from cohaptic_experiments.outcome import (
     Number,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cohaptic.control.law import Gains
+from cohaptic.control.laws.model import Gains
 from cohaptic.protocol.messages import FixedGains, Hello
 from cohaptic.protocol.patch import Geometry
 from cohaptic_server.room.playing import Samples

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.playout import LONGEST, NOT_PLAYED, Playout
 from cohaptic.vec import Vec3, lerp
 from cohaptic_server.world.state import Touch

@@ -14,7 +14,8 @@ import numpy as np
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.hand_model import HandModel
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import ZERO, Vec3, add, scale
 from cohaptic_server.numeric import Floats, Ints, vec3

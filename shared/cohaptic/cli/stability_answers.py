@@ -7,11 +7,11 @@ each user (`--delays`) by the room's exact roots and by the theorem of science 3
 from __future__ import annotations
 
 import math
-from typing import Any, assert_never
+from typing import Any
 
 import numpy as np
 
-from cohaptic.control.law import Law, felt_stiffness
+from cohaptic.control.law import Law
 from cohaptic.control.stability.lag_choice import (
     SHARE,
     coupling_matrix,
@@ -81,27 +81,25 @@ def alone(
     rate_ratio, samples = _in_samples(sim_period, delay, haptic_period)
     body = elastic_object(k_o, b_o)
     closed: bool | None = None
-    if law is Law.PREDICTIVE:
+    if not law.answers_own_dent:
         # The surface is free of the client's own force: with the true compliance there is no loop.
         radius = 0.0
-    elif law is Law.PI:
+    elif law.model.integrates:
         local = integral_model(k_h, integral_gain, haptic_period)
         radius = lifted_radius(local, body, rate_ratio, samples)
         if samples == 0 and k_h > 0.0 and integral_gain > 0.0:
             period = rate_ratio * haptic_period
             closed = integral_is_stable(k_h, integral_gain, k_o, period, b_o)
-    elif law is Law.PROPORTIONAL:
+    else:
         radius = lifted_radius(proportional_model(k_h), body, rate_ratio, samples)
         if samples == 0 or b_o == 0.0:
             closed = proportional_is_stable(k_h, k_o, b_o)
-    else:
-        assert_never(law)
     return {
         "law": law.value,
         "stable": radius < 1.0,
         "spectral_radius": radius,
         "closed_condition": closed,
-        "felt_stiffness": felt_stiffness(law, k_h, k_o),
+        "felt_stiffness": law.model.felt_stiffness(k_h, k_o),
         "rate_ratio": rate_ratio,
         "delay_samples": samples,
     }

@@ -11,8 +11,9 @@ import numpy as np
 
 from cohaptic.control.friction import NO_FRICTION, Compliance3, friction_step, normal_shift
 from cohaptic.control.geometry import LocalSurface, Sight, blend, difference, shift
-from cohaptic.control.law import AT_REST, Gains, Law, LawSettings, local_force, pressed_depth
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.law import Law, pressed_depth
+from cohaptic.control.laws.model import Gains, LawSettings, Thresholds
+from cohaptic.control.laws.pi import IntegralState
 from cohaptic.control.stability.single_contact import (
     elastic_object,
     integral_model,
@@ -76,7 +77,8 @@ def presses() -> list[dict[str, Any]]:
     settings = LawSettings(Thresholds(0.3e-3, 0.8e-3, 1.5), 0.12, 6.0)
     for law in Law:
         for k_h, integral_gain in ((200.0, 0.0), (90.0, 4000.0), (140.0, 30000.0)):
-            memory, steps, before = AT_REST, list[dict[str, Any]](), 0.0
+            memory: object = None
+            steps, before = list[dict[str, Any]](), 0.0
             for i in range(25):
                 depth = round(0.02 * math.sin(0.25 * i) - 0.002, 6)
                 # The limit of an integral is at work in every second period.
@@ -84,7 +86,8 @@ def presses() -> list[dict[str, Any]]:
                 before = depth
                 sight = a_sight(rng, depth)
                 gains, dt = Gains(k_h, integral_gain), pick(rng, 5e-4, 3e-3)
-                memory, force = local_force(law, memory, sight, gains, dt, settings, moved_in, most)
+                memory, force = law.model.force(memory, sight, gains, dt, settings, moved_in, most)
+                state = memory if isinstance(memory, IntegralState) else IntegralState()
                 steps.append(
                     {
                         "sight": asdict(sight),
@@ -92,7 +95,7 @@ def presses() -> list[dict[str, Any]]:
                         "moved_in": moved_in,
                         "most": most,
                         "pressed_depth": pressed_depth(law, sight),
-                        "memory": memory._asdict(),
+                        "memory": state._asdict(),
                         "force": asdict(force),
                     }
                 )

@@ -11,7 +11,7 @@ from typing import Any
 
 from cohaptic.control.friction import Compliance3, times
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import Thresholds
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.simulated.hand import Hand, HandState, move
 from cohaptic.vec import ZERO, Vec3, add, dot, scale, unit

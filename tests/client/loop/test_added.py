@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +13,18 @@ from hypothesis import given
 from hypothesis import settings as tried
 from hypothesis import strategies as st
 
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import LawSettings
 from cohaptic.errors import SettingError
 from cohaptic.recording.why import entries_in, why
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
-from cohaptic_client.loop.added import Contact, check_rules, with_rules
+from cohaptic_client.loop.added import Contact, check_rules, place_of, with_rules
+from cohaptic_client.loop.arrival import receive
+from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, SafetyLimits
 from cohaptic_client.loop.state import LoopSettings
-from tests.client.loop.loop_cases import PERIOD, TICK
+from cohaptic_client.loop.step import step
+from tests.client.loop.loop_cases import PERIOD, SETTINGS, TICK, engaged, near_patches, samples
 from tests.client.loop.staged import DEPTH, Stage
 from tests.client.plane import STIFFNESS
 from tests.examples_of_laws import examples
@@ -273,3 +278,56 @@ def test_a_rule_that_nobody_has_is_refused() -> None:
         SettingError, match="--rule is given 5 times; it must be given 4 times at most"
     ):
         check_rules(("a", "b", "c", "d", "e"))
+
+
+@dataclass
+class Spring(Own):
+    """`predictive` or `proportional`, as another package would write them."""
+
+    act: Callable[[Contact], None] = lambda contact: contact.press(contact.k_h * contact.depth)
+    is_law: bool = True
+    in_place_of: str = "predictive"
+
+
+class Integral(Spring):
+    """`pi` as another package would write it, eqs. (12), (17), (18)."""
+
+    def begin(self) -> Any:
+        return 0.0, 0.0, 0.0  # force of the integral [N], its ramp [N/s], depth [m]
+
+    def apply(self, memory: Any, contact: Contact) -> Any:
+        (force, ramp, before), depth, k = memory, contact.depth, contact.k_h
+        way, most, ours = k * contact.moved_in, contact.budget, LawSettings()
+        limit = ours.thresholds.entering
+        if depth < before - 5e-3 * contact.dt:
+            limit = ours.thresholds.leaving * min(1.0, force / ours.thresholds.full_force)
+        grown = contact.integral_gain * (depth - limit) if depth > 0.0 else -ramp
+        last, spring = k * before + force, k * depth
+        low, high = last + min(0.0, way) - most, last + max(0.0, way) + most
+        force = min(max(force + grown * contact.dt, low - spring), high - spring)
+        force = min(max(force, 0.0), ours.max_force)
+        contact.press(spring + force)
+        return force, max(0.0 if depth > 0.0 else ramp, force / ours.release_time), depth
+
+
+@given(
+    st.sampled_from([Spring(), Spring(in_place_of="proportional"), Integral(in_place_of="pi")]),
+    st.lists(st.tuples(near_patches, st.lists(samples, min_size=1, max_size=20)), min_size=1),
+)
+@tried(deadline=None)
+def test_ours_are_written_by_what_a_stranger_sees(law: Spring, life: list[Any]) -> None:
+    """Each law of the wire, from a contact alone, gives the force that ours gives."""
+    place, settings, now = Law(law.in_place_of), SETTINGS, 10.0
+    assert place_of(law) == law.in_place_of
+    state = engaged(replace(life[0][0], law=place))
+    states, chains = [state, state], [CHAIN, with_rules([law])]
+    for tick, (patch, tips) in enumerate(life):
+        seen = replace(patch, law=place, tick=tick + 2)
+        states = [receive(each, seen, now, settings) for each in states]
+        for sample in tips:
+            forces = list[Vec3]()
+            for i, chain in enumerate(chains):
+                states[i], period = step(states[i], sample, now, settings, chain)
+                forces.append(period.force)
+            assert forces[1] == pytest.approx(forces[0], abs=1e-9)
+            now += PERIOD

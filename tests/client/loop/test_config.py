@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import LawSettings
-from cohaptic.control.proportional_integral import Thresholds
+from cohaptic.control.laws.model import LawSettings, Thresholds
 from cohaptic.errors import SettingError
 from cohaptic.simulated.hand import Hand, Intention, Rhythm
 from cohaptic_client.devices.device import DeviceInfo

@@ -9,7 +9,8 @@ from hypothesis import settings as tried
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO
 from cohaptic_client.loop.arrival import (

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import Gains, Law, LawSettings
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains, LawSettings
 from cohaptic.vec import ZERO, norm
 from cohaptic_client.loop.law_fade import (
     LAW_FADE_SHARE_RATE,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import NO_FORCE
+from cohaptic.control.laws.model import NO_FORCE
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample

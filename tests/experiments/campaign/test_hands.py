@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.friction import Compliance3, FrictionState, friction_step
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import IntegralState, proportional_integral_step
+from cohaptic.control.laws.pi import IntegralState, proportional_integral_step
 from cohaptic.simulated.hand import Hand, HandScript, Intention
 from cohaptic_client.loop.passivity import dissipate
 from cohaptic_experiments.campaign import simulation

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.playout import LONGEST
 from cohaptic.vec import Vec3
 from cohaptic_server.room.playing import Samples

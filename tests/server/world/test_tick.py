@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.delay import UNKNOWN
-from cohaptic.control.gains import PI_SHARE_K, choose_gains, coupled_stiffness
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.gains import choose_gains
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains, coupled_stiffness
+from cohaptic.control.laws.pi import PI_SHARE_K
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub, unit

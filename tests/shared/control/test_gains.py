@@ -2,14 +2,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.gains import ALPHA, choose_gains, coupled_stiffness, largest_integral
-from cohaptic.control.geometry import Sight
-from cohaptic.control.law import AT_REST, Gains, Law, felt_stiffness, local_force
+from cohaptic.control.gains import ALPHA, choose_gains
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains, coupled_stiffness
+from cohaptic.control.laws.pi import all_inside, characteristic, largest_integral
 from cohaptic.control.stability.several_contacts import room_radius
-from cohaptic.vec import ZERO
+from cohaptic.control.stability.single_contact import elastic_object, integral_model, lifted_radius
 from tests.examples_of_laws import examples
 from tests.system.spectral import random_compliance
 
@@ -145,22 +146,13 @@ def test_fixed_gains_are_as_requested_but_never_beyond_the_device() -> None:
         assert got == Gains(k_h, 3000.0)
 
 
-def test_a_law_that_is_not_registered_gets_nothing_of_another() -> None:
-    stranger = object.__new__(Law)
-    stranger._name_ = stranger._value_ = "stranger"
-    stranger.answers_own_dent, stranger.integrates = True, True
-    with pytest.raises(AssertionError, match="stranger"):
-        choose_gains(
-            stranger,
-            [1e-3],
-            0,
-            max_stiffness=1e9,
-            loop_delay=PERIOD,
-            simulation_period=PERIOD,
-        )
-    with pytest.raises(AssertionError, match="stranger"):
-        felt_stiffness(stranger, 100.0, 200.0)
-    # The loop takes this error as a fault, and releases the force.
-    sight = Sight(0.01, (0.0, 0.0, 1.0), 1e-3, ZERO, ZERO)
-    with pytest.raises(ValueError, match="stranger"):
-        local_force(stranger, AT_REST, sight, Gains(100.0), 1e-3)
+@given(st.floats(0.0, 1.0), st.floats(1e-3, 2.0), st.integers(1, 64))
+@settings(deadline=None)
+def test_the_polynomial_is_stable_where_the_lifted_loop_is(
+    kappa: float, integral: float, periods: int
+) -> None:
+    """Schur and Cohn's recursion against the eigenvalues of the paper's eq. (4)."""
+    loop = integral_model(kappa, integral, 1.0)
+    largest = lifted_radius(loop, elastic_object(1.0), 1, periods - 1)
+    assume(abs(largest - 1.0) > 1e-6)
+    assert all_inside(characteristic(kappa, integral, periods)) == (largest < 1.0)

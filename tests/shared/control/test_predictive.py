@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import predictive_force
+from cohaptic.control.laws.predictive import predictive_force
 
 stiffness = st.floats(10.0, 5000.0)
 depths = st.floats(-0.01, 0.03)

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from cohaptic.control.gains import choose_gains
 from cohaptic.control.law import Law
-from cohaptic.control.proportional_integral import (
+from cohaptic.control.laws.model import Thresholds
+from cohaptic.control.laws.pi import (
     AT_REST_SPEED,
     IntegralState,
-    Thresholds,
     integration_threshold,
     proportional_integral_step,
 )

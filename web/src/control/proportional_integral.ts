@@ -3,7 +3,7 @@
  *
  * L(z) = K_h + T I / (z - 1), eq. (12). The integrand is e - theta, with the threshold of eq. (17) or (18); when
  * contact ends the integral's force goes to zero linearly over a few simulation periods. How (18) is read, and why the
- * integral keeps the limit of the whole force's change: `shared/cohaptic/control/proportional_integral.py`.
+ * integral keeps the limit of the whole force's change: `shared/cohaptic/control/laws/pi.py`.
  */
 
 /** A probe that comes out more slowly is at rest [m/s]: between two thresholds the integral would hunt. */

@@ -11,7 +11,7 @@ import math
 
 from cohaptic.control.friction import believed_shift, normal_shift, wedging
 from cohaptic.control.geometry import Sight
-from cohaptic.control.law import Gains
+from cohaptic.control.laws.model import Gains
 from cohaptic.vec import dot, norm
 from cohaptic_client.loop.gains import gains_under
 from cohaptic_client.loop.law_fade import LAW_FADE_RATE, stiffest, with_gains

@@ -26,7 +26,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cohaptic.control.gains import ALPHA, choose_gains
-from cohaptic.control.law import Gains, Law, felt_stiffness
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.single_contact import Floats, spectral_radius
 from cohaptic.errors import SettingError
@@ -41,9 +42,8 @@ class Coupling:
             < 1.
         rho_any_delay: Spectral radius rho(K |M|) with the gains K and `loop_matrix` M; stable under
             any bounded delays iff < 1. None with an integral, for which no such bound holds.
-        safe_k_h: Gains that `gains.choose_gains` chooses: by the row rule
-            (`gains.coupled_stiffness`), or 1 / C_ii for the predictive law, which relies on the
-            room's lag [N/m].
+        safe_k_h: Gains that `gains.choose_gains` chooses: by the row rule (`coupled_stiffness`), or
+            1 / C_ii for the predictive law, which relies on the room's lag [N/m].
         safe_integral_gain: Integral gains that `gains.choose_gains` chooses [N/(m s)].
         felt_stiffness: Stiffness that each hand feels with its safe gain if no other hand touches,
             for the pi law in the steady state [N/m].
@@ -117,7 +117,7 @@ def couple(
     m = None
     if not law.answers_own_dent:
         m = coupling_radius(coupling_matrix(C, [np.array([[g.k_h]]) for g in safe]))
-    felt = tuple(felt_stiffness(law, g.k_h, 1.0 / c) for g, c in zip(safe, own, strict=True))
+    felt = tuple(law.model.felt_stiffness(g.k_h, 1.0 / c) for g, c in zip(safe, own, strict=True))
     # One period from a force to the surface that answers it, and one for the client's ramp.
     longest_delay = delay + 2.0 * simulation_period
     return Coupling(
@@ -157,7 +157,7 @@ def largest_uniform_gains(C: Floats, law: Law, *, alpha: float = ALPHA) -> Float
     """Return the largest safe gains that are the same fraction s of each contact's stiffness.
 
     The gains K_i = s / C_ii are safe without a lag, at any bounded delays. s is at least the
-    smallest K_i C_ii of the row rule (`gains.coupled_stiffness`), since a spectral radius is at
+    smallest K_i C_ii of the row rule (`coupled_stiffness`), since a spectral radius is at
     most the largest row sum; the row rule, however, needs only a client's own row of C.
 
     Args:

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.stability.anticipation import UNCOUPLED, anticipated
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import (

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.delay import TOO_LONG, LoopDelay
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.control.stability.anticipation import anticipated
 from cohaptic.control.stability.lag_choice import (

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.hand_model import USUAL_HAND, HandModel
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.partners import MAX_PARTNERS, Partners
 from cohaptic.protocol.patch import Patch

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.stability.lag_choice import coupling_matrix, coupling_radius, kept, lag_needed
 from cohaptic.control.stability.several_contacts import room_radius
 from tests.examples_of_laws import examples

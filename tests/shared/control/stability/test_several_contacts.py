@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.gains import ALPHA
-from cohaptic.control.law import Gains, Law
+from cohaptic.control.law import Law
+from cohaptic.control.laws.model import Gains
 from cohaptic.control.stability.lag_choice import coupling_matrix, lag_needed
 from cohaptic.control.stability.room_roots import growth
 from cohaptic.control.stability.several_contacts import (
