@@ -16,7 +16,8 @@ FILES = (
     "client/cohaptic_client/loop/passivity.py",
     "client/cohaptic_client/loop/safety.py",
     "server/cohaptic_server/access/tokens.py",
-    "shared/cohaptic/control/law.py",
+    "client/cohaptic_client/loop/rules/guard.py",
+    "shared/cohaptic/control/laws/pi.py",
 )
 SOURCES = {path: (ROOT / path).read_bytes() for path in FILES}
 

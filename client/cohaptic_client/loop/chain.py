@@ -10,11 +10,18 @@ from __future__ import annotations
 from typing import Final
 
 from cohaptic_client.loop.rule import Rule
-from cohaptic_client.loop.rules.contact import Compliance, Depth, Fades, Gain, Turn
+from cohaptic_client.loop.rules.contact import Compliance, Depth, Gain, Reserve, Turn
 from cohaptic_client.loop.rules.force import Damping, Finite, Friction, LawForce
-from cohaptic_client.loop.rules.given import Account, Limits, ToBody, Trusted
+from cohaptic_client.loop.rules.given import Account, ToBody, Trusted
+from cohaptic_client.loop.rules.guard import Fade, Fault, Limit, Rate
 from cohaptic_client.loop.rules.surface import Models, Reach, Shown
 
+FAULT: Final = Fault(
+    "fault",
+    "a loop that stood still, a hand that is too fast or a force that is no number takes the "
+    "force away on a smooth ramp",
+    "FAULT_RELEASE_TIME s",
+)
 CHAIN: Final[tuple[Rule, ...]] = (
     Reach(
         "reach",
@@ -34,10 +41,10 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "others want is held back",
         "WISH_RATE N/s",
     ),
-    Fades(
-        "fades",
-        "a fade of the force (in `limits`) or of the law (in `law`), and the damping of a slow "
-        "hand, are changes, too: their parts of the budget are set aside first",
+    Reserve(
+        "reserve",
+        "a fade of the force (`fade`) or of the law (`law`), and the damping of a slow hand, are "
+        "changes, too: their parts of the budget are reserved first",
         "SAFETY_FADE_RATE N/s",
     ),
     Gain(
@@ -70,11 +77,22 @@ CHAIN: Final[tuple[Rule, ...]] = (
     ),
     Friction("friction", "friction is at most mu times the normal force"),
     Finite("finite", "a force that no spring can give is an error, and the hand is let go"),
-    Limits(
-        "limits",
-        "the force is at most the hand's limit, fades where it must, changes no faster than a hand "
-        "that taps makes it, and is taken away where the loop stood still or another fault is",
+    FAULT,
+    Limit(
+        "limit",
+        "the force is at most the limit of the device or of its user",
         "SafetyLimits.max_force N",
+    ),
+    Fade(
+        "fade",
+        "a hand is engaged out of the object only, and a silent server has its force faded",
+        "SAFETY_FADE_RATE N/s",
+    ),
+    Rate(
+        "rate",
+        "the force changes no faster than a hand that taps makes it, and without the hand no "
+        "faster than the budget",
+        "LEAST_RATE N/s",
     ),
     Account("account", "the energy that the network makes is counted, to be damped out"),
     ToBody(

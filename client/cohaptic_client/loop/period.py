@@ -87,8 +87,12 @@ class Period:
         added_damping: The same with the hand's speed [N s/m].
         memories: Memories of such rules.
 
+        let_go: Whether a fault takes the force away.
+        engaged: Whether the hand is engaged.
+        quiet: Number of successive periods in which little was asked for.
+        scale: Fraction of the clamped force that the hand gets, 0 to 1.
         safety: Memory of the safety layer after this period.
-        force: Force on the hand, for the device [N].
+        force: Force on the hand, for the device; each rule of the guard replaces it [N].
         given_ratio: Its size, divided by that of the one that was asked for.
         passivity: Memory of the passivity layer after this period.
         on_body: Force on the hand whose opposite the body gets [N].
@@ -113,6 +117,7 @@ class Period:
         "damping_most",
         "depth",
         "dt",
+        "engaged",
         "explained",
         "fade",
         "fade_most",
@@ -127,6 +132,7 @@ class Period:
         "law_fade_most",
         "law_force",
         "law_normal",
+        "let_go",
         "local",
         "memories",
         "most",
@@ -136,10 +142,12 @@ class Period:
         "now",
         "on_body",
         "passivity",
+        "quiet",
         "recent",
         "replica",
         "safety",
         "sample",
+        "scale",
         "settings",
         "share",
         "sight",
@@ -155,6 +163,7 @@ class Period:
         "wished",
     )
 
+    # Above 60 lines: one for each field, as slots have no other place for how they begin.
     def __init__(
         self, state: LoopState, sample: DeviceSample, now: float, settings: LoopSettings
     ) -> None:
@@ -208,6 +217,10 @@ class Period:
         self.added_stiffness: float = 0.0
         self.added_damping: float = 0.0
         self.memories: tuple[object, ...] = state.memories
+        self.let_go: bool = False
+        self.engaged: bool = False
+        self.quiet: int = 0
+        self.scale: float = 0.0
         self.force: Vec3 = ZERO
         self.given_ratio: float = 0.0
         self.passivity: Passivity = NOTHING_OWED

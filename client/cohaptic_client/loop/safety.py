@@ -1,17 +1,13 @@
-"""The safety layer, the last step before the device: limits for any law, network or device.
+"""The safety layer: limits for any law, network or device, and what its four rules remember.
 
-The function `guard` applies the limits once per period. A force that is not finite, a stalled loop
-or a hand that moves too fast is a fault: the force falls to zero within `FAULT_RELEASE_TIME`,
-without a jerk, and returns only after the hand has been out of the object. On a device with motors
-the user must also acknowledge the fault, because a force that failed unseen must not return by
-itself. While the user does not hold the device's switch, the force is taken away as after a fault,
-but no acknowledgement is needed. The force fades while the server is silent, and rises again when
-patches return. The force is clamped, and its rate is limited in both directions: a force that
-vanishes jolts the hand as much as one that appears. Changes that the hand's own motion does not
-explain are limited to `EXTERNAL_RATE`, whatever force a law computes from a patch. A motion
-explains a change of the force in its own period only; a change that `max_rate` has held back is
-remembered for about `FORGET_OWN`. After a loop has stood still, what the hand did meanwhile changes
-the force as slowly as the hand did it.
+The rules are in `rules/guard.py`. A force that is not finite, a stalled loop or a hand that moves
+too fast is a fault: the force falls to zero within `FAULT_RELEASE_TIME`, without a jerk, and
+returns only after the hand has been out of the object. On a device with motors the user must also
+acknowledge the fault, because a force that failed unseen must not return by itself. While the user
+does not hold the device's switch, the force is taken away as after a fault, but no acknowledgement
+is needed. The force fades while the server is silent, and rises again when patches return. The
+force is clamped, and its rate is limited in both directions: a force that vanishes jolts the hand
+as much as one that appears.
 """
 
 from __future__ import annotations
@@ -21,7 +17,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final, NamedTuple
 
-from cohaptic.status.reason import LET_GO, NO_NUMBER, STALLED, TOO_FAST
+from cohaptic.status.reason import NO_NUMBER, STALLED, TOO_FAST
 from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 
 # s from a fault to no force; even 10 N fall no faster than `max_rate` allows
@@ -90,10 +86,7 @@ class Mode(Enum):
     FAULT = "fault"
 
 
-# Bound once: to look a member up in its class takes a tenth of a microsecond, every period.
-_WAITING: Final = Mode.WAITING
-_ENGAGED: Final = Mode.ENGAGED
-_FAULT: Final = Mode.FAULT
+_WAITING: Final = Mode.WAITING  # bound once: to look a member up in its class is slow
 
 
 class Trouble(NamedTuple):
@@ -110,7 +103,6 @@ class Trouble(NamedTuple):
 
 NO_TROUBLE: Final = Trouble(0, "")
 NOT_HELD: Final = "the switch of the device is not held"
-_DROPPED: Final = Trouble(LET_GO, NOT_HELD)
 
 
 @dataclass(init=False)
@@ -180,92 +172,6 @@ class SafetyState:
 NEVER_ENGAGED: Final = SafetyState()
 
 
-# Above 60 lines: half of them describe the arguments, and a call of a further function would cost
-# time in every period.
-def guard(
-    state: SafetyState,
-    requested: Vec3,
-    *,
-    now: float,
-    velocity: Vec3,
-    silent: bool,
-    limits: SafetyLimits,
-    trouble: Trouble = NO_TROUBLE,
-    held: bool = True,
-    own: float = math.inf,
-    damping: float = 0.0,
-    pressing: float = 0.0,
-    fade_most: float = math.inf,
-) -> SafetyState:
-    """Return the next state of the safety layer; its `force` is the force that the device gets.
-
-    Args:
-        state: State after the last period.
-        requested: Force of law, friction and damping [N].
-        now: Time of this period [s].
-        velocity: Velocity of the hand [m/s].
-        silent: Whether the server counts as silent.
-        limits: Limits for this hand.
-        trouble: Fault of the device or the law that the caller has found.
-        held: Whether the user holds the device's switch.
-        own: Largest change of the force that the hand's displacement and speed in this period
-            explain [N].
-        damping: Damping through which a change of the hand's velocity explains a change of the
-            force [N s/m].
-        pressing: Force of the surface, whatever is requested for it: a hand is engaged out of the
-            object only [N].
-        fade_most: Largest change of the force by a fade, beside `SAFETY_FADE_RATE` [N].
-    """
-    dt = 0.0 if state.now is None else now - state.now
-    step = min(max(0.0, dt), 2.0 * limits.period)
-    dropped = limits.dead_man and not held
-    # A device that nobody holds may fall at any speed.
-    fault = NO_TROUBLE
-    if not dropped:
-        fault = trouble if trouble.cause else _fault(requested, velocity, dt, limits)
-    if fault.cause or dropped or state.left > 0.0:
-        latched = state.mode is _FAULT or (limits.latch and fault.cause != 0)
-        if dropped and not latched:
-            fault = _DROPPED
-        return _release(state, fault, step, now, latched)
-    size = norm(requested)
-    quiet = state.quiet + 1 if max(size, pressing) < limits.engage_below else 0
-    engaged = state.mode is _ENGAGED or (
-        state.mode is _WAITING and quiet >= limits.engage_periods and not silent
-    )
-    up = engaged and not silent
-    time = limits.engage_time if up else limits.fade_time
-    share = next_share(state.scale, up, min(size, limits.max_force), time, step, fade_most)
-    most = limits.max_rate * step
-    if damping > 0.0 and velocity != state.velocity:
-        own += damping * norm(sub(velocity, state.velocity))
-    if own > 2.0 * limits.max_force:
-        own = 2.0 * limits.max_force
-    catch_up, at_once = state.catch_up, own
-    if dt > STOOD_STILL:
-        catch_up, at_once = max(catch_up, own / dt), 0.0
-    if catch_up > 0.0:
-        own += state.own
-        at_once += min(own - at_once, catch_up * step)
-    else:
-        own += state.own * (1.0 - step / FORGET_OWN)
-        at_once = own
-    own = min(own, 2.0 * limits.max_force)
-    most = min(most, at_once + BACKSTOP * limits.external_rate * step)
-    held_back = own - most if own > most else 0.0
-    force = limited(state.force, requested, share, limits.max_force, most)
-    if held_back > 0.0:  # no more than is still to come
-        wanted = limited(state.force, requested, share, limits.max_force, math.inf)
-        held_back = min(held_back, norm(sub(wanted, force)))
-    mode, words, cause = (_ENGAGED, "", 0) if engaged else (state.mode, state.fault, state.cause)
-    if held_back == 0.0:
-        catch_up = 0.0
-    return SafetyState(
-        mode, share, force, quiet, now, words, own=held_back, velocity=velocity, catch_up=catch_up,
-        cause=cause,
-    )  # fmt: skip
-
-
 def smooth(left: float) -> float:
     """Return the remaining fraction of the force during a release: a smooth curve from 1 to 0.
 
@@ -309,44 +215,61 @@ def next_share(
     return min(1.0, share + most) if up else max(0.0, share - most)
 
 
-def limited(before: Vec3, requested: Vec3, share: float, max_force: float, most: float) -> Vec3:
-    """Return the force for the device: a part of the clamped request, within `most` of `before`.
+def clamped(requested: Vec3, max_force: float) -> Vec3:
+    """Return the requested force, or as much of it as a hand may get [N].
 
-    The request is clamped first, because force beyond the limit must not hold up a fade.
+    Args:
+        requested: Force of law, friction and damping [N].
+        max_force: Largest magnitude of the force [N].
+    """
+    size = norm(requested)
+    return scale(requested, max_force / size) if size > max_force else requested
+
+
+def towards(before: Vec3, wanted: Vec3, most: float) -> Vec3:
+    """Return the wanted force, or the nearest to it within `most` of the one before [N].
 
     Args:
         before: Force that the device got in the last period [N].
-        requested: Force of law, friction and damping [N].
-        share: Fraction of the clamped force, 0 to 1.
-        max_force: Largest magnitude of the force [N].
         most: Largest change in this period [N].
     """
-    size = norm(requested)
-    force = scale(requested, share * max_force / size if size > max_force else share)
-    change = sub(force, before)
+    change = sub(wanted, before)
     jump = norm(change)
-    return add(before, scale(change, most / jump)) if jump > most else force
+    return add(before, scale(change, most / jump)) if jump > most else wanted
 
 
-def _release(
+def released(
     state: SafetyState, fault: Trouble, step: float, now: float, latched: bool
 ) -> SafetyState:
-    """Return the next state of a release, in which the force falls on a smooth ramp to zero."""
-    released, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
+    """Return the next state of a release, in which the force falls on a smooth ramp to zero.
+
+    Args:
+        fault: Reason for the release; `NO_TROUBLE` while it goes on.
+        step: Time since the last period, capped at two periods [s].
+        now: Time of this period [s].
+        latched: Whether the user has to acknowledge it.
+    """
+    begun, left = (state.released, state.left) if state.left > 0.0 else (state.force, 1.0)
     left = max(0.0, left - step / FAULT_RELEASE_TIME)
     return SafetyState(
-        mode=_FAULT if latched else _WAITING,
-        force=scale(released, smooth(left)),
+        mode=Mode.FAULT if latched else _WAITING,
+        force=scale(begun, smooth(left)),
         now=now,
         fault=fault.words or state.fault,
-        released=released,
+        released=begun,
         left=left,
         cause=fault.cause or state.cause,
     )
 
 
-def _fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> Trouble:
-    """Return why the force must be released; `NO_TROUBLE` without a fault."""
+def find_fault(requested: Vec3, velocity: Vec3, dt: float, limits: SafetyLimits) -> Trouble:
+    """Return why the force must be released; `NO_TROUBLE` without a fault.
+
+    Args:
+        requested: Force of law, friction and damping [N].
+        velocity: Velocity of the hand [m/s].
+        dt: Time since the last period [s].
+    """
     if not is_finite(requested):
         return Trouble(NO_NUMBER, f"the law asked for {requested} N")
     if not is_finite(velocity) or norm(velocity) > limits.max_speed:

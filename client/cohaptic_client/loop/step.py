@@ -7,15 +7,13 @@ position that is not a number are faults: the force is released, and the loop ru
 from __future__ import annotations
 
 from cohaptic.status.reason import LAW_FAILED, RULE_FAILED
-from cohaptic.vec import ZERO
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import is_silent, played
-from cohaptic_client.loop.chain import CHAIN
+from cohaptic_client.loop.chain import CHAIN, FAULT
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import left_alone
 from cohaptic_client.loop.rule import Rule, RuleError
-from cohaptic_client.loop.rules.given import SWITCH
-from cohaptic_client.loop.safety import Trouble, guard
+from cohaptic_client.loop.safety import Trouble
 from cohaptic_client.loop.state import LoopSettings, LoopState
 
 
@@ -95,16 +93,15 @@ def _without_surface(
         State after this period, and the period with its results.
     """
     sample, now, limits = period.sample, period.now, period.settings.limits
-    safety = guard(
-        state.safety, ZERO, now=now, velocity=sample.velocity, silent=True, limits=limits,
-        trouble=trouble, held=sample.buttons & SWITCH != 0,
-    )  # fmt: skip
+    empty = Period(state, sample, now, period.settings)
+    empty.trouble = trouble
+    FAULT.apply(empty)
     replica = state.replica
     after = LoopState(
         patch=state.patch,
         arrived=min(state.arrived, now),  # a clock that goes back makes no patch younger
         probe=sample.position,
-        safety=safety,
+        safety=empty.safety,
         patience=state.patience,
         replica=None if replica is None else left_alone(replica, limits.period),
         trust=state.trust,
@@ -113,8 +110,6 @@ def _without_surface(
         move_begins=state.move_begins,
         move_ends=state.move_ends,
     )
-    empty = Period(state, sample, now, period.settings)
-    empty.safety, empty.force = safety, safety.force
     empty.silent = is_silent(state, now, period.settings)
     empty.give = None if replica is None else replica.gives[0].y
     return after, empty

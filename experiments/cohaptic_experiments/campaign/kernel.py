@@ -31,9 +31,10 @@ from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
     SAFETY_FADE_RATE,
     SafetyLimits,
-    limited,
+    clamped,
     next_share,
     rate_of,
+    towards,
 )
 from cohaptic_client.loop.slew import hold_back
 from cohaptic_experiments.campaign.compiled import compiled, usable
@@ -53,8 +54,8 @@ for _function in (
     vec.add, vec.sub, vec.scale, vec.dot, vec.cross, vec.norm, vec.unit,
     coulomb.times, coulomb.tangents, coulomb.normal_shift, coulomb.follow_material, friction_step,
     predictive_force, proportional_force, integration_threshold, proportional_integral_step,
-    dissipate, given_share, observe, next_share, limited, rate_of, hold_back, next_patience,
-    on_body,
+    dissipate, given_share, observe, next_share, clamped, towards, rate_of, hold_back,
+    next_patience, on_body,
 ):  # fmt: skip
     usable(_function)
 THRESHOLDS = Thresholds()
@@ -245,7 +246,7 @@ def haptics(
             size = norm(law_force)
             faded[i] = next_share(faded[i], not quiet, size, FADE_TIME if quiet else ENGAGE_TIME, T)
             rate = rate_of(device[i, 2])
-            given = limited(force[i], law_force, faded[i], MAX_FORCE, rate * T)
+            given = towards(force[i], scale(clamped(law_force, MAX_FORCE), faded[i]), rate * T)
             ratio = norm(given) / size if size > 0.0 else faded[i]
             contact = on_body(add(scale(normal, f), along), ratio, MAX_FORCE)
             if device[i, 0] > 0.0:

@@ -23,8 +23,9 @@ from cohaptic.control.stability.single_contact import (
 from cohaptic.control.stability.stable_set import closed_edges, lifted_edges
 from cohaptic.vec import ZERO, Vec3, add, scale, unit
 from cohaptic_client.loop.passivity import Passivity, dissipate, given_share, observe
-from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState, guard
+from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState
 from cohaptic_client.network.timing import LinkTiming, Pacer
+from tests.client.loop.safety_cases import guard
 
 T, PERIOD = 0.001, 0.016  # s
 

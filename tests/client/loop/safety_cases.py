@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
 from hypothesis import strategies as st
 
+from cohaptic.control.geometry import Sight
+from cohaptic.control.law import DEFAULT_LAW
+from cohaptic.control.laws.model import Gains
 from cohaptic.vec import ZERO, Vec3, norm, scale
-from cohaptic_client.loop.safety import (
-    Mode,
-    SafetyLimits,
-    SafetyState,
-    guard,
-)
+from cohaptic_client.devices.device import DeviceSample
+from cohaptic_client.loop import period as one
+from cohaptic_client.loop.chain import CHAIN
+from cohaptic_client.loop.law_fade import LawFade, Running
+from cohaptic_client.loop.rules.guard import SWITCH
+from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState
+from cohaptic_client.loop.state import LoopSettings, LoopState
 from tests.strategies import vectors
 
 LIMITS = SafetyLimits()
@@ -83,6 +88,30 @@ friendly = st.builds(
     silent=st.booleans(),
     dt=st.floats(0.0, 0.9 * LIMITS.stall),
 )
+
+
+GUARD = [rule for rule in CHAIN if rule.name in ("fault", "limit", "fade", "rate")]
+SEEN = Sight(-1.0, (0.0, 0.0, 1.0), 1e-3, ZERO, ZERO)  # of a surface that is shown
+
+
+def guard(
+    state: SafetyState, requested: Vec3, *, now: float, velocity: Vec3, silent: bool,
+    limits: SafetyLimits, held: bool = True, own: float = math.inf,
+) -> SafetyState:  # fmt: skip
+    """The memory after the four rules of the guard, in one period.
+
+    Args:
+        requested: Force of law, friction and damping [N].
+        own: Largest change of the force that the hand's displacement explains [N].
+    """
+    sample = DeviceSample(ZERO, velocity, buttons=SWITCH if held else 0)
+    period = one.Period(LoopState(safety=state), sample, now, LoopSettings(1.0 / 60.0, limits))
+    period.asked, period.silent, period.sight = requested, silent, SEEN
+    # A displacement of 1 m, on a spring that makes so much of it.
+    period.moved, period.fade = (1.0, 0.0, 0.0), LawFade(Running(DEFAULT_LAW, Gains(own)))
+    for rule in GUARD:
+        rule.apply(period)
+    return period.safety
 
 
 def play(

@@ -18,7 +18,7 @@ from cohaptic_client.loop.budget import Budget
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.ledger import ledger_of
 from cohaptic_client.loop.period import Period
-from cohaptic_client.loop.rules.given import own_force
+from cohaptic_client.loop.rules.guard import own_force
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
 from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step

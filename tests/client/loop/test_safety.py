@@ -18,10 +18,9 @@ from cohaptic_client.loop.safety import (
     SAFETY_FADE_RATE,
     Mode,
     SafetyState,
-    guard,
-    limited,
     next_share,
     rate_of,
+    towards,
 )
 from tests.client.loop.safety_cases import (
     LIMITS,
@@ -33,6 +32,7 @@ from tests.client.loop.safety_cases import (
     counted,
     forces,
     friendly,
+    guard,
     periods,
     play,
     pressed,
@@ -116,10 +116,13 @@ def test_a_share_is_that_of_what_may_be_given(
     before: Vec3, wanted: Vec3, share: float, most: float
 ) -> None:
     """Clamped first: a share of a force far beyond the limit is less than the limit, too."""
-    free = limited(before, wanted, share, LIMITS.max_force, math.inf)
-    assert norm(sub(free, scale(clamped(wanted), share))) < ROUNDING
-    held = limited(before, wanted, share, LIMITS.max_force, most)
+    state = replace(PRESSED, scale=share, force=before)
+    limits = replace(LIMITS, max_rate=1e9)
+    after = guard(state, wanted, now=PERIOD, velocity=ZERO, silent=True, limits=limits)
+    assert norm(sub(after.force, scale(clamped(wanted), after.scale))) < ROUNDING
+    held = towards(before, wanted, most)
     assert norm(sub(held, before)) <= most + ROUNDING
+    assert towards(before, wanted, math.inf) == wanted
 
 
 def test_the_first_period_gives_no_force() -> None:

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, Vec3, norm
-from cohaptic_client.loop.safety import NOT_HELD, Mode, SafetyState, guard
+from cohaptic_client.loop.safety import NOT_HELD, Mode, SafetyState
 from cohaptic_client.loop.state import LoopState
-from tests.client.loop.safety_cases import LIMITS, PERIOD, Period, play, pressing
+from tests.client.loop.safety_cases import LIMITS, PERIOD, Period, guard, play, pressing
 from tests.client.loop.test_safety_faults import FAULTS, RELEASE
 
 LATCHED = replace(LIMITS, latch=True)

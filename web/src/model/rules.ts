@@ -5,7 +5,7 @@ export const RULES = {
   reach: "a tip that is nowhere, or jumps faster than a hand, is a broken sensor: the hand is let go",
   surface: "the shown surface moves from patch to patch all the time: one that comes in one step would step the force",
   models: "models of the others' hands answer at once, since late answers make energy; what the others want is held back",
-  fades: "a fade of the force (in `limits`) or of the law (in `law`), and the damping of a slow hand, are changes, too: their parts of the budget are set aside first",
+  reserve: "a fade of the force (`fade`) or of the law (`law`), and the damping of a slow hand, are changes, too: their parts of the budget are reserved first",
   gain: "the gain follows the object's stiffness slowly: a finger that slides from soft to stiff must not be kicked",
   compliance: "the compliance in all directions, for friction, follows the object's, and friction has half of the budget",
   turn: "a surface that turns may turn the force with half of the budget: a turn is a change",
@@ -14,13 +14,16 @@ export const RULES = {
   damping: "energy that the network has made is taken out, no more than the device renders",
   friction: "friction is at most mu times the normal force",
   finite: "a force that no spring can give is an error, and the hand is let go",
-  limits: "the force is at most the hand's limit, fades where it must, changes no faster than a hand that taps makes it, and is taken away where the loop stood still or another fault is",
+  fault: "a loop that stood still, a hand that is too fast or a force that is no number takes the force away on a smooth ramp",
+  limit: "the force is at most the limit of the device or of its user",
+  fade: "a hand is engaged out of the object only, and a silent server has its force faded",
+  rate: "the force changes no faster than a hand that taps makes it, and without the hand no faster than the budget",
   account: "the energy that the network makes is counted, to be damped out",
   body: "the body gets the law's force in the share that the hand was given, and the models move on by it",
   trust: "the energy that the contact returns beyond that of the hand is counted, and where it is too much, models lose their share: a liar could drive a hand by them",
 } as const;
 export type RuleName = keyof typeof RULES;
-export const RULE_NAMES = ["reach", "surface", "models", "fades", "gain", "compliance", "turn", "depth", "law", "damping", "friction", "finite", "limits", "account", "body", "trust"] as const;
+export const RULE_NAMES = ["reach", "surface", "models", "reserve", "gain", "compliance", "turn", "depth", "law", "damping", "friction", "finite", "fault", "limit", "fade", "rate", "account", "body", "trust"] as const;
 
 /** Entries of a ledger in the order of the rules, with what they are; they are the whole force. */
 export const ENTRIES = {

@@ -48,8 +48,8 @@ class Gain(Rule):
         period.k_wanted = wanted
 
 
-class Fades(Rule):
-    """Sets aside what fades, and the damping of a slow hand, may change of the force."""
+class Reserve(Rule):
+    """Reserves what fades, and the damping of a slow hand, may change of the force."""
 
     def apply(self, period: Period) -> None:
         """Fill in `fade_most`, `law_fade_most` and `damping_most`."""

@@ -1,83 +1,19 @@
-"""Rules on what the hand and the body get, and the accounts that are kept of it."""
+"""Rules on what the body gets of the force on the hand, and the accounts that are kept of it."""
 
 from __future__ import annotations
 
 import math
-from typing import Final
 
 from cohaptic.control.friction import Compliance3, FrictionState, times
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import pressed_depth
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
-from cohaptic_client.loop.law_fade import LawFade, stiffest
-from cohaptic_client.loop.passivity import SLOW, Passivity, given_share, observe
+from cohaptic_client.loop.law_fade import LawFade
+from cohaptic_client.loop.passivity import Passivity, given_share, observe
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import move
 from cohaptic_client.loop.rule import Rule
-from cohaptic_client.loop.safety import guard
 from cohaptic_client.loop.trust import trusted
-
-_CUT: Final = 0.95  # share of the law's force; a larger damping force counts as cut to that force
-SWITCH: Final = 1  # bit of `DeviceSample.buttons`
-
-
-class Limits(Rule):
-    """Limits the force for the device: largest force, fades, rate, and faults."""
-
-    def apply(self, period: Period) -> None:
-        """Fill in `safety`, `force` and `given_ratio`."""
-        state, sample = period.state, period.sample
-        damping = max(period.damping, state.passivity.damping)
-        # Without a surface, as after a law has failed, nobody is engaged: the fault stays told.
-        pressing = math.inf if period.sight is None and state.patch is not None else 0.0
-        if period.added:  # what a rule takes of the force does not engage a hand
-            pressing = max(pressing, period.law_normal)
-        safety = period.safety = guard(
-            state.safety, period.asked, now=period.now, velocity=sample.velocity,
-            silent=period.silent or period.sight is None, limits=period.settings.limits,
-            trouble=period.trouble,
-            held=sample.buttons & SWITCH != 0,
-            own=own_force(period) + state.k_h * abs(period.explained),
-            damping=max(damping, min(damping + period.added_damping, period.settings.max_damping)),
-            pressing=pressing,
-            fade_most=period.fade_most,
-        )  # fmt: skip
-        period.force = safety.force
-        size = period.damped_force
-        if period.compliance is not None or period.added_size != 0.0:
-            size = norm(period.asked)
-        period.given_ratio = norm(safety.force) / size if size > 0.0 else safety.scale
-
-
-def own_force(period: Period) -> float:
-    """Return the largest change of the force in a period that the hand's own motion explains [N].
-
-    The contact's spring changes the force by the hand's displacement times the stiffness in the
-    stiffest direction, into or along the surface. Friction adds mu times as much, at a right angle
-    to the normal force. For a hand faster than `SLOW` the damping counts, too: the change may
-    double while the damping force is cut to the law's force, and the damping may rise or fall. For
-    a slower hand the damping does not count: such a hand has little energy to be taken out, and
-    would feel little but the changes that a server causes.
-    """
-    way, state, settings = norm(period.moved), period.state, period.settings
-    if way == 0.0:
-        return 0.0
-    stiffness = state.fade.now.gains.k_h if state.fade is not None else 0.0
-    if period.fade is not None:
-        along = min(period.friction.stiffness, settings.max_stiffness)
-        stiffness = max(stiffness, stiffest(period.fade), along)
-    if period.added_stiffness > 0.0:
-        both = stiffness + period.added_stiffness
-        stiffness = max(stiffness, min(both, settings.max_stiffness))
-    own = math.hypot(1.0, settings.friction) * stiffness * way
-    law_force = period.local.normal_force
-    if period.damping > 0.0 and law_force > 0.0:
-        speed = norm(period.sample.velocity)
-        if speed > SLOW:
-            if abs(period.damped_force - law_force) >= _CUT * law_force:
-                own *= 2.0
-            own += speed * abs(period.damping - state.passivity.damping)
-    return own
 
 
 class Account(Rule):

@@ -7,14 +7,15 @@
 
 import { RULE_NAMES, type RuleName } from "../../model/rules";
 import type { Period } from "./period";
-import { moveDepth, moveCompliance, moveGain, setFadesAside, turnForce } from "./rules/contact";
+import { moveDepth, moveCompliance, moveGain, reserve, turnForce } from "./rules/contact";
 import { addFriction, damp, runLaw } from "./rules/force";
-import { giveToBody, keepAccount, limit } from "./rules/given";
+import { giveToBody, keepAccount } from "./rules/given";
+import { clampForce, fadeForce, findFault, limitRate } from "./rules/guard";
 import { showSurface } from "./rules/surface";
 
 export const CHAIN: readonly (readonly [name: RuleName, apply: (period: Period) => void])[] = [
   ["surface", showSurface],
-  ["fades", setFadesAside],
+  ["reserve", reserve],
   ["gain", moveGain],
   ["compliance", moveCompliance],
   ["turn", turnForce],
@@ -22,7 +23,10 @@ export const CHAIN: readonly (readonly [name: RuleName, apply: (period: Period) 
   ["law", runLaw],
   ["damping", damp],
   ["friction", addFriction],
-  ["limits", limit],
+  ["fault", findFault],
+  ["limit", clampForce],
+  ["fade", fadeForce],
+  ["rate", limitRate],
   ["account", keepAccount],
   ["body", giveToBody],
 ];

@@ -73,9 +73,11 @@ export class Period {
   /** Force of law, friction and damping [N]. */
   asked: Vec3 = ZERO;
 
+  /** Whether a fault takes the force away. */
+  let_go = false;
   /** Memory of the safety layer after this period. */
   safety: SafetyState;
-  /** Force on the hand, for the device [N]. */
+  /** Force on the hand, for the device; each rule of the guard replaces it [N]. */
   force: Vec3 = ZERO;
   /** Its size, divided by that of the one that was asked for. */
   given_ratio = 0;

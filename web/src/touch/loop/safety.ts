@@ -1,7 +1,7 @@
 /**
- * Limits of the force, applied last: they hold for any output of law, network or device.
+ * Limits of the force for any output of law, network or device, and what the rules of `rules/guard.ts` remember.
  *
- * One function, applied once; `client/cohaptic_client/loop/safety.py` in TypeScript. After a force that is not finite,
+ * `client/cohaptic_client/loop/safety.py` in TypeScript. After a force that is not finite,
  * a stalled loop or too fast a hand, the hand is let go within `RELEASE_TIME`, without a jerk, and gets a force again only
  * after it has been out of the object. A silent server fades the force; its return raises it again. Any other force
  * is clamped, and its rate is limited up and down: a force that vanishes is as much of a jolt as one that comes.
@@ -94,38 +94,6 @@ export const NOT_ENGAGED: SafetyState = {
 };
 
 /**
- * The force that the device gets, as `force` of the next state.
- *
- * @param requested Force that the law asks for [N].
- * @param now Time of this period [s].
- * @param velocity Velocity of the hand [m/s].
- * @param silent Whether the server has been silent for too long.
- * @param fade_most Largest change of the force by a fade, beside `FADE_RATE` [N].
- */
-export function guard(
-  state: SafetyState,
-  requested: Vec3,
-  now: number,
-  velocity: Vec3,
-  silent: boolean,
-  limits: SafetyLimits,
-  fade_most = Infinity,
-): SafetyState {
-  const dt = state.now === null ? 0 : now - state.now;
-  const step = Math.min(Math.max(0, dt), 2 * limits.period);
-  const fault = faultOf(requested, velocity, dt, limits);
-  if (fault !== "" || state.left > 0) return release(state, fault, step, now);
-  const size = norm(requested);
-  const quiet = size < limits.engage_below ? state.quiet + 1 : 0;
-  const engaged = state.engaged || (quiet >= limits.engage_periods && !silent);
-  const up = engaged && !silent;
-  const time = up ? limits.engage_time : limits.fade_time;
-  const share = nextShare(state.scale, up, Math.min(size, limits.max_force), time, step, fade_most);
-  const force = limited(state.force, requested, share, limits.max_force, limits.max_rate * step);
-  return { engaged, scale: share, force, quiet, now, fault: engaged ? "" : state.fault, released: ZERO, left: 0 };
-}
-
-/**
  * Share of the law's force after one period of a fade, 0 to 1.
  *
  * @param up Whether the force is to rise, or to fall.
@@ -140,23 +108,21 @@ export function nextShare(share: number, up: boolean, size: number, time: number
   return up ? Math.min(1, share + most) : Math.max(0, share - most);
 }
 
-/**
- * A share of the clamped requested force, moved from the last force by no more than is allowed [N].
- *
- * The force is clamped first: the part of it beyond the limit must not hold up a fade.
- *
- * @param most Largest change in this period [N].
- */
-function limited(before: Vec3, requested: Vec3, share: number, max_force: number, most: number): Vec3 {
+/** The requested force, or as much of it as a hand may get [N]. */
+export function clamped(requested: Vec3, max_force: number): Vec3 {
   const size = norm(requested);
-  const force = scale(requested, size > max_force ? (share * max_force) / size : share);
-  const change = sub(force, before);
+  return size > max_force ? scale(requested, max_force / size) : requested;
+}
+
+/** The wanted force, or the nearest to it within `most` of the one before [N]. */
+export function towards(before: Vec3, wanted: Vec3, most: number): Vec3 {
+  const change = sub(wanted, before);
   const jump = norm(change);
-  return jump > most ? add(before, scale(change, most / jump)) : force;
+  return jump > most ? add(before, scale(change, most / jump)) : wanted;
 }
 
 /** Let a hand go after a fault: a smooth ramp from its force to zero. */
-function release(state: SafetyState, fault: string, step: number, now: number): SafetyState {
+export function release(state: SafetyState, fault: string, step: number, now: number): SafetyState {
   const released = state.left > 0 ? state.released : state.force;
   const left = Math.max(0, (state.left > 0 ? state.left : 1) - step / RELEASE_TIME);
   const force = scale(released, left * left * (3 - 2 * left));
@@ -164,7 +130,7 @@ function release(state: SafetyState, fault: string, step: number, now: number): 
 }
 
 /** Reason why the hand must be let go; empty for none. */
-function faultOf(requested: Vec3, velocity: Vec3, dt: number, limits: SafetyLimits): string {
+export function faultOf(requested: Vec3, velocity: Vec3, dt: number, limits: SafetyLimits): string {
   if (!isFinite3(requested)) return `the law asked for ${requested.join(", ")} N`;
   const speed = norm(velocity);
   if (!isFinite3(velocity) || speed > limits.max_speed) {

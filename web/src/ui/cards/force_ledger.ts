@@ -72,7 +72,7 @@ export class ForceLedger {
     this.rows.forEach((row, i) => {
       const name = NAMES[i] as EntryName;
       // A ledger has an entry of each rule, also of one that this page lacks.
-      show(row.root, !lacking.includes(name as RuleName));
+      show(row.root, !lacking.includes(name));
       const { low, high } = this.trace.range([i], since) ?? { low: 0, high: 0 };
       fill(row, sum, ledger?.[name] ?? 0, -low > high ? low : high, full);
       sum += ledger?.[name] ?? 0;

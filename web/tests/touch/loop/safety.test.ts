@@ -1,6 +1,9 @@
 import { describe, expect, test } from "vitest";
 import { type Vec3, ZERO } from "../../../src/model/vec";
-import { DEFAULT_LIMITS, guard, NOT_ENGAGED, rateOf } from "../../../src/touch/loop/safety";
+import { CHAIN } from "../../../src/touch/loop/chain";
+import { Period } from "../../../src/touch/loop/period";
+import { DEFAULT_LIMITS, NOT_ENGAGED, rateOf, type SafetyLimits, type SafetyState } from "../../../src/touch/loop/safety";
+import { loopSettings, START } from "../../../src/touch/loop/state";
 import { expectClose } from "../../close";
 import { vectors } from "../../vectors";
 
@@ -15,6 +18,17 @@ interface Row {
   engaged: boolean;
   fault: string;
   left: number;
+}
+
+const GUARD = CHAIN.filter(([name]) => ["fault", "limit", "fade", "rate"].includes(name));
+
+/** Memory after the four rules of the guard, in one period. */
+function guard(safety: SafetyState, asked: Vec3, now: number, velocity: Vec3, silent: boolean, limits: SafetyLimits): SafetyState {
+  const settings = { ...loopSettings(1 / 60, limits.max_force, limits.stall, 2000), limits };
+  const period = new Period({ ...START, safety }, { position: ZERO, velocity }, now, settings);
+  Object.assign(period, { asked, silent });
+  for (const [, apply] of GUARD) apply(period);
+  return period.safety;
 }
 
 const rows = vectors("safety") as Row[];

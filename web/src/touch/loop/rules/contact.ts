@@ -33,7 +33,7 @@ export function moveGain(period: Period): void {
 }
 
 /** Set aside what fades, and the damping of a slow hand, may change of the force. */
-export function setFadesAside(period: Period): void {
+export function reserve(period: Period): void {
   const { fade, budget, counted, silent, state } = period;
   if (fade === null) return;
   if (silent || state.safety.scale < 1) period.fade_most = budget.take(period.fade_most);

@@ -1,5 +1,5 @@
 /**
- * Rules on what the hand and the body get, and the account that is kept of it.
+ * Rules on what the body gets of the force on the hand, and the account that is kept of it.
  *
  * `client/cohaptic_client/loop/rules/given.py` in TypeScript.
  */
@@ -13,16 +13,6 @@ import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../../model/vec"
 import type { LawFade } from "../law_fade";
 import { givenShare, observe } from "../passivity";
 import type { Period } from "../period";
-import { guard } from "../safety";
-
-/** Limit the force for the device: largest force, fades, rate, and faults. */
-export function limit(period: Period): void {
-  const { state, asked, sample, settings } = period;
-  period.safety = guard(state.safety, asked, period.now, sample.velocity, period.silent, settings.limits, period.fade_most);
-  period.force = period.safety.force;
-  const size = norm(asked);
-  period.given_ratio = size > 0 ? norm(period.force) / size : period.safety.scale;
-}
 
 /** Keep the account of the energy that the network has made, for the passivity layer. */
 export function keepAccount(period: Period): void {

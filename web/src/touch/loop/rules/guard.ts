@@ -1,0 +1,54 @@
+/**
+ * The guard: the four last rules on the force, for any law, network or device.
+ *
+ * `client/cohaptic_client/loop/rules/guard.py` in TypeScript, but for changes that the hand's own motion does not explain:
+ * on the page they are held back by the budget alone.
+ */
+
+import { norm, scale } from "../../../model/vec";
+import type { Period } from "../period";
+import { clamped, faultOf, nextShare, release, towards } from "../safety";
+
+/** Take the force away on a smooth ramp where something is wrong. */
+export function findFault(period: Period): void {
+  const { state: { safety }, now, counted, dt } = period;
+  const fault = faultOf(period.asked, period.sample.velocity, dt, period.settings.limits);
+  if (fault === "" && safety.left <= 0) return;
+  period.safety = release(safety, fault, counted, now);
+  period.let_go = true;
+  given(period);
+}
+
+/** Clamp the force, before it fades: a force beyond the limit must not hold up a fade. */
+export function clampForce(period: Period): void {
+  if (!period.let_go) period.force = clamped(period.asked, period.settings.limits.max_force);
+}
+
+/** Engage the hand out of the object, and fade the force while the server is silent. */
+export function fadeForce(period: Period): void {
+  if (period.let_go) return;
+  const { state: { safety }, settings: { limits }, silent } = period;
+  const size = norm(period.asked);
+  const quiet = size < limits.engage_below ? safety.quiet + 1 : 0;
+  const engaged = safety.engaged || (quiet >= limits.engage_periods && !silent);
+  const up = engaged && !silent;
+  const time = up ? limits.engage_time : limits.fade_time;
+  const share = nextShare(safety.scale, up, Math.min(size, limits.max_force), time, period.counted, period.fade_most);
+  period.force = scale(period.force, share);
+  period.safety = { ...safety, engaged, quiet, scale: share, fault: engaged ? "" : safety.fault };
+}
+
+/** Limit the change of the force: a force that vanishes jolts the hand, too. */
+export function limitRate(period: Period): void {
+  if (period.let_go) return;
+  const { state: { safety: { force } }, settings: { limits } } = period;
+  period.safety = { ...period.safety, force: towards(force, period.force, limits.max_rate * period.counted), now: period.now };
+  given(period);
+}
+
+/** Fill in what the hand is given, and the share of what was asked for. */
+function given(period: Period): void {
+  const size = norm(period.asked);
+  period.force = period.safety.force;
+  period.given_ratio = size > 0 ? norm(period.force) / size : period.safety.scale;
+}
