@@ -66,6 +66,7 @@ class Haptics:
         self._mesh: RestMesh | None = None
         self._welcome: Welcome | None = None
         self._process: HapticProcess | None = None
+        self._faults: object = 0
 
     @property
     def running(self) -> bool:
@@ -162,7 +163,7 @@ class Haptics:
         """Send a heartbeat to the loop, and read the loop's report and new rows.
 
         Returns:
-            Fault of the loop; empty for none.
+            Fault of the loop, or one since the last heartbeat that is over; empty for none.
 
         Raises:
             DeviceError: The loop has ended because of its device, or died.
@@ -171,7 +172,12 @@ class Haptics:
             return ""
         self._process.beat()
         self._collect(self._process)
-        return str(self._process.status.get("fault", ""))
+        status = self._process.status
+        fault, faults = str(status.get("fault", "")), status.get("faults", 0)
+        if faults != self._faults and not fault:
+            fault = str(status.get("last_fault", ""))
+        self._faults = faults
+        return fault
 
     def acknowledge(self) -> None:
         """Tell the loop that the user has acknowledged its fault."""

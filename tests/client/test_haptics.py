@@ -211,6 +211,9 @@ class Process:
     def wait(self) -> None:
         pass
 
+    def beat(self) -> None:
+        self.status = self.last
+
     def read_status(self) -> None:  # the last report comes with the end
         self.status = self.last
 
@@ -236,3 +239,16 @@ def test_a_fault_that_nobody_has_acknowledged_goes_on_to_the_next_object(
 
     asyncio.run(moved())
     assert [config.fault for config in Process.begun] == ["", kept, kept]
+
+
+def test_a_fault_that_was_over_before_a_heartbeat_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rule that raised once took the force away for 23 ms, and nobody was told."""
+    monkeypatch.setattr("cohaptic_client.haptics.HapticProcess", Process)
+    haptics, told = Haptics(SETTINGS, SystemClock(), None), list[str]()
+    haptics.start(welcome())
+    for fault, faults, last in (("", 0, ""), ("", 1, "why"), ("", 1, "why"), ("now", 2, "now")):
+        status = {"mode": "waiting", "fault": fault, "faults": faults, "last_fault": last}
+        monkeypatch.setattr(Process, "last", status)
+        told.append(haptics.beat())
+    haptics.close()
+    assert told == ["", "why", "", "now"]

@@ -161,6 +161,7 @@ class HapticLoop:
         self._heard = self._started
         self._ends = math.inf
         self._told = ""
+        self._faults, self._last_fault = 0, ""
         self._heard_device = True
         self._acknowledged = 0
         self.orphaned = False
@@ -259,6 +260,8 @@ class HapticLoop:
 
     def _report(self, now: float) -> None:
         statistics, safety = self.statistics, self._state.safety
+        if safety.fault and safety.fault != self._told:
+            self._faults, self._last_fault = self._faults + 1, safety.fault
         self._told = safety.fault
         self._memory.status.write(
             status_json(
@@ -272,6 +275,8 @@ class HapticLoop:
                 wavers=self._state.playout.wavers,
                 mode=safety.mode.value,
                 fault=safety.fault,
+                faults=self._faults,
+                last_fault=self._last_fault,
                 device_silent=not self._heard_device,
                 scheduling=self._scheduling,
             )

@@ -136,7 +136,7 @@ def test_it_reports_how_it_does(parent: Parent) -> None:
     status = parent.status()
     assert set(status) == {
         "loop_hz", "warm_up", "late_p50", "late_p99", "cost_p50", "cost_p99", "missed", "wavers",
-        "mode", "fault", "device_silent", "scheduling",
+        "mode", "fault", "faults", "last_fault", "device_silent", "scheduling",
     }  # fmt: skip
     assert (status["mode"], status["fault"], status["scheduling"]) == ("engaged", "", "as it was")
 
@@ -159,7 +159,9 @@ def test_a_fault_is_in_the_report(parent: Parent) -> None:
     assert all(a - b <= steepest + 1e-9 for a, b in pairwise(sizes))
     released = math.ceil(FAULT_RELEASE_TIME / parent.config.haptic_period) + 2
     assert set(rig.forces[99 + released :]) == {ZERO}  # the tip is inside: none until it was out
-    assert "the loop stood still for" in str(parent.status()["fault"])
+    status = parent.status()
+    assert "the loop stood still for" in str(status["fault"])
+    assert (status["faults"], status["last_fault"]) == (1, status["fault"])
 
 
 def test_force_waits_for_the_switch_of_the_device_that_was_opened(parent: Parent) -> None:
