@@ -1,8 +1,7 @@
 """Runs rules of other packages in the chain (`added_rule.py` is what they are).
 
-A law computes the normal force in place of ours, and any other rule changes the force after
-friction. What a rule raises takes the force away, as a fault of the law does; a force that is none
-does, too.
+A law runs in place of the rule `law`, and any other rule changes the force after friction. What a
+rule raises takes the force away, as a fault of the law does; a force that is none does, too.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from typing import Any, Final
 
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import DEFAULT_LAW, Law, pressed_depth
-from cohaptic.control.laws.model import LocalForce
+from cohaptic.control.laws.model import LocalForce, depth_alone
 from cohaptic.errors import SettingError
 from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic.extensions import added as names_of
@@ -22,6 +21,7 @@ from cohaptic.status.row import COLUMNS, MOST_RULES
 from cohaptic.vec import Vec3, dot, norm, scale
 from cohaptic_client.loop.added_rule import AddedRule
 from cohaptic_client.loop.chain import CHAIN
+from cohaptic_client.loop.law_fade import LawFade
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.rule import Rule, RuleError
 from cohaptic_client.loop.rules.contact import held
@@ -44,11 +44,11 @@ class Contact:
         velocity: Velocity of the tip [m/s].
         speed_in: Speed of the tip into the surface [m/s].
         moved_in: Displacement of the tip into the surface in this period [m].
-        budget: What is left of the rate for changes in this period that the hand's own motion does
-            not explain; a memory that moves the force by more runs ahead of it [N].
+        budget: By how much the force may change in this period beyond what the hand's own motion
+            explains; a memory that moves the force by more runs ahead of it [N].
         dt: Time since the last period, at most two haptic periods [s].
         force: Force on the hand so far, three numbers in the world frame, along `normal` where it
-            pushes the hand out [N]; a rule sets another.
+            pushes the hand out; for a law the spring `k_h depth` [N]; a rule sets another.
         added_stiffness: Most by which this rule changes the force with the hand's place, beyond the
             law's gain, 0 at the beginning of each period [N/m]. What no stiffness explains moves
             the force as slowly as others may.
@@ -59,7 +59,7 @@ class Contact:
     def __init__(self, period: Period, sight: Sight) -> None:
         fade = period.fade
         law = DEFAULT_LAW if fade is None else fade.now.law
-        self.depth: float = max(0.0, pressed_depth(law, held(period, sight)))
+        self.depth: float = max(0.0, pressed_depth(law, sight))
         self.k_o: float = 1.0 / sight.c_ii
         self.k_h: float = 0.0 if fade is None else fade.now.gains.k_h
         self.integral_gain: float = 0.0 if fade is None else fade.now.gains.integral_gain
@@ -88,22 +88,19 @@ def _told(error: BaseException) -> str:
 
 
 class Added(Rule):
-    """Runs a rule of another package.
+    """Runs a rule of another package: a limit, or a filter.
 
     Fields:
         rule: The rule.
-        is_law: Whether it is a law.
         slot: Place of its memory and of its entry in the ledger.
     """
 
     rule: Final[Any]
-    is_law: Final[bool]
     slot: Final[int]
 
     def __init__(self, rule: Any, slot: int) -> None:
         super().__init__(str(rule.name), str(rule.reason))
         self.rule = rule
-        self.is_law = bool(rule.is_law)
         self.slot = slot
 
     def apply(self, period: Period) -> None:
@@ -114,7 +111,25 @@ class Added(Rule):
         """
         if period.sight is None:
             return
-        before, contact = norm(period.asked), Contact(period, period.sight)
+        before = norm(period.asked)
+        period.asked = self.ask(period, held(period, period.sight))
+        size = norm(period.asked)
+        period.added_size += size - before
+        # What the hand does not feel, nobody else should.
+        if before > 0.0:
+            period.law_force = scale(period.law_force, min(1.0, size / before))
+        self.enter(period, size - before)
+
+    def ask(self, period: Period, sight: Sight) -> Vec3:
+        """Return the force that the rule wants, and keep its memory [N].
+
+        Args:
+            sight: Surface that the hand meets.
+
+        Raises:
+            RuleError: The rule fails.
+        """
+        contact = Contact(period, sight)
         memories = list(period.memories)
         while len(memories) <= self.slot:
             memories.append(None)
@@ -136,36 +151,46 @@ class Added(Rule):
         period.memories = tuple(memories)
         period.added_stiffness += stiffness
         period.added_damping += damping
-        self._replace(period, (x, y, z), before)
+        return x, y, z
 
-    def _replace(self, period: Period, force: Vec3, before: float) -> None:
-        """Let a force take the place of the one that was asked for.
-
-        Args:
-            before: Size of that one [N].
-        """
-        if self.is_law:
-            normal_force, local = dot(force, period.normal), period.local
-            if not math.isfinite(normal_force):
-                raise RuleError(f"the rule {self.name} asked for {force} N")
-            normal_force = max(0.0, normal_force)
-            force, before = scale(period.normal, normal_force), local.normal_force
-            # What it stores is not known: the passivity layer reckons with the law's spring.
-            period.local = LocalForce(
-                normal_force, local.felt_from_others, local.indentation, local.stored
-            )
-            period.law_force, size = force, normal_force
-            period.damped_force = normal_force
-        else:
-            size = norm(force)
-            period.added_size += size - before
-            # What the hand does not feel, nobody else should.
-            if before > 0.0:
-                period.law_force = scale(period.law_force, min(1.0, size / before))
-        period.asked = force
+    def enter(self, period: Period, newtons: float) -> None:
+        """Enter into the ledger by how much the rule changes the size of the force [N]."""
         while len(period.added) <= self.slot:
             period.added = [*period.added, 0.0]
-        period.added[self.slot] = size - before
+        period.added[self.slot] = newtons
+
+
+class AddedLaw(Added):
+    """Runs a law of another package in place of the one of the wire."""
+
+    def apply(self, period: Period) -> None:
+        """Fill in what `law` fills in; a change of the law of the wire is at once.
+
+        Raises:
+            RuleError: The rule fails.
+        """
+        sight, fade = period.sight, period.fade
+        if sight is None or fade is None:
+            return
+        surface = held(period, sight)
+        k_h, pressed = fade.now.gains.k_h, pressed_depth(fade.now.law, surface)
+        # What it stores is not known: the passivity layer reckons with the spring of the gain.
+        spring = k_h * max(0.0, pressed)
+        period.fade = LawFade(fade.now)
+        period.law_depth, period.law_normal = surface.depth, spring
+        period.asked = scale(period.normal, spring)
+        force = self.ask(period, surface)
+        normal_force = max(0.0, dot(force, period.normal))
+        if not math.isfinite(normal_force):
+            raise RuleError(f"the rule {self.name} asked for {force} N")
+        alone = depth_alone(surface) / surface.depth if surface.depth > 0.0 else 0.0
+        period.local = LocalForce(
+            normal_force, normal_force * (1.0 - alone), surface.c_ii * normal_force,
+            0.5 * spring * max(0.0, pressed),
+        )  # fmt: skip
+        period.damped_force = normal_force
+        period.asked = period.law_force = scale(period.normal, normal_force)
+        self.enter(period, normal_force - spring)
 
 
 def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
@@ -185,22 +210,28 @@ def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
         )
     for name in names:
         if name not in names_of(GROUP):
-            known = ", ".join(names_of(GROUP)) or "there is none; a package brings them"
+            alike = [each for each in names_of(GROUP) if each.replace("-", "_") == name]
+            known = ", ".join(alike or names_of(GROUP))
+            known = known or "there is none; a package in the same Python brings them"
             raise SettingError("--rule", repr(name), f"one that is installed: {known}")
-        own = str(load_rule(name).name)
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own) or {own, f"by_{own}"} & {*COLUMNS}:
-            ours = ", ".join(column.removeprefix("by_") for column in COLUMNS)
-            problem = (
-                f"its name is {own!r}, and must be small letters, digits and _, at most 31, and "
-                f"none of {ours}"
-            )
+        rule = load_rule(name)
+        own = str(rule.name)
+        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own):
+            problem = f"its name is {own!r}, and must be small letters, digits and _, at most 31"
+            raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
+        if {own, f"by_{own}"} & {*COLUMNS}:
+            problem = f"its name is {own!r}, as a column of recordings is; it must be another"
+            raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
+        if place_of(rule) not in {each.value for each in Law}:
+            ours = ", ".join(each.value for each in Law)
+            problem = f"its in_place_of is {place_of(rule)!r}, and must be one of {ours}"
             raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
     own_names = [rule.name for rule in map(load_rule, names)]
     if len(set(own_names)) < len(names):
         raise SettingError("--rule", ", ".join(names), "rules of different names, each given once")
     laws = [rule for rule in map(load_rule, names) if rule.is_law]
     if len(laws) > 1:
-        raise SettingError("--rule", ", ".join(names), "with one law among them at most")
+        raise SettingError("--rule", ", ".join(names), "at most one law among them")
     for rule in laws:
         place = place_of(rule)
         if place != law.value:
@@ -248,12 +279,14 @@ def chain_with(names: tuple[str, ...]) -> tuple[Rule, ...]:
 
 def with_rules(rules: Sequence[AddedRule]) -> tuple[Rule, ...]:
     """Return the chain with rules, in the order in which they act."""
-    runners = [Added(rule, slot) for slot, rule in enumerate(rules)]
-    chain = list[Rule]()
-    for rule in CHAIN:
-        chain.append(rule)
-        if rule.name == "law":
-            chain += [runner for runner in runners if runner.is_law]
-        if rule.name == "friction":
-            chain += [runner for runner in runners if not runner.is_law]
+    laws, others, chain = list[Rule](), list[Rule](), list[Rule]()
+    for slot, rule in enumerate(rules):
+        if rule.is_law:
+            laws.append(AddedLaw(rule, slot))
+        else:
+            others.append(Added(rule, slot))
+    for own in CHAIN:
+        chain += laws if laws and own.name == "law" else [own]
+        if own.name == "friction":
+            chain += others
     return tuple(chain)

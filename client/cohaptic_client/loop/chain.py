@@ -18,8 +18,8 @@ from cohaptic_client.loop.rules.surface import Models, Reach, Shown
 
 FAULT: Final = Fault(
     "fault",
-    "a loop that stood still, a hand that is too fast or a force that is no number takes the "
-    "force away on a smooth ramp",
+    "after a pause of the loop, with a hand that is too fast or a device that fails, the force "
+    "is taken away on a smooth ramp",
     "FAULT_RELEASE_TIME s",
 )
 CHAIN: Final[tuple[Rule, ...]] = (
@@ -43,8 +43,8 @@ CHAIN: Final[tuple[Rule, ...]] = (
     ),
     Reserve(
         "reserve",
-        "a fade of the force (`fade`) or of the law (`law`), and the damping of a slow hand, are "
-        "changes, too: their parts of the budget are reserved first",
+        "parts of the budget are reserved first for what later rules change by themselves: a fade "
+        "of the force, a change of law, the damping of a slow hand",
         "SAFETY_FADE_RATE N/s",
     ),
     Gain(
@@ -55,18 +55,18 @@ CHAIN: Final[tuple[Rule, ...]] = (
     ),
     Compliance(
         "compliance",
-        "the compliance in all directions, for friction, follows the object's, and friction has "
-        "half of the budget",
+        "the compliance in all directions, which friction needs, follows the object's slowly; half "
+        "of what is left of the budget is kept for friction",
     ),
     Turn(
         "turn",
-        "a surface that turns may turn the force with half of the budget: a turn is a change",
+        "a surface that turns may turn the force with half of what is left: a turn is a change",
         "EXTERNAL_RATE N/s",
     ),
     Depth(
         "depth",
-        "the surface moves the force with what is left of the budget: 0.02 N in a millisecond is "
-        "no jolt",
+        "the surface moves the force with the rest of the budget: 0.02 N in a millisecond is no "
+        "jolt",
         "EXTERNAL_RATE N/s",
     ),
     LawForce("law", "the law turns depth into force"),
@@ -76,7 +76,10 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "MAX_DAMPING N s/m",
     ),
     Friction("friction", "friction is at most mu times the normal force"),
-    Finite("finite", "a force that no spring can give is an error, and the hand is let go"),
+    Finite(
+        "finite",
+        "a law or a rule that gives a force that no spring can give has failed: the hand is let go",
+    ),
     FAULT,
     Limit(
         "limit",
@@ -85,7 +88,8 @@ CHAIN: Final[tuple[Rule, ...]] = (
     ),
     Fade(
         "fade",
-        "a hand is engaged out of the object only, and a silent server has its force faded",
+        "a hand is engaged out of the object only, over a second; while the server is silent its "
+        "force fades, and it returns as slowly",
         "SAFETY_FADE_RATE N/s",
     ),
     Rate(

@@ -37,7 +37,7 @@ ENTRIES: Final = {
 }
 SPENT: Final = {
     "spent_gain": "gain",
-    "spent_fades": "fades",
+    "spent_fades": "reserve",
     "spent_turn": "turn",
     "spent_models": "models",
     "spent_depth": "depth",

@@ -16,16 +16,18 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Law
 from cohaptic.control.laws.model import LawSettings
 from cohaptic.errors import SettingError
+from cohaptic.protocol.patch import Patch
 from cohaptic.recording.why import entries_in, why
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.loop.added import Contact, check_rules, place_of, with_rules
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.chain import CHAIN
-from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, SafetyLimits
+from cohaptic_client.loop.rules.force import AHEAD
+from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE, Mode, SafetyLimits
 from cohaptic_client.loop.state import LoopSettings
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import PERIOD, SETTINGS, TICK, engaged, near_patches, samples
-from tests.client.loop.staged import DEPTH, Stage
+from tests.client.loop.staged import DEPTH, Stage, honest
 from tests.client.plane import STIFFNESS
 from tests.examples_of_laws import examples
 
@@ -331,3 +333,71 @@ def test_ours_are_written_by_what_a_stranger_sees(law: Spring, life: list[Any]) 
                 forces.append(period.force)
             assert forces[1] == pytest.approx(forces[0], abs=1e-9)
             now += PERIOD
+
+
+def test_a_limit_behind_pi_does_not_wind_its_integral_up() -> None:
+    """An integral that grew to 9 N behind a limit of 1.2 N was felt 13 mm above the surface."""
+    stage = staged()
+    law = Law.PI
+
+    def of_pi(patch: Patch, on_body: Vec3) -> Patch:
+        return replace(honest(patch, on_body), law=law, k_h=0.3 * STIFFNESS, integral_gain=500.0)
+
+    def cap(contact: Contact) -> None:
+        contact.force = scale(contact.force, min(1.0, 1.2 / (norm(contact.force) or 1.0)))
+
+    stage.server = of_pi
+    stage.chain = with_rules([Own(cap)])
+    stage.press()
+    stage.rest(4.0)
+    assert norm(stage.last.force) == pytest.approx(1.2)
+    assert norm(stage.last.asked) <= 1.2 + AHEAD + 1e-6
+    assert stage.last.local.normal_force <= 1.2 + AHEAD + 0.05
+    stage.go((0.0, 0.0, 0.001), 0.1)
+    stage.rest(0.15)  # 0.1 s of release
+    assert stage.last.force == ZERO
+
+
+@pytest.mark.parametrize("law", list(Law))
+def test_no_law_engages_a_hand_inside_the_object(law: Law) -> None:
+    """A soft one asked for little 10 mm deep, and the hand was engaged there after a fault."""
+    stage = staged()
+
+    def of_law(patch: Patch, on_body: Vec3) -> Patch:
+        return replace(honest(patch, on_body), law=law, k_h=0.02 * STIFFNESS)
+
+    stage.server = of_law
+    stage.tip = (0.0, 0.0, -DEPTH)
+    stage.rest(0.5)
+    assert stage.last.force == ZERO
+    assert stage.state.safety.mode is Mode.WAITING
+    stage.go((0.0, 0.0, 0.002), 0.1)
+    stage.press()
+    assert norm(stage.last.force) > 0.0
+
+
+def test_a_law_in_place_of_pi_is_told_as_what_it_is() -> None:
+    """The law whose place it takes does not run: neither dent nor ledger is of that one."""
+    law = example("leaky")
+    stage = staged(law)
+
+    def of_pi(patch: Patch, on_body: Vec3) -> Patch:
+        return replace(honest(patch, on_body), law=Law.PI, k_h=0.3 * STIFFNESS, integral_gain=500.0)
+
+    stage.server = of_pi
+    stage.press()
+    told = given_and_told(stage)
+    force = norm(stage.last.force)
+    assert force == pytest.approx(PRESSED, rel=0.2)
+    assert stage.last.local.indentation == pytest.approx(force / STIFFNESS, rel=1e-6)
+    assert "leaky" in told
+    assert all(abs(newtons) < 1.5 * PRESSED for newtons in told.values())
+
+
+@pytest.mark.parametrize("rules", [(), (Own(weighed),), (Own(weighed), Spring())])
+def test_the_guard_is_whole_and_behind_all_that_is_added(rules: tuple[Any, ...]) -> None:
+    """Without `fade` or `fault` a chain would give a force that nobody engaged or checked."""
+    names = [rule.name for rule in with_rules(rules)]
+    assert names[names.index("fault") :] == [
+        "fault", "limit", "fade", "rate", "account", "body", "trust",
+    ]  # fmt: skip

@@ -6,10 +6,11 @@ import math
 from typing import Final
 
 from cohaptic.control.friction import friction_step
+from cohaptic.control.laws.pi import IntegralState
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.patch import MAX_STIFFNESS
 from cohaptic.vec import add, dot, scale, sub
-from cohaptic_client.loop.law_fade import run
+from cohaptic_client.loop.law_fade import LawFade, Running, run
 from cohaptic_client.loop.passivity import dissipate
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import share_answered
@@ -17,6 +18,8 @@ from cohaptic_client.loop.rule import Rule
 from cohaptic_client.loop.rules.contact import held
 from cohaptic_client.loop.trust import beyond
 
+# N; as far as a filter of 50 ms is behind a force that changes as fast as others may change it
+AHEAD: Final = 1.0
 # N^2; square of the force of the stiffest surface at the greatest depth
 _NO_FORCE: Final = (MAX_STIFFNESS * MAX_POSITION) ** 2
 
@@ -30,6 +33,8 @@ class LawForce(Rule):
         if sight is None or fade is None:
             return
         surface = held(period, sight)
+        if period.memories:
+            fade = not_wound_up(fade, period)
         fade, local = run(
             fade, surface, period.counted, period.settings.law, period.moved_in, period.most,
             period.law_fade_most,
@@ -38,6 +43,20 @@ class LawForce(Rule):
         period.damped_force = local.normal_force
         period.asked = period.law_force = scale(period.normal, local.normal_force)
         period.law_depth, period.law_normal = surface.depth, local.normal_force
+
+
+def not_wound_up(fade: LawFade, period: Period) -> LawFade:
+    """Return the laws with an integral no further ahead of the given force than `AHEAD`.
+
+    A limit of another package takes force from the hand behind the law, whose integral would grow
+    meanwhile, and be felt long after the hand has left.
+    """
+    now, state = fade.now, period.state
+    memory, most = now.memory, dot(state.safety.force, state.normal) + AHEAD
+    if not isinstance(memory, IntegralState) or state.normal_force <= most:
+        return fade
+    memory = now.law.model.begin(most, now.gains, memory.depth)
+    return LawFade(Running(now.law, now.gains, memory), fade.before, fade.share)
 
 
 class Damping(Rule):

@@ -87,8 +87,8 @@ class Fade(Rule):
         # Without a surface, as after a law has failed, nobody is engaged: the fault stays told.
         no_surface = period.sight is None
         pressing = math.inf if no_surface and period.state.patch is not None else size
-        if period.added:  # what a rule takes of the force does not engage a hand
-            pressing = max(pressing, period.law_normal)
+        if period.sight is not None:  # a soft law, or a rule that takes force, engages no hand
+            pressing = max(pressing, period.sight.depth / period.sight.c_ii)
         silent = period.silent or no_surface
         period.quiet = state.quiet + 1 if pressing < limits.engage_below else 0
         period.engaged = state.mode is _ENGAGED or (

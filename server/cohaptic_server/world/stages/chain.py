@@ -25,9 +25,9 @@ CHAIN: Final[tuple[Stage, ...]] = (
     Stage(
         "track",
         track,
-        "each contact follows its probe over the surface without the user's own force, its force "
-        "counts in the share of presence, and the delay of the user's loop is measured; a probe "
-        "higher above the surface than this presses nothing",
+        "each contact follows its probe over the surface without the user's own force, and the "
+        "delay of the user's loop is measured; a probe higher above the surface than this presses "
+        "nothing",
         "MAX_CONTACT_HEIGHT m",
     ),
     Stage(
@@ -47,8 +47,8 @@ CHAIN: Final[tuple[Stage, ...]] = (
     Stage(
         "anticipate",
         go_ahead,
-        "the body gets the forces that hands are about to feel, where the coupling has been known "
-        "for so long: hands that answer each other a round trip late would need a longer lag",
+        "the body gets the forces that hands are about to feel, once nobody has come or gone for "
+        "so long: hands that answer each other a round trip late would need a longer lag",
         "CALM_TIME s",
     ),
     Stage(
@@ -100,9 +100,9 @@ CHAIN: Final[tuple[Stage, ...]] = (
     Stage(
         "models",
         move_models,
-        "what each hand would do without any force is found for clients that move models of it; "
-        "a hand's largest gain is cut where others' tips stiffen its contact; where nothing is "
-        "proved, models lose their share",
+        "clients that move models of a hand get what it would do without any force; a hand's "
+        "largest gain is cut where others' tips stiffen its contact; models lose their share where "
+        "nothing is proved, or while a link's delay wavers by more than this",
         "STEADY s",
     ),
     Stage(

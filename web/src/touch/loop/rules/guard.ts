@@ -5,7 +5,7 @@
  * on the page they are held back by the budget alone.
  */
 
-import { norm, scale } from "../../../model/vec";
+import { norm, scale, ZERO } from "../../../model/vec";
 import type { Period } from "../period";
 import { clamped, faultOf, nextShare, release, towards } from "../safety";
 
@@ -13,7 +13,7 @@ import { clamped, faultOf, nextShare, release, towards } from "../safety";
 export function findFault(period: Period): void {
   const { state: { safety }, now, counted, dt } = period;
   const fault = faultOf(period.asked, period.sample.velocity, dt, period.settings.limits);
-  if (fault === "" && safety.left <= 0) return;
+  if (fault === "" && !(safety.left > 0)) return;
   period.safety = release(safety, fault, counted, now);
   period.let_go = true;
   given(period);
@@ -29,13 +29,15 @@ export function fadeForce(period: Period): void {
   if (period.let_go) return;
   const { state: { safety }, settings: { limits }, silent } = period;
   const size = norm(period.asked);
-  const quiet = size < limits.engage_below ? safety.quiet + 1 : 0;
+  // A soft law engages no hand inside the object.
+  const pressing = period.sight === null ? size : Math.max(size, period.sight.depth / period.sight.c_ii);
+  const quiet = pressing < limits.engage_below ? safety.quiet + 1 : 0;
   const engaged = safety.engaged || (quiet >= limits.engage_periods && !silent);
   const up = engaged && !silent;
   const time = up ? limits.engage_time : limits.fade_time;
   const share = nextShare(safety.scale, up, Math.min(size, limits.max_force), time, period.counted, period.fade_most);
   period.force = scale(period.force, share);
-  period.safety = { ...safety, engaged, quiet, scale: share, fault: engaged ? "" : safety.fault };
+  period.safety = { ...safety, engaged, quiet, scale: share, fault: engaged ? "" : safety.fault, released: ZERO, left: 0 };
 }
 
 /** Limit the change of the force: a force that vanishes jolts the hand, too. */
