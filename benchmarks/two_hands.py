@@ -43,7 +43,7 @@ from limb_places import place_on_limb
 DELAYS = (0.0, 0.08, 0.25)  # s, one way
 SURVEYED = 40  # vertices, spread over the surface, whose compliance is compared
 # s, and ways round, for which `left` presses on. A room on a lobe of rubber was at rest for the
-# demo's five ways round and went up by a third of its force once a second after that (decision 73).
+# demo's five ways round and went up by a third of its force once a second after that.
 HELD_ON, HELD_ON_TRIPS = 4.0, 10.0
 _WORST_FIRST = (Rest.UNSTABLE, Rest.SLOW, Rest.RESTS)
 

@@ -129,18 +129,8 @@ def test_every_file_that_a_page_points_to_exists() -> None:
 def test_every_page_is_in_the_navigation_of_the_site() -> None:
     navigation = (ROOT / "mkdocs.yml").read_text().partition("\nnav:")[2]
     listed = re.findall(r"([\w./-]+\.md)$", navigation, re.M)
-    pages = {
-        p.relative_to(ROOT / "docs").as_posix()
-        for p in (ROOT / "docs").rglob("*.md")
-        if p.parent.name != "history" or p.name == "index.md"  # reached by the list of decisions
-    }
+    pages = {p.relative_to(ROOT / "docs").as_posix() for p in (ROOT / "docs").rglob("*.md")}
     assert sorted(listed) == sorted(pages)
-
-
-def test_every_decision_is_in_the_list_of_decisions() -> None:
-    folder = ROOT / "docs/history"
-    listed = re.findall(r"\]\((\d{4}-[\w-]+\.md)\)", (folder / "index.md").read_text())
-    assert listed == sorted(path.name for path in folder.glob("0*.md"))
 
 
 NAMED_TESTS = re.compile(r"`((?:tests/[\w/]+/)?test_\w+\.py)?(?:::)?(test_\w+)?`")

@@ -8,7 +8,7 @@ mutmut 3 was not taken: it changes bodies of functions only, passes over decorat
 by function and draws no sample by a seed. Neither was cosmic-ray: it runs one command for each
 mutant, whatever its line, and changes the sources in place.
 
-Everything runs in copies of the checkout, as plain Python (decision 24), on the same examples of
+Everything runs in copies of the checkout, as plain Python, on the same examples of
 hypothesis. A mutant is killed if one of the tests that reach its statement fails, or does not end,
 that passes without the fault; `mutant_reach.py` says what is known of who reaches what. Tests that
 failed while they were recorded, under coverage and in a copy without .git and what is built, count

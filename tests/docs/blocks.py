@@ -11,9 +11,7 @@ from textwrap import dedent
 ROOT = Path(__file__).parents[2]
 EVERY_PAGE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 # Decisions are about their day, and the page of the architecture is drawn.
-PAGES = [
-    page for page in EVERY_PAGE if "history" not in page.parts and page.name != "architecture.md"
-]
+PAGES = [page for page in EVERY_PAGE if page.name != "architecture.md"]
 _BLOCK = re.compile(
     r"^(?P<indent> *)(?P<fence>```+)(?P<kind>[^\n]*)\n(?P<text>.*?)^(?P=indent)(?P=fence)\s*$",
     re.S | re.M,

@@ -1,4 +1,4 @@
-"""Rubber on meshes that fTetWild made once, since it makes none twice (decision 33)."""
+"""Rubber on meshes that fTetWild made once, since it makes none twice."""
 
 from __future__ import annotations
 

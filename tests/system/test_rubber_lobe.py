@@ -2,7 +2,7 @@
 
 The mesh is one that fTetWild made of an organ of `examples/make_objects.py --many`, 492 tetrahedra,
 with two hands on its softest part. The contact of the first one turns with what the other does, by
-a gain of 1 to 9 that is found anew, and other, in each tick (decision 73).
+a gain of 1 to 9 that is found anew, and other, in each tick.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """10,000 rooms on 400 machines for a day: seats, silences, waits, and the load of the witnesses.
 
-Costs are those of `benchmarks/cluster.py` and decision 80; the load of a witness is counted, not
+Costs are those of `benchmarks/cluster.py`; the load of a witness is counted, not
 simulated. The day has twice as many people in the afternoon as on average.
 """
 

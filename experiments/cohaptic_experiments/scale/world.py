@@ -23,7 +23,7 @@ DAY = 86_400.0  # s
 
 @dataclass(frozen=True, slots=True)
 class Costs:
-    """Measured costs; see `benchmarks/cluster.py` and decision 80.
+    """Measured costs; see `benchmarks/cluster.py`.
 
     Args:
         term: Duration of a lease, as witnesses keep it [s].

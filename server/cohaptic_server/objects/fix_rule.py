@@ -5,7 +5,7 @@ A closed surface, `--fix-mesh bone.stl`, fixes the vertices inside it (`fix_surf
 Tetrahedra are cut exactly where the held region ends, instead of ending it at the nearest node. If
 only vertices inside the region were held, elements that lead out of it would be free over their
 whole length: a beam held at "x < 10%" was up to one edge longer than the rule says, and 5 to 8 %
-too soft (decision 34). Edges with one end inside the region are therefore split where they leave
+too soft. Edges with one end inside the region are therefore split where they leave
 it, each in all tetrahedra round it, the longest edge first. Splitting one edge at a time keeps
 neighbours conforming, and afterwards no tetrahedron has corners both inside and outside.
 

@@ -24,7 +24,7 @@ _MAX_ENVELOPE = 0.04  # largest envelope, as a share of the diagonal
 # Energy of the worst element (AMIPS; a regular one has 3) at which fTetWild stops. Where sheets
 # cross or stick together some elements stay worse than 10, and fTetWild refines everything around
 # them again and again: twenty crossing cubes became 78,000 tetrahedra with 10, and 23,000 with 30.
-# The worst of the latter still has a hundredth of a regular element's volume (decision 43).
+# The worst of the latter still has a hundredth of a regular element's volume.
 _WORST, _WORST_OF_CROSSING = 10.0, 30.0
 # Distance from the origin, in lengths of the object, from which the object is moved for filling:
 # fTetWild kept 77 % of a ball that lay 5e6 lengths away, and all of one at 5e4.
@@ -90,7 +90,7 @@ def tetrahedralise(
             " pip install 'cohaptic[objects]'"
         )
     # fTetWild does not make the same mesh twice, which is why the store keeps it: a shuffle is
-    # seeded from the system's random numbers, and no option sets that seed (decision 33).
+    # seeded from the system's random numbers, and no option sets that seed.
     known = min(_MAX_ENVELOPE, blur / float(np.linalg.norm(np.ptp(x, axis=0))))
     options = {
         "edge_length_fac": edge,

@@ -90,7 +90,7 @@ MOST_TURNED = 2.0 / 3.0
 # curvature. There, the slope itself is known to within a half at best: on a lobe of rubber, it
 # varied from 0.1 to 0.7 at one contact from tick to tick. Shares of 2 to 22 were anticipated, and
 # forces of 0.95 N in place of 0.73 N came back once a second at a delay of 250 ms; with this limit
-# two hands rest there (decision 73).
+# two hands rest there.
 MOST_ANSWERED = 1.0
 
 

@@ -107,7 +107,7 @@ def test_the_compliance_under_the_disc_is_symmetric_and_definite(meshes: list[Pr
 
 
 def test_quadratic_elements_are_worth_their_cost() -> None:
-    """Decision 13: a few quadratic elements beat many times as many linear ones."""
+    """A few quadratic elements beat many times as many linear ones."""
     few, many = Pressed.on_mesh(1, 6, 0.3), Pressed.on_mesh(3, 9, 0.1, order=1)
     exact = 2.0 * A * YOUNG / (1.0 - NU**2)
     quadratic, linear = errors([few.punch(), many.punch()], exact)
