@@ -11,7 +11,6 @@ import functools
 import math
 import secrets
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from cohaptic.clock import SystemClock
@@ -320,11 +319,6 @@ class Client:
                 if refused.code == CloseCode.UNAUTHENTICATED.value and self._session:
                     # The session token is another server's, or too old: use the invitation again.
                     self._session = ""
-                    continue
-                unknown = refused.code == CloseCode.BAD_MESSAGE.value and "models" in refused.reason
-                if unknown and self.settings.models:
-                    # A server of an earlier release does not know the field.
-                    self.settings = replace(self.settings, models=False)
                     continue
                 # The server may not know yet that the connection is broken, so the name still looks
                 # taken; a server that stops may come back.

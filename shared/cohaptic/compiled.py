@@ -108,8 +108,7 @@ def why_plain(group: str, folder: Path = FOLDER) -> str:
     if isinstance(units, str):
         return units
     try:
-        # Builds of before tell no order.
-        needed = (unit for unit in units if unit.get("first", True))
+        needed = (unit for unit in units if unit["first"])
         return next(filter(None, (_misfit(unit, folder / PYTHON) for unit in needed)), "")
     except (KeyError, TypeError, AttributeError):
         return UNREADABLE

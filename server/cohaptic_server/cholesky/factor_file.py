@@ -86,8 +86,7 @@ def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
     """Rebuild a factor from the arrays that `to_arrays` returned.
 
     Args:
-        arrays: Arrays by name; `values` may be read-only, or map a file. An earlier version wrote
-            no `multiple`, which was 1.
+        arrays: Arrays by name; `values` may be read-only, or map a file.
 
     Raises:
         BodyError: The arrays do not fit together.
@@ -96,7 +95,7 @@ def from_arrays(arrays: Mapping[str, npt.NDArray[Any]]) -> Factor:
         front_of = np.asarray(arrays["front_of"], dtype=np.int64)
         values = _numbers(arrays)
         fronts = _fronts(arrays, values, 3 * len(front_of))
-        multiple = float(np.asarray(arrays.get("multiple", 1.0)))
+        multiple = float(np.asarray(arrays["multiple"]))
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise BodyError(f"this is no factor: {error}") from error
     if not (multiple > 0.0 and np.isfinite(multiple)):

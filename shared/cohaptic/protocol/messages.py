@@ -161,7 +161,7 @@ class BodyInfo(ControlMessage):
     def _without_zero(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         fields: dict[str, Any] = handler(self)
         if self.origin == ZERO:
-            del fields["origin"]  # a peer that does not know the field needs it only elsewhere
+            del fields["origin"]
         return fields
 
     def to_file(self, point: Vec3) -> Vec3:

@@ -63,8 +63,6 @@ export class Watch implements SceneStore {
   private asked: { readonly encoding: Encoding; readonly rate: number };
   private closed = false;
   readonly company = new CompanyTalk((message) => { this.say(encodeControl(message)); });
-  /** Whether to ask for company; an older server refuses a page that asks, which then watches without. */
-  private sociable = true;
 
   /** @param address Address of the server, http: or ws:. */
   constructor(
@@ -169,7 +167,7 @@ export class Watch implements SceneStore {
     socket.onopen = () => {
       const { encoding, rate } = this.store;
       this.asked = { encoding, rate };
-      socket.send(WatchSession.greeting(encoding, rate, this.pass?.token, this.sociable));
+      socket.send(WatchSession.greeting(encoding, rate, this.pass?.token));
     };
     socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
       this.hear(socket, typeof data === "string" ? data : new Uint8Array(data));
@@ -257,9 +255,7 @@ export class Watch implements SceneStore {
     this.reason = reason;
     this.code = code;
     // The refused token may be of an expired session or of former keys; the invitation may still be valid.
-    const stranger = code === BAD_MESSAGE && this.sociable && this.phase !== "watching";
-    if (stranger) this.sociable = false;
-    const again = stranger || (code === UNAUTHENTICATED && this.pass?.forget() === true);
+    const again = code === UNAUTHENTICATED && this.pass?.forget() === true;
     if (FINAL.includes(code) && !again) {
       this.phase = "refused";
     } else {

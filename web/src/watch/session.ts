@@ -40,9 +40,9 @@ export class WatchSession {
   }
 
   /** First message of the connection. */
-  static greeting(encoding: Encoding, rate: number, token?: string, company = false): string {
-    const more = { ...(token === undefined ? {} : { token }), ...(company ? { company: true as const } : {}) };
-    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised", ...more });
+  static greeting(encoding: Encoding, rate: number, token?: string): string {
+    const more = token === undefined ? {} : { token };
+    return encodeControl({ type: "watch", protocol: PROTOCOL_VERSION, encoding, rate, mesh: "quantised", company: true, ...more });
   }
 
   /** Take one message from the server; a ProtocolError, for a message that broke the protocol, ends the session. */

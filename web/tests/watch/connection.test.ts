@@ -22,17 +22,6 @@ describe("one who watches", () => {
     expect(browser.watch.at(browser.time)?.moved).toBe(false);
   });
 
-  test("is watched without company where the server knows none", () => {
-    const browser = new Browser();
-    browser.line.onopen?.();
-    browser.line.say({ type: "error", code: 4400, message: "watch.company is true; extra inputs are not permitted" });
-    browser.run(5);
-    browser.join();
-    expect(browser.line.texts[0]).not.toHaveProperty("company");
-    expect(browser.watch.status.phase).toBe("watching");
-    expect(browser.watch.company.state).toBeNull();
-  });
-
   test("acknowledges a drawn frame, once", () => {
     const browser = new Browser();
     browser.join();

@@ -227,7 +227,7 @@ def cache_folder() -> Path:
     chosen = os.environ.get("COHAPTIC_CACHE")
     if chosen:
         return at_home(Path(chosen))
-    # Without `opinion` Windows gets %LOCALAPPDATA%\cohaptic, where earlier versions stored entries.
+    # Without `opinion` Windows gets %LOCALAPPDATA%\cohaptic, and no folder "Cache" in it.
     try:
         folder = user_cache_path("cohaptic", appauthor=False, opinion=False)
     except RuntimeError:
@@ -359,7 +359,7 @@ def make_room(folder: Path, needed: int) -> None:
     limit = cache_limit()
     if needed > limit:
         raise OSError(f"{needed / 1e9:.3g} GB; COHAPTIC_CACHE_GB allows {limit / 1e9:g}")
-    suffixes = (SUFFIX, ".part", ".npz")  # .part: half written; .npz: of earlier versions
+    suffixes = (SUFFIX, ".part")  # .part: half written
     files = list[tuple[os.stat_result, Path]]()
     for path in (path for suffix in suffixes for path in folder.glob(f"*{suffix}")):
         with contextlib.suppress(FileNotFoundError):  # another process has just renamed it

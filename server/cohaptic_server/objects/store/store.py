@@ -271,7 +271,7 @@ def _load_parts(
 def _parts_path(
     tets: TetMesh, fixed: npt.NDArray[np.bool_], settings: SolidSettings, moduli: Moduli
 ) -> Path:
-    """Path of a solid's entry; the key for a uniform material is the one of earlier versions."""
+    """Path of a solid's entry; a uniform material counts by its numbers, not by element."""
     young, nu = settings.young, settings.nu
     more = [moduli.young.tobytes(), moduli.nu.tobytes()]
     if moduli.is_uniform:
