@@ -179,7 +179,7 @@ def count(
         made[0] += work + stored - from_body
         return observe(owed, work, stored, from_body, dt)
 
-    monkeypatch.setattr("cohaptic_client.loop.step.observe", counting)
+    monkeypatch.setattr("cohaptic_client.loop.rules.given.observe", counting)
     users = [
         # A budget this small only observes.
         session.join(f"user{i}", HandScript(), seed=i, device=rail, max_damping=1e-12, **join)
