@@ -38,7 +38,7 @@ from cohaptic.protocol.patch import (
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.scene import Scene, UserRecord
 from cohaptic.protocol.scene_surface import Surface
-from cohaptic.vec import Vec3, unit
+from cohaptic.vec import Vec3, add, unit
 
 
 def single(x: float) -> float:
@@ -182,17 +182,26 @@ coarse_normals = normals.map(lambda v: tuple(round(32767 * c) / 32767 for c in v
     lambda v: (v[0], v[1], v[2])
 )
 halves = st.floats(-6e4, 6e4, width=16)
+
+
+def _record(to_free: Vec3, **fields: Any) -> UserRecord:
+    """A record as it comes over the wire, on which the contact point is told from the tip."""
+    return UserRecord(**fields, x_free=add(fields["probe"], to_free))
+
+
+_near = st.floats(-0.5, 0.5, width=16)
 user_records = st.builds(
-    UserRecord,
+    _record,
+    to_free=st.tuples(_near, _near, _near),
     user=counts,
-    probe=vectors(10.0),
+    probe=vectors(9.0),
     foot=vectors(10.0),
     force=vectors(100.0),
-    c_ii=floats(0.0, 1.0),
+    c_ii=st.floats(0.0, 1.0, width=16),
     k_o_coupled=floats(0.0, 1e5),
     k_h=floats(0.0, 1e5),
     integral_gain=floats(0.0, 1e6),
-    loop_delay=floats(0.0, 10.0),
+    loop_delay=st.floats(0.0, 10.0, width=16),
     normal=coarse_normals,
     law=st.sampled_from(Law),
     geometry=st.sampled_from(Geometry),
@@ -200,7 +209,6 @@ user_records = st.builds(
     curvature=halves,
     fresh=st.booleans(),
     friction=st.booleans(),
-    x_free=vectors(10.0),
     ledger=ledgers,
 )
 

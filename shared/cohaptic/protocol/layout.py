@@ -335,7 +335,7 @@ USER: Final = Layout(
             "length <= 300",
         ),
         Field(
-            "c_ii", "f32", 1, "m/N",
+            "c_ii", "f16", 1, "m/N",
             "compliance of the contact; 0 for one who has left, as the next three", "0..10",
         ),
         Field(
@@ -345,7 +345,7 @@ USER: Final = Layout(
         Field("k_h", "f32", 1, "N/m", "as in a patch", "0..1e6"),
         Field("integral_gain", "f32", 1, "N/(m s)", "as in a patch", "0..1e9"),
         Field(
-            "loop_delay", "f32", 1, "s",
+            "loop_delay", "f16", 1, "s",
             "of its loop, as measured; 0 before the first measurement", "0..1e3",
         ),
         Field(
@@ -365,8 +365,9 @@ USER: Final = Layout(
         ),
         _reserved(1),
         Field(
-            "x_free", "f32", 3, "m",
-            "contact point of the surface without this user's own force", _LENGTH,
+            "to_free", "f16", 3, "m",
+            "from the tip to the contact point of the surface without this user's own force",
+            _LENGTH,
         ),
         *_ledger("of the tick, as in a patch"),
     ),

@@ -35,7 +35,7 @@ from cohaptic.protocol.patch import (
 from cohaptic.protocol.scene_surface import Surface
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.vec import Vec3, norm
+from cohaptic.vec import Vec3, add, norm, sub
 
 _BODY = SCENE.packer()
 _USER = USER.packer()
@@ -60,8 +60,8 @@ class UserRecord:
         foot: Centre of the user's pressure on the facets of the *resting* mesh [m].
         force: Force on the hand; the body gets the opposite force [N]. The force fades when the
             user leaves.
-        c_ii: Compliance of the contact [m/N]. This and the next three fields are 0 for a user who
-            has left.
+        c_ii: Compliance of the contact, to 0.05 % [m/N]. This and the next three fields are 0 for
+            a user who has left.
         k_o_coupled: Coupling-aware stiffness [N/m].
         k_h: Gain of the user's law [N/m].
         integral_gain: Integral gain of the user's law; 0 for none [N/(m s)].
@@ -73,7 +73,8 @@ class UserRecord:
         curvature: Curvature of the user's patch, positive where the body bulges [1/m].
         fresh: Whether the user's samples still arrive.
         friction: Whether the user's force may have a part along the surface.
-        x_free: Contact point of the surface without this user's own force [m].
+        x_free: Contact point of the surface without this user's own force, to 0.05 % of its
+            distance from the tip [m].
         ledger: What the tick made of the user's force.
     """
 
@@ -105,7 +106,8 @@ class UserRecord:
             self.c_ii, self.k_o_coupled, self.k_h, self.integral_gain, self.loop_delay,
             round(_UNIT * x), round(_UNIT * y), round(_UNIT * z),
             (LAWS.index(self.law) + 1) << 4 | self.geometry, round(255 * self.presence),
-            self.curvature, _FRESH * self.fresh | _FRICTION * self.friction, *self.x_free,
+            self.curvature, _FRESH * self.fresh | _FRICTION * self.friction,
+            *sub(self.x_free, self.probe),
             *self.ledger.entries, min(self.ledger.gain_cut, MAX_GAIN_CUT),
         )  # fmt: skip
 
@@ -122,7 +124,8 @@ class UserRecord:
             user, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]),
             v[9], v[10], v[11], v[12], v[13], (v[14] / _UNIT, v[15] / _UNIT, v[16] / _UNIT),
             LAWS[law - 1], Geometry(geometry), v[18] / 255, v[19],
-            bool(state & _FRESH), bool(state & _FRICTION), (v[21], v[22], v[23]),
+            bool(state & _FRESH), bool(state & _FRICTION),
+            add((v[0], v[1], v[2]), (v[21], v[22], v[23])),
             TickLedger(v[24], v[25], v[26], v[27], v[28], v[29]),
         )  # fmt: skip
         record._check(remote=True)

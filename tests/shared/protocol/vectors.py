@@ -160,7 +160,7 @@ BOB = UserRecord(  # has left: without law, its force fades
     force=(0.0, single(0.7), 0.0), c_ii=0.0, k_o_coupled=0.0, k_h=0.0, integral_gain=0.0,
     loop_delay=0.0, normal=(0.0, 26214 / 32767, -19660 / 32767), law=Law.PROPORTIONAL,
     geometry=Geometry.PLANE, presence=51 / 255, curvature=0.0, fresh=False, friction=False,
-    x_free=(0.0, single(0.1), 0.0),
+    x_free=(0.0, single(0.1), single(-0.02) + 0.015625),
 )  # fmt: skip
 SCENES = {
     "nobody": Scene(1, 500.25, (), room=RoomLag(0.0, 0.0, MAX_MARGIN)),

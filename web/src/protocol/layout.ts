@@ -8,8 +8,8 @@
 import type { Vec3 } from "../model/vec";
 import { getFloat16, getVec, setVec } from "./numbers";
 
-export const PROTOCOL_VERSION = 4;
-export const SUBPROTOCOL = "cohaptic.v4";
+export const PROTOCOL_VERSION = 5;
+export const SUBPROTOCOL = "cohaptic.v5";
 
 /** Second byte of every binary frame. */
 export const Kind = { contact_sample: 1, patch: 2, rest_mesh: 3, scene: 4, ack: 5 } as const;
@@ -340,8 +340,8 @@ export function readSceneFields(view: DataView): SceneFields {
   };
 }
 
-export const USER_SIZE = 96;
-export const USER_AT = { user: 0, probe: 4, foot: 16, force: 28, c_ii: 40, k_o_coupled: 44, k_h: 48, integral_gain: 52, loop_delay: 56, normal: 60, shape: 66, presence: 67, curvature: 68, state: 70, x_free: 72, by_presence: 84, by_limit: 86, by_anticipation: 88, by_lag: 90, by_rate: 92, gain_cut: 94 } as const;
+export const USER_SIZE = 86;
+export const USER_AT = { user: 0, probe: 4, foot: 16, force: 28, c_ii: 40, k_o_coupled: 42, k_h: 46, integral_gain: 50, loop_delay: 54, normal: 56, shape: 62, presence: 63, curvature: 64, state: 66, to_free: 68, by_presence: 74, by_limit: 76, by_anticipation: 78, by_lag: 80, by_rate: 82, gain_cut: 84 } as const;
 
 /** One user in a scene. */
 export interface UserFields {
@@ -359,7 +359,7 @@ export interface UserFields {
   /** share of its force that the body carries */ readonly presence: number;
   /** of its patch, positive where the body bulges [1/m]; +-6e4 */ readonly curvature: number;
   /** bit 0 `fresh`: its samples still come; bit 1 `friction`: its force may have a part along the surface; 0..3 */ readonly state: number;
-  /** contact point of the surface without this user's own force [m]; length <= 10 */ readonly x_free: Vec3;
+  /** from the tip to the contact point of the surface without this user's own force [m]; length <= 10 */ readonly to_free: Vec3;
   readonly ledger: {
     /** of the tick, as in a patch [N]; +-300 */ readonly by_presence: number;
     /** of the tick, as in a patch [N]; +-300 */ readonly by_limit: number;
@@ -376,24 +376,24 @@ export function readUserFields(view: DataView, at: number): UserFields {
     probe: getVec(view, at + 4),
     foot: getVec(view, at + 16),
     force: getVec(view, at + 28),
-    c_ii: view.getFloat32(at + 40, true),
-    k_o_coupled: view.getFloat32(at + 44, true),
-    k_h: view.getFloat32(at + 48, true),
-    integral_gain: view.getFloat32(at + 52, true),
-    loop_delay: view.getFloat32(at + 56, true),
-    normal: [view.getInt16(at + 60, true) / 32767, view.getInt16(at + 62, true) / 32767, view.getInt16(at + 64, true) / 32767],
-    shape: view.getUint8(at + 66),
-    presence: view.getUint8(at + 67) / 255,
-    curvature: getFloat16(view, at + 68),
-    state: view.getUint8(at + 70),
-    x_free: getVec(view, at + 72),
+    c_ii: getFloat16(view, at + 40),
+    k_o_coupled: view.getFloat32(at + 42, true),
+    k_h: view.getFloat32(at + 46, true),
+    integral_gain: view.getFloat32(at + 50, true),
+    loop_delay: getFloat16(view, at + 54),
+    normal: [view.getInt16(at + 56, true) / 32767, view.getInt16(at + 58, true) / 32767, view.getInt16(at + 60, true) / 32767],
+    shape: view.getUint8(at + 62),
+    presence: view.getUint8(at + 63) / 255,
+    curvature: getFloat16(view, at + 64),
+    state: view.getUint8(at + 66),
+    to_free: [getFloat16(view, at + 68), getFloat16(view, at + 70), getFloat16(view, at + 72)],
     ledger: {
-      by_presence: getFloat16(view, at + 84),
-      by_limit: getFloat16(view, at + 86),
-      by_anticipation: getFloat16(view, at + 88),
-      by_lag: getFloat16(view, at + 90),
-      by_rate: getFloat16(view, at + 92),
-      gain_cut: getFloat16(view, at + 94),
+      by_presence: getFloat16(view, at + 74),
+      by_limit: getFloat16(view, at + 76),
+      by_anticipation: getFloat16(view, at + 78),
+      by_lag: getFloat16(view, at + 80),
+      by_rate: getFloat16(view, at + 82),
+      gain_cut: getFloat16(view, at + 84),
     },
   };
 }

@@ -6,7 +6,7 @@
 
 import type { RoomLag } from "../model/body";
 import type { GeometryName, LawName } from "../model/laws";
-import { norm } from "../model/vec";
+import { add, norm, type Vec3 } from "../model/vec";
 import {
   checkFinite,
   checkRange,
@@ -37,7 +37,9 @@ const FRESH = 1;
 const FRICTION = 2;
 
 /** One user at one tick. */
-export interface UserRecord extends Omit<UserFields, "shape" | "state"> {
+export interface UserRecord extends Omit<UserFields, "shape" | "state" | "to_free"> {
+  /** Contact point of the surface without this user's own force [m]. */
+  readonly x_free: Vec3;
   readonly law: LawName;
   readonly geometry: GeometryName;
   readonly fresh: boolean;
@@ -86,10 +88,11 @@ function readUsers(bytes: Uint8Array): Omit<Scene, "surface"> & { readonly rest:
 }
 
 function readUser(view: DataView, at: number): UserRecord {
-  const { shape, state, ...fields } = readUserFields(view, at);
+  const { shape, state, to_free, ...fields } = readUserFields(view, at);
   checkRange("state of a user", state, 0, FRESH | FRICTION);
   const record = {
     ...fields,
+    x_free: add(fields.probe, to_free),
     law: lawOf(shape >> 4),
     geometry: geometryOf(shape & 0x0f),
     fresh: (state & FRESH) !== 0,

@@ -2,6 +2,7 @@
 
 import { zlibSync } from "fflate";
 import type { RestMesh } from "../../src/model/body";
+import { sub } from "../../src/model/vec";
 import { newFrame } from "../../src/protocol/frame";
 import { REST_MESH_AT, REST_MESH_SIZE, SCENE_AT, SCENE_SIZE, SURFACE_AT, SURFACE_SIZE, USER_AT, USER_SIZE } from "../../src/protocol/layout";
 import type { UserRecord } from "../../src/protocol/scene";
@@ -72,28 +73,31 @@ export function sceneFrame(tick: number, t_server: number, users: readonly UserR
 
 function writeUser(view: DataView, user: UserRecord): void {
   view.setUint32(USER_AT.user, user.user, true);
-  const floats = [
-    ...user.probe,
-    ...user.foot,
-    ...user.force,
-    user.c_ii,
-    user.k_o_coupled,
-    user.k_h,
-    user.integral_gain,
-    user.loop_delay,
-  ];
-  floats.forEach((value, i) => {
+  [...user.probe, ...user.foot, ...user.force].forEach((value, i) => {
     view.setFloat32(USER_AT.probe + 4 * i, value, true);
   });
+  [user.k_o_coupled, user.k_h, user.integral_gain].forEach((value, i) => {
+    view.setFloat32(USER_AT.k_o_coupled + 4 * i, value, true);
+  });
+  view.setUint16(USER_AT.c_ii, half(user.c_ii), true);
+  view.setUint16(USER_AT.loop_delay, half(user.loop_delay), true);
   user.normal.forEach((value, i) => {
     view.setInt16(USER_AT.normal + 2 * i, Math.round(32767 * value), true);
   });
   view.setUint8(USER_AT.shape, (3 << 4) | 1);
   view.setUint8(USER_AT.presence, Math.round(255 * user.presence));
   view.setUint8(USER_AT.state, 1);
-  user.x_free.forEach((value, i) => {
-    view.setFloat32(USER_AT.x_free + 4 * i, value, true);
+  sub(user.x_free, user.probe).forEach((value, i) => {
+    view.setUint16(USER_AT.to_free + 2 * i, half(value), true);
   });
+}
+
+/** Bits of the half float that is nearest to a number of ordinary size. */
+function half(value: number): number {
+  const size = Math.abs(value);
+  if (size < 2 ** -14) return (value < 0 ? 0x8000 : 0) | Math.round(size * 2 ** 24);
+  const exponent = Math.floor(Math.log2(size));
+  return (value < 0 ? 0x8000 : 0) + ((exponent + 15) << 10) + Math.round((size / 2 ** exponent - 1) * 1024);
 }
 
 /** The same displacement everywhere: the first vertex has it, the prediction gives the rest. */
@@ -118,7 +122,7 @@ function surfaceTail(units: number): Uint8Array {
 
 export const WATCHING = {
   type: "watching",
-  protocol: 4,
+  protocol: 5,
   simulation_period: 1 / 60,
   to_wall: 0,
   body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },

@@ -97,4 +97,4 @@ def test_a_name_is_told_as_it_was_taken(small_balloon: Balloon) -> None:
     assert line.user == "ann"
     (welcome,) = news(peer)
     assert welcome.name == "ann"
-    assert Hello(protocol=4, name=" ann ").name == "ann"
+    assert Hello(protocol=5, name=" ann ").name == "ann"

@@ -155,7 +155,7 @@ def test_who_comes_uncalled_ends_its_own_session_alone(small_balloon: Balloon, s
     first, second = wait(there, "first"), wait(there, "second")
     words: dict[str, str | bytes] = {
         "come": COME,
-        "sample": b"\x04\x01" + bytes(42),
+        "sample": b"\x05\x01" + bytes(42),
         "hello": encode_control(hello("again")),
     }
     say(there, first, words[said])
