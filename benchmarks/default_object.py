@@ -40,7 +40,7 @@ from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.touchable import is_file
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from cohaptic_tools.demo.places import placement_at
@@ -155,7 +155,7 @@ def tick(body: Body, pair: Ints, ticks: int) -> float:
     for k in range(WARM_UP + ticks):
         touches = [
             Touch(
-                user=i + 1, law=Law.PREDICTIVE, max_stiffness=1000.0, max_force=10.0,
+ who=Participant(user=i + 1, law=Law.PREDICTIVE, max_stiffness=1000.0, max_force=10.0),
                 probe=vec3(x[i] - 3e-3 * out[i]), force=vec3(out[i]), seq=k + 1,
                 tick=max(0, k - 1), t_client=k * PERIOD, arrived=0.0,
             )

@@ -39,7 +39,7 @@ from cohaptic_server.cholesky.refined import Refined, Workspaces
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.numeric import Floats
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 
@@ -102,10 +102,9 @@ def ticks(solid: RubberSolid, count: int) -> list[tuple[float, float]]:
             probe = (RING * math.cos(angle), RING * math.sin(angle), height)
             touches.append(
                 Touch(
-                    user=user + 1,
-                    law=Law.PREDICTIVE,
-                    max_stiffness=2000.0,
-                    max_force=10.0,
+                    who=Participant(
+                        user=user + 1, law=Law.PREDICTIVE, max_stiffness=2000.0, max_force=10.0
+                    ),
                     probe=probe,
                     force=force,
                     seq=tick + 1,

@@ -33,7 +33,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.testing.soft_ring import RING, TUBE, ring
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from flex import DEPTH, MOST, TooLarge, compiled, step
@@ -159,17 +159,19 @@ def hands(users: int, tick: int, speed: float) -> list[Touch]:
         place = (RING * math.cos(angle), RING * math.sin(angle), TUBE - DEPTH)
         touches.append(
             Touch(
-                user=user + 1,
-                law=Law.PREDICTIVE,
-                max_stiffness=1000.0,
-                max_force=10.0,
+                who=Participant(
+                    user=user + 1,
+                    law=Law.PREDICTIVE,
+                    max_stiffness=1000.0,
+                    max_force=10.0,
+                    geometry=Geometry.MESH,
+                ),
                 probe=place,
                 force=(0.0, 0.0, 1.0),
                 seq=tick + 1,
                 tick=tick,
                 t_client=0.0,
                 arrived=0.0,
-                geometry=Geometry.MESH,
             )
         )
     return touches

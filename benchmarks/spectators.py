@@ -31,7 +31,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.watch.audience import SceneEncoder, displacement, records
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CohapticServer
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from spectator_processes import PERIOD, Lateness, hand, hands, spectators
@@ -49,7 +49,12 @@ def parts(body: Balloon) -> list[json_report.Result]:
     for tick in range(1, 301):
         touches = [
             Touch(
-                user + 1, Law.PREDICTIVE, 1000.0, 10.0, *hand(tick, user), tick, tick - 1, 0.0, 0.0
+                Participant(user + 1, Law.PREDICTIVE, 1000.0, 10.0),
+                *hand(tick, user),
+                tick,
+                tick - 1,
+                0.0,
+                0.0,
             )
             for user in range(2)
         ]

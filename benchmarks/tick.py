@@ -35,7 +35,7 @@ from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.contact import Contact, locate
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 
@@ -53,17 +53,19 @@ def touches(users: int, tick: int, speed: float, geometry: Geometry) -> list[Tou
         out = (math.cos(angle), math.sin(angle), 0.0)
         made.append(
             Touch(
-                user=user + 1,
-                law=Law.PREDICTIVE,
-                max_stiffness=1000.0,
-                max_force=10.0,
+                who=Participant(
+                    user=user + 1,
+                    law=Law.PREDICTIVE,
+                    max_stiffness=1000.0,
+                    max_force=10.0,
+                    geometry=geometry,
+                ),
                 probe=(0.096 * out[0], 0.096 * out[1], 0.0),
                 force=out,
                 seq=tick + 1,
                 tick=max(0, tick - 1),
                 t_client=tick * PERIOD,
                 arrived=0.0,
-                geometry=geometry,
             )
         )
     return made

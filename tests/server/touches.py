@@ -17,7 +17,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import NO_CONTACTS, Contact, Contacts, locate
 from cohaptic_server.world.displacement_field import NOWHERE_KNOWN
-from cohaptic_server.world.state import Touch, UserState
+from cohaptic_server.world.state import Participant, Touch, UserState
 from cohaptic_server.world.users import Applied, Tracked, Users, settings_of, vectors
 
 RADIUS = 0.1  # m, of the balloons
@@ -46,19 +46,27 @@ def touch(
     """
     out = unit(at)
     usual = Touch(
-        user=user,
-        law=Law.PREDICTIVE,
-        max_stiffness=1e4,
-        max_force=10.0,
+        who=Participant(
+            user=user,
+            law=Law.PREDICTIVE,
+            max_stiffness=1e4,
+            max_force=10.0,
+            damping_budget=FULL_BUDGET,
+        ),
         probe=scale(out, RADIUS - depth),
         force=scale(out, force),
         seq=7,
         tick=0,
         t_client=3.25,
         arrived=0.0,
-        damping_budget=FULL_BUDGET,
     )
-    return replace(usual, **changes)
+    return changed(usual, **changes)
+
+
+def changed(one: Touch, **changes: Any) -> Touch:
+    """The same touch with other fields, or with other ones of its participant."""
+    ours = {name: changes.pop(name) for name in [*changes] if hasattr(one.who, name)}
+    return replace(one, who=replace(one.who, **ours), **changes)
 
 
 def user_of(
@@ -99,7 +107,7 @@ def tracked_of(users: Sequence[UserState], before: Iterable[int] = ()) -> Tracke
         np.array([user.presence for user in users], dtype=np.float64),
         np.array([user.requested for user in users], dtype=np.float64),
         _tangential([user.requested_tangential for user in users]),
-        [i for i, touch in enumerate(touches) if touch.friction],
+        [i for i, touch in enumerate(touches) if touch.who.friction],
         [user.delay for user in users],
         vectors([user.velocity for user in users]),
         np.array([user.requested for user in users], dtype=np.float64),

@@ -18,7 +18,7 @@ from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.testing.blocks import grid
 from cohaptic_server.world.equilibrium import RestingHand, solve
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from tests.server.bodies.rubber_solid.inversion import least_volume
@@ -59,10 +59,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
     for tick, s in enumerate(path, start=1):
         probe = (start[0] + s * way[0], start[1] + s * way[1], start[2] + s * way[2])
         touch = Touch(
-            user=1,
-            law=Law.PREDICTIVE,
-            max_stiffness=2000.0,
-            max_force=most,
+            who=Participant(user=1, law=Law.PREDICTIVE, max_stiffness=2000.0, max_force=most),
             probe=probe,
             force=scale(way, -force),
             seq=tick,

@@ -8,11 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cohaptic.control.laws.model import Gains
-from cohaptic.protocol.messages import FixedGains, Hello
+from cohaptic.protocol.messages import Hello
 from cohaptic.protocol.patch import Geometry
 from cohaptic_server.room.playing import Samples
 from cohaptic_server.room.seats.names import Claim, looks_like
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 
 
 @dataclass(slots=True)
@@ -20,11 +20,10 @@ class Member:
     """The room's record of a user; only the room changes the record.
 
     Args:
-        user: Number of the user, which is never used twice.
+        who: The user as the world knows it.
         hello: Settings of the user, including later changes.
         heard: Time of the newest sample [s]; the time of joining before the first sample.
         claim: Proof of the client that the name in `hello` is its own.
-        max_force: Largest force of the user on the body that device and token allow [N].
         muted: Whether an administrator keeps the user's force from the body.
 
     Attributes:
@@ -32,22 +31,22 @@ class Member:
         samples: Samples with the user's settings, as far as they are still to be read.
         used: Number of samples that were the newest one at a tick.
         seen: Sequence number of the last sample that `used` counts.
-        gains: Control gains that the user chose; None for the server's gains.
-        geometry: Geometry of the user's patches.
     """
 
-    user: int
+    who: Participant
     hello: Hello
     heard: float
     claim: Claim
-    max_force: float
     muted: bool = False
     joined: float = field(init=False)
     samples: Samples = field(default_factory=Samples)
     used: int = 0
     seen: int = 0
-    gains: Gains | None = field(init=False)
-    geometry: Geometry = field(init=False)
+
+    @property
+    def user(self) -> int:
+        """Number of the user."""
+        return self.who.user
 
     @property
     def touch(self) -> Touch | None:
@@ -56,13 +55,20 @@ class Member:
 
     def __post_init__(self) -> None:
         self.joined = self.heard
-        self.gains = chosen_gains(self.hello.fixed_gains)
-        self.geometry = Geometry[self.hello.geometry.upper()]
 
 
-def chosen_gains(fixed: FixedGains | None) -> Gains | None:
-    """Return a user's own gains in the form of the control loop; None for the server's gains."""
-    return None if fixed is None else Gains(fixed.k_h, fixed.integral_gain)
+def participant(user: int, hello: Hello, max_force: float) -> Participant:
+    """Return a user as the world knows it, from the hello of its client.
+
+    Args:
+        max_force: Largest force on the body that device and token allow [N].
+    """
+    fixed = hello.fixed_gains
+    return Participant(
+        user, hello.law, hello.max_stiffness, max_force,
+        None if fixed is None else Gains(fixed.k_h, fixed.integral_gain),
+        Geometry[hello.geometry.upper()], hello.friction, hello.damping_budget,
+    )  # fmt: skip
 
 
 MOST_MUTED = 256  # the oldest entry is dropped first; only an administrator adds entries

@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from cohaptic.control.law import Law
-from cohaptic.control.laws.model import Gains
 from cohaptic.control.playout import LONGEST, NOT_PLAYED, Playout
 from cohaptic.vec import Vec3, lerp
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 
 # Of one hand, which wait; at 100 samples a second for `LONGEST` twice over. A client that sends
 # more has its oldest left out.
@@ -48,14 +46,14 @@ class Samples:
         """
         waiting, playout = self.waiting, self.playout
         age = touch.arrived - touch.t_client
-        follows = waiting and touch.fixed_gains is None
+        follows = waiting and touch.who.fixed_gains is None
         if not (follows and touch.t_client > waiting[-1].t_client and playout.fits(age)):
             waiting, playout = (), Playout.begun(age)
         return Samples((*waiting, touch)[-_MOST:], playout, self.read_at)
 
-    def with_law(self, law: Law, fixed_gains: Gains | None) -> Samples:
-        """Return the samples with another law of the hand's client, or other gains of its own."""
-        waiting = [replace(one, law=law, fixed_gains=fixed_gains) for one in self.waiting]
+    def of(self, who: Participant) -> Samples:
+        """Return the samples as of a participant that has changed its law or its gains."""
+        waiting = [replace(one, who=who) for one in self.waiting]
         return Samples(tuple(waiting), self.playout, self.read_at)
 
     def read(self, now: float) -> tuple[Samples, Touch]:
@@ -89,7 +87,7 @@ def between(a: Touch, b: Touch, at: float, newest: Touch) -> Touch:
     Args:
         a, b: The samples, one after the other.
         at: Time on the client's clock, between theirs [s].
-        newest: Newest sample, whose settings count.
+        newest: Newest sample, whose participant counts.
     """
     share = (at - a.t_client) / (b.t_client - a.t_client)
     told = b if share >= _NEWER else a

@@ -29,7 +29,7 @@ from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
-from cohaptic_server.room.member import Member, Muted, chosen_gains
+from cohaptic_server.room.member import Member, Muted, participant
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
 from cohaptic_server.room.seats.wait_queue import WaitQueue
 from cohaptic_server.settings import ServerSettings
@@ -210,7 +210,7 @@ class Room:
         most = guest.grants.max_force
         cap = hello.max_force if most is None else min(hello.max_force, most)
         muted = self.muted.holds(hello.name, claim)
-        self.members[user] = Member(user, hello, now, claim, cap, muted)
+        self.members[user] = Member(participant(user, hello, cap), hello, now, claim, muted)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -221,7 +221,7 @@ class Room:
         return welcome, UserJoined(user=user, name=hello.name, rules=hello.rules), left
 
     def sample(self, user: int, sample: ContactSample, now: float) -> None:
-        """Store a contact sample, with the user's settings, as the newest touch of that user."""
+        """Store a contact sample as the newest touch of a user."""
         member = self.members[user]
         hello = member.hello
         give, own_model = None, sample.own_model
@@ -232,10 +232,7 @@ class Room:
             give = sample.give
         # Positional arguments, since keyword arguments would double the time of this method.
         touch = Touch(
-            user,
-            hello.law,
-            hello.max_stiffness,
-            member.max_force,
+            member.who,
             sample.probe,
             sample.force,
             sample.seq,
@@ -243,10 +240,6 @@ class Room:
             sample.t_client,
             now,
             True,
-            member.gains,
-            member.geometry,
-            hello.friction,
-            hello.damping_budget,
             sample.anchor if hello.friction else None,
             give,
             own_model,
@@ -267,8 +260,8 @@ class Room:
         member.hello = member.hello.model_copy(
             update={"law": change.law, "fixed_gains": change.fixed_gains}
         )
-        member.gains = chosen_gains(change.fixed_gains)
-        member.samples = member.samples.with_law(change.law, member.gains)
+        member.who = participant(user, member.hello, member.who.max_force)
+        member.samples = member.samples.of(member.who)
 
     def _check_gains(self, gains: FixedGains | None) -> None:
         if gains is not None and not self.settings.allow_fixed_gains:

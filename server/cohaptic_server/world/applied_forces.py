@@ -197,9 +197,12 @@ def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
         touches: Newest samples of all users.
         budget: Largest sum of the forces of all users [N].
     """
-    demands = np.array([min(t.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
+    demands = np.array([min(t.who.max_force, norm(t.force)) if t.fresh else 0.0 for t in touches])
     cap = fair_cap(demands, budget)
-    return [t if t.max_force <= cap else replace(t, max_force=cap) for t in touches]
+    return [
+        t if t.who.max_force <= cap else replace(t, who=replace(t.who, max_force=cap))
+        for t in touches
+    ]
 
 
 # Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its

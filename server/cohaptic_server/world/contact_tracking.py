@@ -62,7 +62,7 @@ def track_contacts(
         time: Number, time and period of this tick.
     """
     probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
-    rough = [i for i, touch in enumerate(touches) if touch.friction]
+    rough = [i for i, touch in enumerate(touches) if touch.who.friction]
     followed = _places_to_follow(state, touches, before, probes)
     contacts, surfaces, places = _follow(body, state, before, followed, time.elapsed)
     n, frames = len(touches), contacts.frames

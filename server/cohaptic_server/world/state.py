@@ -46,15 +46,36 @@ class TickTime:
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
-    """The newest sample of one user, with the settings that it joined with.
+class Participant:
+    """A user as the world knows it: what its client and its device are.
 
     Args:
-        user: Number of the user.
+        user: Number of the user, which is never used twice.
         law: Control law that the client runs on its local model.
         max_stiffness: Largest stiffness of the device [N/m].
-        max_force: Largest force of the device [N].
+        max_force: Largest force on the body that device, token and room allow [N].
+        fixed_gains: Gains that the user chose, if the server allows it.
+        geometry: Geometry of the patches that the client requests.
+        friction: Whether the force may have a tangential part.
         damping_budget: Damping that the client's passivity layer may add [N s/m].
+    """
+
+    user: int
+    law: Law
+    max_stiffness: float
+    max_force: float
+    fixed_gains: Gains | None = None
+    geometry: Geometry = Geometry.PLANE
+    friction: bool = False
+    damping_budget: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """A sample of a participant: what its hand does.
+
+    Args:
+        who: The participant.
         probe: Position of the tip [m].
         force: Force on the hand [N].
         seq: Number of the sample; 0 before the first.
@@ -62,9 +83,6 @@ class Touch:
         t_client: Time stamp of the sample on the client's clock [s].
         arrived: Arrival of the sample on the server's clock [s].
         fresh: Whether samples still arrive; a stale user's force is released.
-        fixed_gains: Gains that the user chose, if the server allows it.
-        geometry: Geometry of the patches that the client requests.
-        friction: Whether the force may have a tangential part.
         anchor: Point of the resting surface that the finger holds by friction [m]; None if it
             holds no point.
         give: Displacement of the hand's model, or of the simulated hand, by forces [m]; None if the
@@ -72,10 +90,7 @@ class Touch:
         own_model: The hand itself, of a client that simulates it and moves no models of others.
     """
 
-    user: int
-    law: Law
-    max_stiffness: float
-    max_force: float
+    who: Participant
     probe: Vec3
     force: Vec3
     seq: int
@@ -83,13 +98,14 @@ class Touch:
     t_client: float
     arrived: float
     fresh: bool = True
-    fixed_gains: Gains | None = None
-    geometry: Geometry = Geometry.PLANE
-    friction: bool = False
-    damping_budget: float = 0.0
     anchor: Vec3 | None = None
     give: float | None = None
     own_model: HandModel | None = None
+
+    @property
+    def user(self) -> int:
+        """Number of the user."""
+        return self.who.user
 
     @property
     def moves_models(self) -> bool:

@@ -145,7 +145,7 @@ class Tracked:
 
 def settings_of(touches: Sequence[Touch]) -> Floats:
     """Return `Tracked.settings` for some samples, shape (4, n)."""
-    rows = [(t.max_force, t.max_stiffness, t.t_client, t.fresh) for t in touches]
+    rows = [(t.who.max_force, t.who.max_stiffness, t.t_client, t.fresh) for t in touches]
     return np.ascontiguousarray(np.array(rows, dtype=np.float64).reshape(-1, 4).T)
 
 
@@ -210,7 +210,7 @@ class Users(Mapping[int, UserState]):
 
     def _state(self, i: int) -> UserState:
         tracked, applied, observed = self.tracked, self.applied, self.observed
-        rough = tracked.touches[i].friction
+        rough = tracked.touches[i].who.friction
         return UserState(
             touch=tracked.touches[i],
             contact=tracked.contacts.at(i),

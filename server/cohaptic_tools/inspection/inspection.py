@@ -30,7 +30,7 @@ from cohaptic_server.objects.inertia.inertia import WATER
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.objects.prepare import Prepared
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 
@@ -82,10 +82,9 @@ def _ticks(
     for tick in range(n):
         touches = [
             Touch(
-                user=user + 1,
-                law=DEFAULT_LAW,
-                max_stiffness=1000.0,
-                max_force=10.0,
+                who=Participant(
+                    user=user + 1, law=DEFAULT_LAW, max_stiffness=1000.0, max_force=10.0
+                ),
                 probe=_vec(x[user] - 0.001 * out[user]),
                 force=_vec(0.5 * out[user]),
                 seq=tick + 1,

@@ -142,7 +142,7 @@ def test_of_a_users_force_the_body_gets_what_the_token_grants(small_balloon: Bal
         assert peer.user is not None
         touch = there.room.members[peer.user].touch
         assert isinstance(touch, Touch)
-        assert touch.max_force == expected
+        assert touch.who.max_force == expected
     for k in range(1, 60):
         there.tick(k / 60.0)
         for name, most in [("soft", 2.0), ("weak", 1.0), ("none", 0.0)]:

@@ -130,6 +130,5 @@ def test_another_law_counts_for_all_that_waits() -> None:
     samples = Samples()
     for k in range(5):
         samples = samples.heard(sample(GAP * k, k + 1, 0.1))
-    changed = samples.with_law(Law.PI, Gains(100.0, 1.0))
-    for one in changed.waiting:
-        assert (one.law, one.fixed_gains) == (Law.PI, Gains(100.0, 1.0))
+    who = replace(samples.waiting[-1].who, law=Law.PI, fixed_gains=Gains(100.0, 1.0))
+    assert all(one.who == who for one in samples.of(who).waiting)

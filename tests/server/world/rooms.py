@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
@@ -13,7 +12,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
-from tests.server.touches import side, touch
+from tests.server.touches import changed, side, touch
 
 DT = 1.0 / 60.0  # s
 USERS, TICKS = 7, 24
@@ -33,7 +32,7 @@ def hand(user: int, tick: int) -> Touch | None:
     rough = user in (2, 6)
     if rough:
         force = (force[0] + 0.2 * along[0], force[1] + 0.2 * along[1], 0.0)
-    return replace(
+    return changed(
         touch(user, at=out, depth=-0.01 if user == 4 and tick > 15 else 0.004),
         law=tuple(Law)[user % 3],
         geometry=tuple(Geometry)[(user + tick // 10) % 3],

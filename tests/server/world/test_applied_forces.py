@@ -27,7 +27,7 @@ from cohaptic_server.world.stages.stage import Tick
 from cohaptic_server.world.state import NEGLIGIBLE, Release, TickTime, UserState
 from cohaptic_server.world.users import Users, WorldState
 from tests.examples_of_laws import examples
-from tests.server.touches import contact_at, side, touch, tracked_of, user_of, users_of
+from tests.server.touches import changed, contact_at, side, touch, tracked_of, user_of, users_of
 
 DT = 1.0 / 60.0  # s
 STEP = 0.1  # of a fade, in a tick
@@ -280,7 +280,7 @@ def test_who_has_left_lets_go_in_the_usual_time_however_slow_the_room_is(
 def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: float) -> None:
     """What the body carries never pulls at a surface that has turned under the hand."""
     was = at(small_balloon, 0.0, 2.0)
-    was = replace(was, touch=replace(was.touch, friction=True), tangential=along(was, 1.0))
+    was = replace(was, touch=changed(was.touch, friction=True), tangential=along(was, 1.0))
     moved = at(small_balloon, angle, 0.0)
     now = replace(moved, touch=was.touch, requested=2.0, requested_tangential=np.zeros(3))
     (found,) = apply(small_balloon, world([was], lag=1.0), [now])

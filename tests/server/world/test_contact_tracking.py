@@ -18,7 +18,7 @@ from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.world.applied_forces import RELEASE_TIME
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.displacement_field import ZeroField
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from tests.examples_of_laws import examples
@@ -39,17 +39,15 @@ def touch(
     anchor: Floats | None = None,
 ) -> Touch:
     return Touch(
-        user=user,
-        law=Law.PREDICTIVE,
-        max_stiffness=1e4,
-        max_force=10.0,
+        who=Participant(
+            user=user, law=Law.PREDICTIVE, max_stiffness=1e4, max_force=10.0, friction=friction
+        ),
         probe=vec3(tip),
         force=vec3(force),
         seq=1,
         tick=0,
         t_client=0.0,
         arrived=0.0,
-        friction=friction,
         anchor=None if anchor is None else vec3(anchor),
     )
 

@@ -22,7 +22,7 @@ from cohaptic_server.world.patch_geometry import NO_WINDOWS, Windows, choose_win
 from cohaptic_server.world.state import Touch
 from tests.examples_of_laws import examples
 from tests.server.fields import free_of
-from tests.server.touches import RADIUS, contacts_of, side, touch
+from tests.server.touches import RADIUS, changed, contacts_of, side, touch
 from tests.server.world.worlds import play
 
 angles = st.floats(-math.pi, math.pi)
@@ -30,7 +30,7 @@ angles = st.floats(-math.pi, math.pi)
 
 def patches(body: Balloon, hand: Touch, *others: Touch) -> dict[Geometry, Patch]:
     """The patch that a hand gets with each geometry."""
-    return {g: play(body, [replace(hand, geometry=g), *others])[1][hand.user] for g in Geometry}
+    return {g: play(body, [changed(hand, geometry=g), *others])[1][hand.user] for g in Geometry}
 
 
 @given(angles, st.floats(-0.01, 0.02), st.floats(0.0, 8.0))
@@ -58,7 +58,7 @@ def test_a_probe_finds_on_the_mesh_what_the_server_would_find(
     hand, other = touch(1, force=2.0), touch(2, at=side(beside), force=pressed)
     mesh = RestMesh.decode(Room(balloon, ServerSettings()).frames.touch_mesh())
     surface = SurfaceMaker(mesh)(patches(balloon, hand, other)[Geometry.MESH])
-    state, _ = play(balloon, [replace(hand, geometry=Geometry.MESH), other])
+    state, _ = play(balloon, [changed(hand, geometry=Geometry.MESH), other])
     assert state.response is not None
     free = free_of(state.response, 0, state.users[1].force)
     probe = scale(side(slid), RADIUS - depth)
@@ -80,7 +80,7 @@ def test_the_mesh_reaches_ahead_of_a_hand_that_slides(balloon: Balloon) -> None:
         angle = speed * tick * dt / RADIUS
         probe = scale(side(angle), RADIUS - 0.005)
         made_with = max(0, tick - lag)
-        hand = replace(
+        hand = changed(
             touch(),
             geometry=Geometry.MESH,
             probe=probe,
@@ -102,7 +102,7 @@ def test_the_mesh_reaches_ahead_of_a_hand_that_slides(balloon: Balloon) -> None:
 def test_a_hand_that_says_impossible_times_gets_patches_all_the_same(balloon: Balloon) -> None:
     state = None
     for seq, t in enumerate([0.0, 1e300, -1e300, 1e-300, 0.0, 0.002], start=1):
-        hand = replace(
+        hand = changed(
             touch(), geometry=Geometry.MESH, seq=seq, t_client=t, probe=unit((1.0, 0.1 * seq, 9.0))
         )
         state, found = play(balloon, [hand], 1, state)

@@ -24,7 +24,7 @@ from cohaptic_server.world.stages.surfaces import NEAR_HEIGHT
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from tests.examples_of_laws import examples
-from tests.server.touches import RADIUS, side, touch
+from tests.server.touches import RADIUS, changed, side, touch
 from tests.server.world.worlds import DT, RISE, angles, depths, forces, play
 
 
@@ -100,7 +100,7 @@ def test_gains_and_stiffnesses_follow_from_the_rows_of_c(
     laws = data.draw(st.lists(st.sampled_from(Law), min_size=len(hands), max_size=len(hands)))
     limit = data.draw(st.floats(10.0, 1000.0))
     touches = [
-        replace(touch(i, at=side(angle), depth=0.01, force=force), law=law, max_stiffness=limit)
+        changed(touch(i, at=side(angle), depth=0.01, force=force), law=law, max_stiffness=limit)
         for i, ((angle, force), law) in enumerate(zip(hands, laws, strict=True), start=1)
     ]
     state, patches = advance(TouchedBody(small_balloon), WorldState(), touches, now=DT, dt=DT)
@@ -128,8 +128,8 @@ def test_what_others_do_is_said_in_all_three_directions(balloon: Balloon, fricti
     Beside each other they also drag each other along. In the first tick, in which every contact is
     still found on the resting surface.
     """
-    left = replace(touch(1, at=(-1.0, 0.3, 0.0)), friction=friction)
-    right = replace(touch(2, force=3.0), friction=friction, force=(3.0, 1.0, 0.5))
+    left = changed(touch(1, at=(-1.0, 0.3, 0.0)), friction=friction)
+    right = changed(touch(2, force=3.0), friction=friction, force=(3.0, 1.0, 0.5))
     _, alone = play(balloon, [left], 1)
     _, both = play(balloon, [left, right], 1)
     lift = dot(both[1].u_others, both[1].normal)
@@ -248,7 +248,7 @@ def test_a_neighbour_counts_from_where_it_may_touch_next(small_balloon: Balloon)
 def test_a_contact_on_the_held_base_is_very_stiff_and_no_division_by_zero(
     balloon: Balloon, law: Law
 ) -> None:
-    below = replace(touch(at=(0.0, 0.0, -1.0)), law=law, max_stiffness=800.0)
+    below = changed(touch(at=(0.0, 0.0, -1.0)), law=law, max_stiffness=800.0)
     _, patches = play(balloon, [below], 3)
     patch = patches[1]
     assert patch.c_ii == MIN_COMPLIANCE
@@ -296,7 +296,7 @@ def test_whatever_a_few_hands_do_their_patches_can_be_sent(
 ) -> None:
     """Anything that a contact sample may say, also from inside the body or metres away."""
     touches = [
-        replace(touch(i), max_force=MAX_FORCE, probe=p, force=f)
+        changed(touch(i), max_force=MAX_FORCE, probe=p, force=f)
         for i, (p, f) in enumerate(hands, start=1)
     ]
     state = WorldState()

@@ -30,7 +30,7 @@ def test_the_entries_and_the_force_of_the_sample_are_the_force_that_the_body_car
         samples = {of.user: of for of in hands(tick)}
         for user, patch in patches.items():
             normal = patch.normal
-            asked = min(samples[user].max_force, max(0.0, dot(samples[user].force, normal)))
+            asked = min(samples[user].who.max_force, max(0.0, dot(samples[user].force, normal)))
             carried = dot(patch.own_force, normal)
             assert asked + sum(patch.ledger.entries) == pytest.approx(carried, abs=1e-9)
             assert carried == pytest.approx(state.users[user].force, abs=1e-9)

@@ -20,12 +20,12 @@ from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 from tests.examples_of_laws import examples
-from tests.server.touches import side, touch
+from tests.server.touches import changed, side, touch
 from tests.server.world.worlds import DT, RISE, forces, play
 
 CLOSE = [touch(1), touch(2, at=(1.0, 0.25, 0.0)), touch(3, at=(1.0, -0.25, 0.0))]
 # Whose devices may damp nothing.
-BARE = [replace(each, damping_budget=0.0) for each in CLOSE]
+BARE = [changed(each, damping_budget=0.0) for each in CLOSE]
 
 
 def test_everybody_is_told_the_same_of_the_room(small_balloon: Balloon) -> None:

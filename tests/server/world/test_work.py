@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -14,7 +13,7 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.state import Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
-from tests.server.touches import touch
+from tests.server.touches import changed, touch
 
 PERIOD = 1.0 / 60.0  # s
 SPEED = 0.2  # m/s
@@ -28,7 +27,7 @@ def sliding(users: int, tick: int, geometry: Geometry) -> list[Touch]:
         out = (math.cos(angle), math.sin(angle), 0.0)
         probe = (0.096 * out[0], 0.096 * out[1], 0.0)
         made.append(
-            replace(
+            changed(
                 touch(user + 1, force=1.0),
                 probe=probe,
                 force=out,

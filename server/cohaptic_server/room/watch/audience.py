@@ -67,14 +67,14 @@ def _record(user: UserState, patch: Patch | None) -> UserRecord:
         integral_gain=0.0 if patch is None else patch.integral_gain,
         loop_delay=min(user.delay.value, MAX_LOOP_DELAY),
         normal=vec3(contact.normal),
-        law=touch.law,
-        geometry=touch.geometry,
+        law=touch.who.law,
+        geometry=touch.who.geometry,
         presence=user.presence,
         curvature=(
             0.0 if patch is None else min(MAX_CURVATURE, max(-MAX_CURVATURE, patch.curvature))
         ),
         fresh=touch.fresh,
-        friction=touch.friction,
+        friction=touch.who.friction,
         x_free=vec3(contact.point) if patch is None else patch.x_free,
         ledger=NOTHING_CUT if patch is None else patch.ledger,
     )

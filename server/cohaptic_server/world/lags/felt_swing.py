@@ -58,8 +58,8 @@ def show_swing(
     for user, weight, span, start in zip(users, near, spans, starts, strict=False):
         if weight <= 0.0 or not takes_part(user):
             continue
-        budget = min(budget, user.touch.damping_budget)
-        papers = papers or user.touch.law.answers_own_dent
+        budget = min(budget, user.touch.who.damping_budget)
+        papers = papers or user.touch.who.law.answers_own_dent
         K = hand_stiffness(user, compliance[span, span])
         stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
         along = swinging.along[start : start + len(K)]

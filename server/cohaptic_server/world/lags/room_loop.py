@@ -99,17 +99,17 @@ def room_loop(
             within[i] = False
             continue
         touch = user.touch
-        predictive = predictive or not touch.law.answers_own_dent
-        papers = papers or touch.law.answers_own_dent
+        predictive = predictive or not touch.who.law.answers_own_dent
+        papers = papers or touch.who.law.answers_own_dent
         # The client blends into a new patch over one period, which adds to the delay.
         delay = user.delay.counted + dt
         if delay > longest_delay:
             longest_delay, slowest = delay, []
         if delay == longest_delay:
             slowest.append(touch.user)
-        if touch.damping_budget < damping_budget:
-            damping_budget, weakest = touch.damping_budget, []
-        if touch.damping_budget == damping_budget:
+        if touch.who.damping_budget < damping_budget:
+            damping_budget, weakest = touch.who.damping_budget, []
+        if touch.who.damping_budget == damping_budget:
             weakest.append(touch.user)
     inside = np.array(within, dtype=np.bool_)
     stiffness, S = _coupling(users, compliance, spans, inside)
@@ -151,7 +151,7 @@ def _coupling(
         ]
     S = coupling_matrix(C, stiffness)
     for user, span, K in zip(users, spans, stiffness, strict=True):
-        if user.touch.law.answers_own_dent:
+        if user.touch.who.law.answers_own_dent:
             # The paper's laws also respond to the dent of their own force.
             S[span.start, span.start] += float(K[0, 0]) * C[span.start, span.start]
     return stiffness, S
@@ -202,11 +202,11 @@ def _share(user: Hand, c_ii: float, others: float) -> float:
         c_ii: Compliance of the hand's contact along the normal [m/N].
         others: As for `hand_stiffness` [m/N].
     """
-    touch, limit = user.touch, user.touch.max_stiffness
-    if touch.fixed_gains is not None:
-        limit = min(limit, touch.fixed_gains.k_h)
+    touch, limit = user.touch, user.touch.who.max_stiffness
+    if touch.who.fixed_gains is not None:
+        limit = min(limit, touch.who.fixed_gains.k_h)
         share = limit * c_ii
-        return min(1.0, share) if touch.law.answers_own_dent else share
-    if touch.law.answers_own_dent:
+        return min(1.0, share) if touch.who.law.answers_own_dent else share
+    if touch.who.law.answers_own_dent:
         limit = min(limit, 1.0 / (c_ii + others))
     return min(1.0, limit * c_ii)

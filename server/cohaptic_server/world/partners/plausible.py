@@ -36,7 +36,7 @@ _DOUBTED_BEYOND: Final = 0.005
 
 def give_of(touch: Touch, hand: Learned) -> float:
     """Return the give that a client told, as far as the forces that it told can make it [m]."""
-    force = min(touch.max_force, hand.peak + _MORE_FORCE)
+    force = min(touch.who.max_force, hand.peak + _MORE_FORCE)
     # Of the hand or of the model on its way to it, whichever presses less by such a give.
     stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.told else 0.0)
     limit = _MOST_GIVE * force / stiffness
@@ -64,9 +64,9 @@ def depth_of(
         compliance: Compliance of its contact and its device [m/N].
         push: Force into the object that it told; a force along the surface indents nothing [N].
     """
-    force = min(touch.max_force, _FORCE * max(hand.peak, push) + _MORE_FORCE)
+    force = min(touch.who.max_force, _FORCE * max(hand.peak, push) + _MORE_FORCE)
     doubted = depth > _DOUBTED * compliance * force + _DOUBTED_BEYOND
-    return min(compliance * touch.max_force, max(-_FARTHEST, depth)), doubted
+    return min(compliance * touch.who.max_force, max(-_FARTHEST, depth)), doubted
 
 
 def moved(before: float, wanted: float, dt: float) -> float:

@@ -79,9 +79,9 @@ def has_model(touch: Touch) -> bool:
     return (
         touch.give is not None
         and touch.fresh
-        and not touch.law.answers_own_dent
-        and not touch.friction
-        and touch.fixed_gains is None
+        and not touch.who.law.answers_own_dent
+        and not touch.who.friction
+        and touch.who.fixed_gains is None
     )
 
 

@@ -70,27 +70,28 @@ def build_patches(tick: Tick) -> None:
     devices, cut = tracked.settings[1].tolist(), tick.ledger.T.tolist()
     patches: dict[int, Patch] = {}
     for i, (touch, delay) in enumerate(zip(tracked.touches, tick.delays, strict=True)):
-        if touch.user not in tick.connected:
+        who = touch.who
+        if who.user not in tick.connected:
             continue
         choose = partial(
             choose_gains,
-            touch.law,
+            who.law,
             rows[i],
             i,
             # The room's lag is part of the loop of the paper's laws.
             loop_delay=delay + tick.room.lag,
             simulation_period=time.period,
-            fixed=touch.fixed_gains,
+            fixed=who.fixed_gains,
         )
         gains = choose(max_stiffness=stiffest[i])
         if stiffest[i] < devices[i]:
             cut[i].append(max(0.0, choose(max_stiffness=devices[i]).k_h - gains.k_h))
         # Arguments by position: keywords would take twice as long.
-        patches[touch.user] = Patch(
+        patches[who.user] = Patch(
             time.number, touch.seq, time.now, touch.t_client, max(0.0, time.now - touch.arrived),
-            touch.geometry, touch.law, places[i], normal_of[i], curved[i], rows[i][i], gains.k_h,
+            who.geometry, who.law, places[i], normal_of[i], curved[i], rows[i][i], gains.k_h,
             gains.integral_gain, force[i], by_others[i], tick.room, neighbourhoods[i],
-            of_contacts[i], tick.partners.get(touch.user), TickLedger(*cut[i]),
+            of_contacts[i], tick.partners.get(who.user), TickLedger(*cut[i]),
         )  # fmt: skip
     tick.patches = patches
 

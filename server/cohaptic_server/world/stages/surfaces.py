@@ -64,7 +64,7 @@ def observe(tick: Tick) -> None:
     horizons = np.array(tick.delays, dtype=np.float64) + 2.0 * tick.time.period
     windows = choose_windows(
         touched_body,
-        [touch.geometry for touch in tracked.touches],
+        [touch.who.geometry for touch in tracked.touches],
         contacts,
         tracked.velocity,
         horizons,

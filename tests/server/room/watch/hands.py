@@ -9,7 +9,7 @@ from cohaptic.control.law import Law
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.world.state import Touch
+from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
 
@@ -26,18 +26,20 @@ def touches(tick: int, users: int = 2, *, still: bool = False) -> list[Touch]:
         force = 3.0 + 2.0 * math.sin(0.1 * phase + user)
         found.append(
             Touch(
-                user=user + 1,
-                law=Law.PREDICTIVE,
-                max_stiffness=1000.0,
-                max_force=10.0,
+                who=Participant(
+                    user=user + 1,
+                    law=Law.PREDICTIVE,
+                    max_stiffness=1000.0,
+                    max_force=10.0,
+                    geometry=Geometry.SPHERE,
+                    friction=user % 2 == 1,
+                ),
                 probe=(0.09 * out[0], 0.09 * out[1], 0.0),
                 force=(force * out[0], force * out[1], 0.2 * force * (user % 2)),
                 seq=tick,
                 tick=max(0, tick - 2),
                 t_client=tick * PERIOD,
                 arrived=tick * PERIOD,
-                geometry=Geometry.SPHERE,
-                friction=user % 2 == 1,
             )
         )
     return found

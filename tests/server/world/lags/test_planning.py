@@ -22,7 +22,7 @@ from cohaptic_server.world.lags.planning import (
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.lags.turning import Turned
 from cohaptic_server.world.state import NOTHING, UserState
-from tests.server.touches import touch, user_of
+from tests.server.touches import changed, touch, user_of
 from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -85,7 +85,7 @@ def test_a_law_of_the_paper_or_an_unknown_coupling_leaves_the_room_as_it_was(
     pressing[:] = True
     i = data.draw(st.integers(0, len(users) - 1))
     papers = [*users]
-    papers[i] = replace(users[i], touch=replace(users[i].touch, law=Law.PROPORTIONAL))
+    papers[i] = replace(users[i], touch=changed(users[i].touch, law=Law.PROPORTIONAL))
     for found in (
         plan_of(answering(papers), C, where, pressing),
         plan_of(answering(users), C, where, pressing, known=False),
@@ -189,7 +189,7 @@ def test_three_round_a_limb_that_turn_each_other_to_and_fro_are_not_known(back: 
 
 def test_a_finger_that_sticks_where_others_turn_it_is_not_known() -> None:
     users, _, turned = turned_pair(0.6, 0.0)
-    rough = [users[0], replace(users[1], touch=replace(users[1].touch, friction=True))]
+    rough = [users[0], replace(users[1], touch=changed(users[1].touch, friction=True))]
     wide = 0.004 * (0.5 * np.eye(4) + 0.5 * np.array([[1.0, 0, 0, 0]] * 4))
     wide = 0.5 * (wide + wide.T)
     loop = room_loop(rough, wide, [slice(0, 1), slice(1, 4)], everybody(2), DT)

@@ -25,7 +25,7 @@ from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import FALL_RATE, Planned, find_lag
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
 from cohaptic_server.world.state import NO_CAUSE, NOTHING, LagCause, UserState
-from tests.server.touches import touch, user_of
+from tests.server.touches import changed, touch, user_of
 from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
 
@@ -47,7 +47,7 @@ def test_the_lag_is_chosen_for_the_slowest_loop_and_the_weakest_device_of_those_
     count = [user for user, counts in zip(users, pressing.tolist(), strict=True) if counts]
     # Nothing is known of a loop before its first sample; the ramp to a new patch is one period.
     longest = max([max(0.0, u.delay.recent) + DT for u in count], default=DT)
-    budget = min([u.touch.damping_budget for u in count], default=math.inf)
+    budget = min([u.touch.who.damping_budget for u in count], default=math.inf)
     m = room_coupling(users, C, where, pressing)
     assert found == pytest.approx(choose_lag(m, longest, budget))
 
@@ -89,8 +89,8 @@ def test_who_has_left_or_is_silent_closes_no_loop(room: Room, data: st.DataObjec
 def test_the_papers_laws_need_none_among_themselves(room: Room) -> None:
     users, C, where, pressing = room
     papers = [
-        replace(u, touch=replace(u.touch, law=Law.PROPORTIONAL))
-        if u.touch.law is Law.PREDICTIVE
+        replace(u, touch=changed(u.touch, law=Law.PROPORTIONAL))
+        if u.touch.who.law is Law.PREDICTIVE
         else u
         for u in users
     ]
@@ -130,8 +130,8 @@ def test_its_cause_is_the_weakest_device_or_the_slowest_loop_of_those_who_count(
     assert found.lag > 0.0
     assert set(cause.users) <= {user.touch.user for user in count}
     if cause.by == "damping":
-        damping = [by_number[number].touch.damping_budget for number in cause.users]
-        assert damping == [min(user.touch.damping_budget for user in count)] * len(damping)
+        damping = [by_number[number].touch.who.damping_budget for number in cause.users]
+        assert damping == [min(user.touch.who.damping_budget for user in count)] * len(damping)
         other = replace(loop, damping_budget=FULL_BUDGET)
     else:
         assert not anticipate
@@ -169,7 +169,7 @@ def test_the_worst_room_can_be_said_and_says_that_it_is_not_stable() -> None:
     assert slow.coupling == pytest.approx(n - 1, rel=1e-3)
     assert slow.margin == pytest.approx(slow.lag / lag_needed(slow.coupling, TOO_LONG + DT))
     assert slow.margin < 1.0
-    fixed = [replace(u, touch=replace(u.touch, fixed_gains=Gains(1e6, 0.0))) for u in users]
+    fixed = [replace(u, touch=changed(u.touch, fixed_gains=Gains(1e6, 0.0))) for u in users]
     stiff = lag_of(fixed, C, where, everybody(n), NO_LAG)
     check_room(stiff, remote=False)
     assert stiff.margin < 1.0

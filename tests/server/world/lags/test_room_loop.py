@@ -13,7 +13,7 @@ from cohaptic.control.delay import TOO_LONG
 from cohaptic.control.law import Law
 from cohaptic.control.laws.model import Gains
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
-from tests.server.touches import touch, user_of
+from tests.server.touches import changed, touch, user_of
 from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
 
@@ -43,8 +43,8 @@ def test_the_stiffest_hand_that_presses_counts_in_full(room: Room) -> None:
     found = room_loop(users, C, where, pressing, DT).stiffest
     assert expected * (1.0 - 1e-9) <= found <= 3.0 * expected
     lone = [i for i, span in enumerate(where) if span.stop - span.start == 1 and pressing[i]]
-    if lone and not any(user.touch.friction for user in users):
-        limits = [min(users[i].touch.max_stiffness, 1.0 / C[i, i]) for i in lone]
+    if lone and not any(user.touch.who.friction for user in users):
+        limits = [min(users[i].touch.who.max_stiffness, 1.0 / C[i, i]) for i in lone]
         assert found == pytest.approx(max(limits))
 
 
@@ -143,7 +143,7 @@ def test_the_papers_laws_are_coupled_with_their_own_dent_too(room: Room) -> None
     shares: list[float] = []
     for user, w, coupled in zip(users, where, others, strict=True):
         own = float(C[w.start, w.start])
-        shares.append(own * min(user.touch.max_stiffness, 1.0 / (own + float(coupled))))
+        shares.append(own * min(user.touch.who.max_stiffness, 1.0 / (own + float(coupled))))
     found = room_coupling(users, C, where, pressing)
     assert found >= max(shares) * (1.0 - 1e-9)
     if len(C) == len(users):
@@ -154,14 +154,14 @@ def test_the_papers_laws_are_coupled_with_their_own_dent_too(room: Room) -> None
 def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) -> None:
     users, C, where, _ = room
     i = data.draw(st.integers(0, len(users) - 1))
-    own, limit = C[where[i], where[i]], users[i].touch.max_stiffness
+    own, limit = C[where[i], where[i]], users[i].touch.who.max_stiffness
     K = hand_stiffness(users[i], own)
     # One share of the object's stiffness in all directions, of which the law has the normal's.
     share = min(1.0, limit * own[0, 0])
     assert pytest.approx(share * np.eye(len(own)), abs=1e-9) == K @ own
     # The paper's laws go by what the others do, too.
     others = data.draw(st.floats(0.0, 0.1))
-    paper = replace(users[i], touch=replace(users[i].touch, law=Law.PI))
+    paper = replace(users[i], touch=changed(users[i].touch, law=Law.PI))
     share = min(limit, 1.0 / (own[0, 0] + others)) * own[0, 0]
     assert (
         pytest.approx(share * np.eye(len(own)), abs=1e-9)
@@ -169,7 +169,7 @@ def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) 
     )
     assert (hand_stiffness(users[i], own, others) == K).all()
     fixed = Gains(data.draw(st.floats(1.0, 1e5)), 0.0)
-    told = replace(users[i], touch=replace(users[i].touch, fixed_gains=fixed))
+    told = replace(users[i], touch=changed(users[i].touch, fixed_gains=fixed))
     chosen: float = min(limit, fixed.k_h)
     share = chosen * float(own[0, 0])
     assert pytest.approx(share * np.eye(len(own)), abs=1e-6) == hand_stiffness(told, own) @ own

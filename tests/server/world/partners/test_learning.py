@@ -29,7 +29,7 @@ from cohaptic_server.world.partners.small_gain import LAG_DOWN, LAG_UP, LAGS, RA
 from cohaptic_server.world.partners.wishes import next_wishes
 from cohaptic_server.world.state import TickTime, Touch
 from cohaptic_server.world.users import Wishes
-from tests.server.touches import RADIUS, applied_of, side, touch, tracked_of, user_of
+from tests.server.touches import RADIUS, applied_of, changed, side, touch, tracked_of, user_of
 from tests.server.world.worlds import DT
 from tests.strategies import vectors
 
@@ -243,7 +243,7 @@ def test_one_hand_learns_in_a_tick_and_each_has_its_turn() -> None:
     for tick in range(250):
         users = [
             user_of(
-                replace(samples[tick], user=i + 1, probe=scale(side(i), RADIUS - 0.005)), force=2.0
+                changed(samples[tick], user=i + 1, probe=scale(side(i), RADIUS - 0.005)), force=2.0
             )
             for i, samples in enumerate(played)
         ]
