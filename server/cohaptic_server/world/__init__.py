@@ -1,7 +1,8 @@
 """One tick of the shared object, as pure functions: find contacts, apply forces, build patches.
 
 Terms:
-    touch: Newest sample of one user, with the settings that the user joined with (`state.Touch`).
+    participant: A user, with what its client and its device are (`state.Participant`).
+    touch: Newest sample of a participant: what its hand does (`state.Touch`).
     row: Index of a user in the arrays of one tick; -1 for a user who was not in that tick.
     frame: Foot [m], contact point [m] and outward unit normal of a contact, shape (3, 3).
     free surface: Surface of the body under all loads except those of the user concerned [m].

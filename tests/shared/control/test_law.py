@@ -162,3 +162,20 @@ def test_a_law_that_begins_with_a_force_goes_on_with_it(
     spring = share * k_o * depth
     expected = max(force, spring) if law.model.integrates else spring
     assert f.normal_force == pytest.approx(expected)
+
+
+@given(laws, stiffness, st.floats(0.001, 0.02), st.floats(0.0, 8.0), st.floats(0.0, 8.0))
+def test_a_memory_that_is_held_to_a_force_gives_no_more_than_it_or_the_spring(
+    law: Law, k_o: float, depth: float, force: float, most: float
+) -> None:
+    """What is below that stays as it is, and a law without a memory has nothing to be held."""
+    seen, gains = sight(depth, 1.0 / k_o), Gains(0.3 * k_o, 500.0)
+    before = law.model.begin(force, gains, pressed_depth(law, seen))
+    memory = law.model.held_to(before, most, gains)
+    still = LawSettings(Thresholds(1.0, 1.0, 0.0))
+    spring = 0.3 * k_o * depth
+    given = law.model.force(memory, seen, gains, 0.0, still, 0.0, 0.0)[1].normal_force
+    wanted = law.model.force(before, seen, gains, 0.0, still, 0.0, 0.0)[1].normal_force
+    assert given == pytest.approx(min(wanted, max(most, spring)))
+    if wanted < most:
+        assert memory is before

@@ -6,7 +6,6 @@ import math
 from typing import Final
 
 from cohaptic.control.friction import friction_step
-from cohaptic.control.laws.pi import IntegralState
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.patch import MAX_STIFFNESS
 from cohaptic.vec import add, dot, scale, sub
@@ -46,16 +45,16 @@ class LawForce(Rule):
 
 
 def not_wound_up(fade: LawFade, period: Period) -> LawFade:
-    """Return the laws with an integral no further ahead of the given force than `AHEAD`.
+    """Return the laws with a memory no further ahead of the given force than `AHEAD`.
 
     A limit of another package takes force from the hand behind the law, whose integral would grow
     meanwhile, and be felt long after the hand has left.
     """
     now, state = fade.now, period.state
-    memory, most = now.memory, dot(state.safety.force, state.normal) + AHEAD
-    if not isinstance(memory, IntegralState) or state.normal_force <= most:
+    most = dot(state.safety.force, state.normal) + AHEAD
+    memory = now.law.model.held_to(now.memory, most, now.gains)
+    if memory is now.memory:
         return fade
-    memory = now.law.model.begin(most, now.gains, memory.depth)
     return LawFade(Running(now.law, now.gains, memory), fade.before, fade.share)
 
 

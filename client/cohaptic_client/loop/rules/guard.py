@@ -99,7 +99,8 @@ class Fade(Rule):
             state.scale, up, min(size, limits.max_force),
             limits.engage_time if up else limits.fade_time, period.counted, period.fade_most,
         )  # fmt: skip
-        period.force = scale(period.force, period.scale)
+        if period.scale < 1.0:
+            period.force = scale(period.force, period.scale)
 
 
 class Rate(Rule):

@@ -124,6 +124,14 @@ class LocalModel:
         """
         return None
 
+    def held_to(self, memory: object, most: float, gains: Gains) -> object:
+        """Return a memory in which the law gives no more than a force, where it has one.
+
+        Args:
+            most: Largest normal force [N].
+        """
+        return memory
+
     def force(
         self,
         memory: object,

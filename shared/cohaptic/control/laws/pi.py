@@ -80,6 +80,18 @@ class ProportionalIntegral(LocalModel):
         """
         return IntegralState(max(0.0, force - gains.k_h * depth), 0.0, depth)
 
+    def held_to(self, memory: object, most: float, gains: Gains) -> object:
+        """Return the integral cut to what the spring leaves of the force.
+
+        Where others take force from the hand behind the law, the integral would grow meanwhile.
+        """
+        if not isinstance(memory, IntegralState):
+            return memory
+        left = max(0.0, most - gains.k_h * max(0.0, memory.depth))
+        if memory.force <= left:
+            return memory
+        return IntegralState(left, memory.ramp, memory.depth)
+
     def force(
         self,
         memory: object,
