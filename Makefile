@@ -122,8 +122,9 @@ fresh-page: $(VENV)/.dev
 page: $(VENV)/.dev  ## build the page into the server's package
 	@$(NPM) run --silent build
 
-life: $(VENV)/.installed  ## write what is made from the chains: tables of docs/life-of-a-force.md, the page's rules.ts
+life: $(VENV)/.installed  ## write what is made from the chains and from a participant's life: tables, drawing, the page's rules.ts
 	@$(BIN)/python tools/life_of_a_force.py
+	@$(BIN)/python tools/life_of_a_participant.py
 
 protocol: $(VENV)/.installed  ## write what is made from the table of frames: the page's layout.ts, tables of docs/protocol.md
 	@$(BIN)/python tools/generate_protocol.py

@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
 from websockets.typing import Subprotocol
 
 from cohaptic.errors import ServerLost, SettingError
-from cohaptic.protocol.messages import Error, encode_control
+from cohaptic.protocol.messages import Error, RoomUser, encode_control
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import (
@@ -20,7 +20,6 @@ from cohaptic.protocol.watch_messages import (
     Moderated,
     PutOut,
     Watch,
-    WatchedUser,
     Watching,
     decode_watch_control,
 )
@@ -109,7 +108,7 @@ async def _unban(ws: ClientConnection, who: str) -> str:
     return f"done: unban {who}" if done else f"{who} may come back already"
 
 
-def _find(users: tuple[WatchedUser, ...], who: str) -> WatchedUser:
+def _find(users: tuple[RoomUser, ...], who: str) -> RoomUser:
     # Numbers first, because the server gives them, and a user may have chosen a number as a name.
     for user in users:
         if who == str(user.user):
@@ -131,4 +130,4 @@ async def _answer(ws: ClientConnection, kind: type[M]) -> M:
         if isinstance(message, kind):
             return message
         if isinstance(message, Error):
-            raise Refused(message.code, message.message)
+            raise Refused(message.code, message.message, message.field)

@@ -68,16 +68,24 @@ class ProtocolError(CohapticError):
     """A message broke the rules of `docs/protocol.md`.
 
     Args:
-        subject: The message or field at fault.
+        subject: The message or field at fault, in words.
         value: Value as received.
         limit: Values that would have been valid.
         code: Code with which the connection is closed.
+        field: The same as `subject` for programs, such as `seq`; by default made of its words up to
+            the first "of".
     """
 
     def __init__(
-        self, subject: str, value: object, limit: str, code: CloseCode = CloseCode.BAD_MESSAGE
+        self,
+        subject: str,
+        value: object,
+        limit: str,
+        code: CloseCode = CloseCode.BAD_MESSAGE,
+        field: str = "",
     ) -> None:
-        super().__init__(subject, value, limit, code)
+        super().__init__(subject, value, limit, code, field)
+        self.field = field or subject.partition(" of ")[0].replace(" ", "_")
         self.subject = subject
         self.value = value
         self.limit = limit

@@ -41,38 +41,23 @@ from cohaptic_client.settings import ClientSettings
 class People:
     """Names of the other users in a room, as the server's messages report them.
 
-    The same message reports a user who joins and a user's new name. User numbers rise with each
-    user who joins. The welcome message lists the earlier users by name, without their numbers.
+    The same message reports a user who joins and a user's new name.
 
     Args:
         welcome: Welcome message that the server sent to this client.
     """
 
     def __init__(self, welcome: Welcome) -> None:
-        self._own = welcome.user
-        self._before = list(welcome.users)  # earlier users; their numbers are unknown
-        self._known: dict[int, str] = {}
+        self._names = {user.user: user.name for user in welcome.users}
 
     def news(self, event: UserJoined | UserLeft) -> str:
         """Return a sentence on a user who has joined, left or taken a new name."""
-        return self._joined(event) if isinstance(event, UserJoined) else self._left(event)
-
-    def _joined(self, event: UserJoined) -> str:
-        before = self._known.get(event.user)
-        self._known[event.user] = event.name
-        if before is not None:
-            return f"{before} is now called {event.name}"
-        if event.user > self._own:
-            return f"{event.name} joined"
-        if len(self._before) == 1:
-            return f"{self._before.pop()} is now called {event.name}"
-        return f"somebody who was here before you is now called {event.name}"
-
-    def _left(self, event: UserLeft) -> str:
-        before = self._known.pop(event.user, event.name)
-        for name in {before, event.name} & set(self._before):
-            self._before.remove(name)
-        return f"{event.name} left" + ("" if event.reason == "bye" else f": {event.reason}")
+        if isinstance(event, UserLeft):
+            self._names.pop(event.user, None)
+            return f"{event.name} left" + ("" if event.reason == "bye" else f": {event.reason}")
+        before = self._names.get(event.user)
+        self._names[event.user] = event.name
+        return f"{event.name} joined" if before is None else f"{before} is now called {event.name}"
 
 
 _LONGEST_REASON = 400  # characters; our own server's are shorter
@@ -91,12 +76,14 @@ class Refused(CohapticError):
     Args:
         code: Number of a `CloseCode`.
         reason: Reason in the server's words.
+        field: Field, message or resource at fault; empty where the server names none.
     """
 
-    def __init__(self, code: int, reason: str) -> None:
-        super().__init__(code, reason)
+    def __init__(self, code: int, reason: str, field: str = "") -> None:
+        super().__init__(code, reason, field)
         self.code = code
         self.reason = reason
+        self.field = field
 
     def __str__(self) -> str:
         return f"the server refused: {one_line(self.reason, _LONGEST_REASON)}"
@@ -225,7 +212,7 @@ class Conversation:
         elif event.code == CloseCode.OBJECT_CHANGED.value:
             raise AnotherObject
         else:
-            raise Refused(event.code, event.message)
+            raise Refused(event.code, event.message, event.field)
 
     def _tell_restraints(self, new: Restraints) -> None:
         """Tell the user when the object is frozen or this user is muted, and when that ends.
@@ -248,7 +235,7 @@ class Conversation:
 
     def _begin(self, welcome: Welcome) -> None:
         """Start to send samples after the welcome, and start the loop if it does not run yet."""
-        others = ", ".join(welcome.users) or "nobody else"
+        others = ", ".join(user.name for user in welcome.users) or "nobody else"
         self._tell(f"touching {welcome.body.name} with {others}")
         self.server_to_wall = welcome.to_wall
         self._haptics.start(welcome)

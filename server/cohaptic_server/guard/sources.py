@@ -80,7 +80,8 @@ def too_many(what: str, more: int, budget: Budget) -> RemoteProtocolError:
         more: Number of requests that exceeded the budget.
     """
     value, limit = f"too many: {more} more", f"at most {budget}"
-    return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY)
+    field = what.replace(" ", "_")
+    return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY, field)
 
 
 _MOST_LOGGED = 1024

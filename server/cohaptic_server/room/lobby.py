@@ -15,6 +15,7 @@ from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watc
 from cohaptic_server.access.admission import session_over
 from cohaptic_server.room.company.gathering import Gathering
 from cohaptic_server.room.latency import Data, latencies, refusal, set_latency
+from cohaptic_server.room.life import State
 from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.reception import Entrance, Reception, tell_others
@@ -25,13 +26,6 @@ from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.room.watch.watcher import Watcher
 
 MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
-# Close codes of a session that ends without a fault of its client: the path or the machine was
-# slow, the object changed, or the server stops. Name and seat are kept as for a lost connection.
-_NO_FAULT = {
-    CloseCode.TOO_SLOW.value,
-    CloseCode.OBJECT_CHANGED.value,
-    CloseCode.SERVER_STOPS.value,
-}
 
 
 class Lobby:
@@ -215,8 +209,9 @@ class Lobby:
         """
         outcome = Outcome()
         self.peers.remove(peer)
+        peer.session.disconnect(reason, farewell=peer.farewell)
         close = peer.session.close
-        lost = self._ticked if _is_lost(peer, reason) else None
+        lost = self._ticked if peer.session.state is State.KEPT else None
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.audience.leave(peer.session)
@@ -309,15 +304,3 @@ class Lobby:
             self.room.set_law(user, change)
         except ProtocolError as error:
             peer.session.fail(error)
-
-
-def _is_lost(peer: Peer, reason: str) -> bool:
-    """Whether the room reserves the user's name, since the user did not leave on purpose.
-
-    This is so if the connection was lost, if the client closed it without a reason, or if the
-    server closed it for a reason in `_NO_FAULT`.
-    """
-    close = peer.session.close
-    if close is None:
-        return not reason
-    return close[0] in _NO_FAULT and not peer.farewell

@@ -16,6 +16,7 @@ from cohaptic_server.access.keys import forbidden
 from cohaptic_server.access.remembered import Record, Removal, Used
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
+from cohaptic_server.room.life import Event
 from cohaptic_server.room.moderation import Removed, administers, tell_put_out, tell_restraints
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
@@ -219,8 +220,8 @@ class Reception:
         for left in replaced:
             limit = "its only connection: it has come back with another"
             for other in self.peers:
-                if other.user == left.user:
-                    other.session.fail(ProtocolError("user", left.name, limit))
+                if other.user == left.user and isinstance(other.session, ServerSession):
+                    other.session.fail(ProtocolError("user", left.name, limit), Event.REPLACED)
             tell_others(self.peers, peer, left, outcome)
         peer.user = welcome.user
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
@@ -260,7 +261,7 @@ class Reception:
         if session and count >= MOST_PAGES:
             subject = "number of pages that watch with one invitation's session"
             limit = f"at most {MOST_PAGES}: ask for an invitation of your own"
-            raise RemoteProtocolError(subject, count + 1, limit, CloseCode.ROOM_FULL)
+            raise RemoteProtocolError(subject, count + 1, limit, CloseCode.ROOM_FULL, "watchers")
 
 
 def tell_others(peers: Iterable[Peer], peer: Peer, news: ServerControl, outcome: Outcome) -> None:

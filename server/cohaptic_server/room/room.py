@@ -19,6 +19,7 @@ from cohaptic.protocol.messages import (
     FixedGains,
     Hello,
     Restraints,
+    RoomUser,
     SetLaw,
     UserJoined,
     UserLeft,
@@ -29,6 +30,7 @@ from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
+from cohaptic_server.room.life import Hand, hand_of
 from cohaptic_server.room.member import Member, Muted, participant
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
 from cohaptic_server.room.seats.wait_queue import WaitQueue
@@ -102,12 +104,11 @@ class Seating:
         if promised:
             words += f"; {promised} wait for a place already"
         count = present + kept + promised + 1
-        name = f"number of {self.who}"
-        raise RemoteProtocolError(name, count, words + self.instead, CloseCode.ROOM_FULL)
+        name, words = f"number of {self.who}", words + self.instead
+        raise RemoteProtocolError(name, count, words, CloseCode.ROOM_FULL, self.who)
 
 
 RESET_AFTER = 2.0 * RELEASE_TIME  # s; every force has faded by then
-STALE_AFTER = 0.5  # s without a sample, after which a user's force fades until the next sample
 
 
 class Room:
@@ -206,7 +207,7 @@ class Room:
         left = tuple(self._replace(member) for member in replaced)
         user = self.next_user
         self.next_user += 1
-        present = tuple(m.hello.name for m in self.members.values())
+        present = tuple(RoomUser(user=m.user, name=m.hello.name) for m in self.members.values())
         most = guest.grants.max_force
         cap = hello.max_force if most is None else min(hello.max_force, most)
         muted = self.muted.holds(hello.name, claim)
@@ -365,9 +366,8 @@ class Room:
                 member.seen = newest.seq
                 member.used += 1
             member.samples, touch = member.samples.read(now)
-            # The force of a muted user fades like that of a user whose samples have stopped.
-            stale = released or member.muted or now - member.heard > STALE_AFTER
-            touches.append(replace(touch, fresh=False) if stale else touch)
+            hand = hand_of(frozen=released, muted=member.muted, silence=now - member.heard)
+            touches.append(touch if hand is Hand.ACTS else replace(touch, fresh=False))
         if self.force_budget is not None:
             touches = within_budget(touches, self.force_budget)
         dt = self.settings.simulation_period

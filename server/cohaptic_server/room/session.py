@@ -1,54 +1,29 @@
-"""Protocol session of one client, as a state machine without I/O.
-
-    AWAIT_HELLO --hello--> GREETED --accept--> JOINED --bye, close--> CLOSED
-                              |                  |
-                              +--queue--> QUEUED-+ (come, then accept; or bye)
-      |  |                    |                  |
-      |  +---- error, or no hello in time, or refused ----> CLOSED
-      +--watch--> WATCHES, continued by another state machine (`watch/watcher.py`)
+"""Protocol session of one client, as a state machine without I/O; `life.py` has its states.
 
 The lobby passes each message to `receive` and handles the events; the shell writes the messages of
 `take`, and closes the connection when `close` is set. A protocol violation raises no exception: the
-client gets an error message and a close code, and other clients are not affected.
+client gets an error message and a close code, and other clients are not affected. A client that
+watches goes on with another state machine (`watch/watcher.py`).
 """
 
 from __future__ import annotations
 
-from enum import Enum
-
 from cohaptic.errors import CloseCode, LocalProtocolError, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.control.message import ControlMessage, SetName
-from cohaptic.protocol.messages import Bye, Come, Error, Hello, SetLaw, Welcome
+from cohaptic.protocol.control.message import ControlMessage
+from cohaptic.protocol.messages import Bye, Called, Come, Error, Hello, Welcome
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message
+from cohaptic_server.room.life import (
+    HELLO_TIMEOUT,
+    MESSAGES,
+    Event,
+    Message,
+    State,
+    after,
+    closed_by_server,
+)
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
-
-HELLO_TIMEOUT = 5.0  # s
-
-
-class State(Enum):
-    """State of a client's session; the values complete the sentence "the session ..."."""
-
-    AWAIT_HELLO = "waits for hello"
-    GREETED = "waits for the room"
-    QUEUED = "waits for a seat"
-    JOINED = "joined"
-    WATCHES = "watches"
-    CLOSED = "closed"
-
-
-Event = Hello | Watch | Come | SetName | SetLaw | ContactSample | Bye
-
-# Messages that a client may send in each state; all others violate the protocol.
-ALLOWED: dict[State, tuple[type[Event], ...]] = {
-    State.AWAIT_HELLO: (Hello, Watch),
-    State.GREETED: (),
-    State.QUEUED: (Come, SetName, Bye),
-    State.JOINED: (ContactSample, SetName, SetLaw, Bye),
-    State.WATCHES: (),
-    State.CLOSED: (),
-}
 
 
 class ServerSession:
@@ -58,17 +33,17 @@ class ServerSession:
         now: Time at which the connection was made [s].
 
     Attributes:
-        state: State of the session.
+        state: State of the participant.
         close: Code and reason with which the connection is to be closed; None while it stays open.
         outbox: Messages that wait to be sent to the client.
         problem: Reason why the newest patch could not be sent; empty if it was queued.
     """
 
     def __init__(self, now: float) -> None:
-        self.state = State.AWAIT_HELLO
+        self.state = State.OFFERED
         self.close: tuple[int, str] | None = None
         self._deadline = now + HELLO_TIMEOUT
-        self._events: list[Event] = []
+        self._events: list[Message] = []
         self.outbox = Outbox()
         self.problem = ""
         self._last_seq = 0
@@ -81,20 +56,20 @@ class ServerSession:
             if sample is not None:
                 self._events.append(sample)
             return
-        if self.state is State.CLOSED:
+        if self.close is not None:
             return
         try:
             message = self._decode(data)
         except ProtocolError as error:
             self.fail(error)
             return
-        if isinstance(message, Hello):
-            self.state = State.GREETED
-        elif isinstance(message, Watch):
-            self.state = State.WATCHES
+        if isinstance(message, Hello | Watch):
+            self._move(Event.ASKS)
+        elif isinstance(message, Come):
+            self._move(Event.COMES)
         self._events.append(message)
         if isinstance(message, Bye):
-            self._end(1000, "bye")
+            self._end(Event.LEAVES, 1000, "bye")
 
     def receive_sample(self, data: bytes) -> ContactSample | None:
         """Decode a sample of a client that has joined; return None if the session has ended.
@@ -115,15 +90,19 @@ class ServerSession:
         self._last_seq = sample.seq
         return sample
 
-    def events(self) -> list[Event]:
+    def events(self) -> list[Message]:
         """Return the messages for the room that arrived since the last call."""
         events, self._events = self._events, []
         return events
 
     def queue(self) -> None:
-        """Mark the client as waiting for a seat, since the room is full."""
-        assert self.state is State.GREETED
-        self.state = State.QUEUED
+        """Let the client wait for a seat, since the room is full."""
+        self._move(Event.QUEUED)
+
+    def call(self, called: Called) -> None:
+        """Call the client to a seat."""
+        self._move(Event.CALLED)
+        self.send(called)
 
     def accept(self, welcome: Welcome, rest_mesh: bytes | None = None) -> None:
         """Mark the client as joined, and queue the welcome.
@@ -132,23 +111,37 @@ class ServerSession:
             rest_mesh: Frame of the touch mesh at rest, for a client with mesh patches; None for
                 other clients.
         """
-        assert self.state in (State.GREETED, State.QUEUED)
-        self.state = State.JOINED
+        self._move(Event.SEATED)
         self.send(welcome)
         if rest_mesh is not None:
             self._check(fits=self.outbox.put_event(rest_mesh))
 
-    def fail(self, error: ProtocolError) -> None:
-        """Tell the client the error, and end the session."""
-        if self.state is State.CLOSED:
-            return
-        self.send(Error(code=error.code.value, message=str(error)))
-        self._end(error.code.value, str(error))
+    def fail(self, error: ProtocolError, event: Event | None = None) -> None:
+        """Tell the client the error, and end the session.
+
+        Args:
+            event: What the end is for the participant; None for what the close code says.
+        """
+        if self.close is None:
+            self.outbox.put(Error.of(error))  # if it does not fit, the close says the same
+            self._end(event or closed_by_server(error.code), error.code.value, str(error))
 
     def stop(self, code: CloseCode, reason: str) -> None:
         """End the session because the server stops or its object has changed."""
-        if self.state is not State.CLOSED:
-            self._end(code.value, reason)
+        if self.close is None:
+            self._end(closed_by_server(code), code.value, reason)
+
+    def disconnect(self, reason: str, *, farewell: bool) -> None:
+        """Note that the connection has ended.
+
+        Args:
+            reason: Reason that the client gave for closing, or its error; empty without a reason.
+            farewell: Whether the client itself has closed the connection properly.
+        """
+        if self.close is None:
+            self._move(Event.LEAVES if reason else Event.LOST)
+        elif self.state is State.KEPT and farewell:
+            self._move(Event.LEAVES)
 
     @property
     def hears_news(self) -> bool:
@@ -166,7 +159,7 @@ class ServerSession:
     def _check(self, *, fits: bool) -> None:
         if not fits:
             reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
-            self._end(CloseCode.TOO_SLOW.value, reason)
+            self._end(Event.LOST, CloseCode.TOO_SLOW.value, reason)
 
     def send_patch(self, patch: Patch) -> None:
         """Queue the newest patch, unless its numbers exceed the range of the wire format.
@@ -184,33 +177,39 @@ class ServerSession:
 
     def next_deadline(self) -> float | None:
         """Return the time at which `handle_timer` must be called [s]; None without a deadline."""
-        return self._deadline if self.state is State.AWAIT_HELLO else None
+        return self._deadline if self.state is State.OFFERED else None
 
     def handle_timer(self, now: float) -> None:
         """End the session if no hello has arrived within `HELLO_TIMEOUT`."""
-        if self.state is State.AWAIT_HELLO and now >= self._deadline:
+        if self.state is State.OFFERED and now >= self._deadline:
             error = RemoteProtocolError(
                 "time without a hello",
                 f"{HELLO_TIMEOUT:g} s",
                 "a hello within it",
                 CloseCode.HELLO_TIMEOUT,
+                "hello",
             )
-            self.fail(error)
+            self.fail(error, Event.SILENT)
 
-    def _decode(self, data: str | bytes) -> Event:
+    def _decode(self, data: str | bytes) -> Message:
         message: ContactSample | ClientMessage = (
             ContactSample.decode(data) if isinstance(data, bytes) else decode_client_message(data)
         )
-        if not isinstance(message, ALLOWED[self.state]):
-            allowed = " or ".join(kind.__name__ for kind in ALLOWED[self.state]) or "nothing yet"
+        kinds = MESSAGES.get(self.state, ())
+        if not isinstance(message, kinds):
+            allowed = " or ".join(kind.__name__ for kind in kinds) or "nothing yet"
             raise RemoteProtocolError(
                 "message", type(message).__name__, f"{allowed}: {self.state.value}"
             )
         return message
 
-    def _end(self, code: int, reason: str) -> None:
-        self.state = State.CLOSED
-        self.close = close_frame(code, reason)
+    def _move(self, event: Event) -> None:
+        self.state = after(self.state, event)
+
+    def _end(self, event: Event, code: int, reason: str) -> None:
+        if self.close is None:
+            self._move(event)
+            self.close = close_frame(code, reason)
 
 
 def close_frame(code: int, reason: str) -> tuple[int, str]:

@@ -19,10 +19,10 @@ from cohaptic_server.room.session import close_frame
 from cohaptic_server.shell.wire import Wire
 
 
-async def refuse(ws: Wire, code: CloseCode, why: str) -> None:
-    """Send the client the reason `why`, and close the connection with `code`."""
+async def refuse(ws: Wire, code: CloseCode, why: str, field: str = "") -> None:
+    """Send the client the reason `why` and the field at fault, and close with `code`."""
     with contextlib.suppress(ConnectionClosed):
-        await ws.send(encode_control(Error(code=code.value, message=why)))
+        await ws.send(encode_control(Error(code=code.value, field=field, message=why)))
         await ws.close(*close_frame(code.value, why))
 
 
@@ -49,7 +49,7 @@ async def refuse_other_room(ws: Wire, room: str | None) -> bool:
     """Refuse a client that asked for another room; return whether it was refused."""
     why = why_not_here(ws.request.path, room) if ws.request is not None else ""
     if why:
-        await refuse(ws, CloseCode.NO_ROOM, why)
+        await refuse(ws, CloseCode.NO_ROOM, why, "room")
     return bool(why)
 
 

@@ -36,14 +36,22 @@ def open_header(data: bytes, kind: FrameKind) -> int:
             names the value found and the expected one.
     """
     if len(data) < HEADER.size:
-        raise RemoteProtocolError("frame length", len(data), f"at least {HEADER.size} bytes")
+        raise RemoteProtocolError(
+            "frame length", len(data), f"at least {HEADER.size} bytes", field="length"
+        )
     version, got, flags = HEADER.unpack_from(data)
     if version != PROTOCOL_VERSION:
         raise RemoteProtocolError(
-            "frame's protocol version", version, str(PROTOCOL_VERSION), CloseCode.WRONG_VERSION
+            "frame's protocol version",
+            version,
+            str(PROTOCOL_VERSION),
+            CloseCode.WRONG_VERSION,
+            "version",
         )
     if got != kind:
-        raise RemoteProtocolError("frame kind", got, f"{kind.value} ({kind.name.lower()})")
+        raise RemoteProtocolError(
+            "frame kind", got, f"{kind.value} ({kind.name.lower()})", field="kind"
+        )
     return int(flags)
 
 
@@ -55,7 +63,9 @@ def open_frame(data: bytes, kind: FrameKind, size: int) -> int:
     """
     flags = open_header(data, kind)
     if len(data) != size:
-        raise RemoteProtocolError(f"{kind.name.lower()} length", len(data), f"{size} bytes")
+        raise RemoteProtocolError(
+            f"{kind.name.lower()} length", len(data), f"{size} bytes", field="length"
+        )
     return flags
 
 
@@ -71,7 +81,8 @@ def check_vector(name: str, value: Vec3, limit: float, unit: str, *, remote: boo
     # One comparison accepts every valid value; a NaN fails it.
     if not norm(value) <= limit:
         check_finite(name, *value, remote=remote)
-        raise _error(remote)(f"length of {name}", f"{norm(value):.4g} {unit}", f"<= {limit} {unit}")
+        found, most = f"{norm(value):.4g} {unit}", f"<= {limit} {unit}"
+        raise _error(remote)(f"length of {name}", found, most, field=name.partition(" of ")[0])
 
 
 def wrong(name: str, value: object, limit: str, *, remote: bool) -> ProtocolError:

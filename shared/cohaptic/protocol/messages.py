@@ -8,6 +8,7 @@ server -> client    place, called, welcome, named, user_joined, user_left, restr
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
@@ -19,7 +20,7 @@ from pydantic import (
 )
 
 from cohaptic.control.law import DEFAULT_LAW, Law
-from cohaptic.errors import CloseCode, RemoteProtocolError, one_line
+from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError, one_line
 from cohaptic.protocol.control.message import (
     SECRETS,
     Capabilities,
@@ -36,8 +37,10 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.vec import ZERO, Vec3, add, sub
 
 MAX_TEXT = 4096  # characters of one control message
-MAX_WELCOME_TEXT = 8192  # characters of a server's longest message, a welcome to the fullest room
+MAX_WELCOME_TEXT = 16_384  # characters of a server's longest message, a welcome to the fullest room
 MAX_TOKEN = 2048  # characters; the server's own have about 400
+MAX_FIELD = 64  # characters; the longest of cohaptic's own has 20
+_FIELD = re.compile(rf"[a-z0-9_.]{{1,{MAX_FIELD}}}")
 MAX_BODY_NAME = 1024  # characters; a file's name, with room for its folders
 MIN_PERIOD, MAX_PERIOD = 0.005, 0.1  # s
 M = TypeVar("M")
@@ -173,6 +176,19 @@ class BodyInfo(ControlMessage):
         return sub(point, self.origin)
 
 
+class RoomUser(WithSecrets):
+    """One user of the room.
+
+    Args:
+        user: Number of the user.
+        rules: As in its hello. Not on the wire if None.
+    """
+
+    user: int
+    name: Name
+    rules: LoopRules | None = None
+
+
 class Welcome(WithSecrets):
     """The server's answer to a hello that it accepts.
 
@@ -183,7 +199,7 @@ class Welcome(WithSecrets):
         simulation_period: Time between patches, N T [s].
         to_wall: Unix time less the server's clock, whose zero is arbitrary [s].
         body: Body that every user of the room touches.
-        users: Names of the users who joined before.
+        users: Users who joined before, without their rules.
         session: Token with which this client can come back. Not on the wire if None.
     """
 
@@ -194,7 +210,7 @@ class Welcome(WithSecrets):
     simulation_period: Period
     to_wall: float = 0.0
     body: BodyInfo
-    users: tuple[str, ...]
+    users: tuple[RoomUser, ...]
     session: Token | None = Field(default=None, repr=False)
 
 
@@ -260,11 +276,26 @@ class Restraints(ControlMessage):
 
 
 class Error(ControlMessage):
-    """Reason why the server ends this session; the close of the connection follows."""
+    """Reason why the server ends this session; the close of the connection follows.
+
+    Args:
+        code: Close code of the connection.
+        field: Field, message or resource at fault, such as `name`, `token` or `seats`; empty where
+            there is none. Programs decide by this and the code.
+        message: The reason as one sentence, for people.
+    """
 
     type: Literal["error"] = "error"
     code: int
+    field: Annotated[str, Field(max_length=MAX_FIELD)] = ""
     message: str
+
+    @classmethod
+    def of(cls, error: ProtocolError) -> Error:
+        """Return the message that tells a peer an error."""
+        # What a peer calls its own fields is its own text, and can have any characters.
+        field = error.field if _FIELD.fullmatch(error.field) else ""
+        return cls(code=error.code.value, field=field, message=str(error))
 
 
 ClientControl = Hello | Come | SetName | SetLaw | Bye
@@ -306,13 +337,16 @@ def wrong_version(theirs: object) -> RemoteProtocolError:
         theirs,
         f"{PROTOCOL_VERSION}: install the same cohaptic on both sides",
         CloseCode.WRONG_VERSION,
+        "protocol",
     )
 
 
 def decode_text(adapter: TypeAdapter[M], text: str, limit: int = MAX_TEXT) -> M:
     """Decode a message of one of the adapter's types; raises RemoteProtocolError if invalid."""
     if len(text) > limit:
-        raise RemoteProtocolError("control message length", len(text), f"<= {limit} characters")
+        raise RemoteProtocolError(
+            "control message length", len(text), f"<= {limit} characters", field="length"
+        )
     try:
         return adapter.validate_json(text)
     except ValidationError as error:  # the error has the whole text, with its secrets

@@ -28,7 +28,6 @@ from cohaptic.protocol.control.company import (
 )
 from cohaptic.protocol.control.message import (
     ControlMessage,
-    LoopRules,
     Name,
     SetName,
     WithSecrets,
@@ -41,6 +40,7 @@ from cohaptic.protocol.messages import (
     Hello,
     Period,
     Restraints,
+    RoomUser,
     SetLaw,
     Token,
     UserJoined,
@@ -141,19 +141,6 @@ class Moderate(ControlMessage):
     name: Name | None = None
 
 
-class WatchedUser(WithSecrets):
-    """One user of the room.
-
-    Args:
-        user: Number of the user.
-        rules: As in its hello. Not on the wire if None.
-    """
-
-    user: int
-    name: Name
-    rules: LoopRules | None = None
-
-
 class Watching(WithSecrets):
     """The server's answer to a `watch` that it accepts; the rest mesh and scenes follow.
 
@@ -179,7 +166,7 @@ class Watching(WithSecrets):
     to_wall: float = 0.0
     body: BodyInfo
     model: Model | None
-    users: tuple[WatchedUser, ...]
+    users: tuple[RoomUser, ...]
     allow_latency: bool
     allow_fixed_gains: bool
     allow_upload: bool = False

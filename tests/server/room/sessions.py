@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from cohaptic.errors import CloseCode
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import Named
 from cohaptic.protocol.messages import (
     BodyInfo,
     Bye,
+    Called,
     Come,
     Error,
     Hello,
@@ -16,7 +18,8 @@ from cohaptic.protocol.messages import (
 )
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import Watch
-from cohaptic_server.room.session import Event, ServerSession, State
+from cohaptic_server.room.life import Message, State
+from cohaptic_server.room.session import ServerSession
 from tests.server.peers import hello_text, sample
 
 BODY = BodyInfo(name="balloon", center=(0.0, 0.0, 0.0), radius=0.1, contact_radius=0.02)
@@ -28,19 +31,26 @@ WELCOME = Welcome(user=1, name="left", simulation_period=0.02, body=BODY, users=
 ANSWER = Named(name="left")
 
 
+# A client that watches goes on with another session.
+STATES = [state for state in State if state is not State.WATCHING]
+
+
 def session_in(state: State) -> ServerSession:
     """A session that came to `state` by the ordinary way, at time 0."""
     session = ServerSession(0.0)
-    if state is State.AWAIT_HELLO:
+    if state is State.OFFERED:
         return session
-    first = MESSAGES[Watch] if state is State.WATCHES else hello_text()
-    session.receive(first, 0.0)
-    if state is State.QUEUED:
+    session.receive(hello_text(), 0.0)
+    if state in (State.WAITING, State.CALLED):
         session.queue()
-    if state in (State.JOINED, State.CLOSED):
+    if state is State.CALLED:
+        session.call(Called(within=5.0))
+    if state in (State.JOINED, State.KEPT, State.GONE):
         session.accept(WELCOME)
-    if state is State.CLOSED:
+    if state is State.GONE:
         session.receive(encode_control(Bye()), 0.0)
+    if state is State.KEPT:
+        session.stop(CloseCode.SERVER_STOPS, "the server stops")
     session.events()
     session.outbox.take(clear=True)
     assert session.state is state
@@ -49,7 +59,7 @@ def session_in(state: State) -> ServerSession:
 
 def ended(session: ServerSession) -> tuple[int, str]:
     """Code and reason of a session that is over."""
-    assert session.state is State.CLOSED
+    assert session.state in (State.KEPT, State.GONE)
     assert session.close is not None
     return session.close
 
@@ -63,7 +73,7 @@ def last_words(session: ServerSession) -> Error:
     return error
 
 
-MESSAGES: dict[type[Event], str | bytes] = {
+MESSAGES: dict[type[Message], str | bytes] = {
     Hello: hello_text(),
     ContactSample: sample().encode(),
     Bye: encode_control(Bye()),

@@ -6,13 +6,14 @@ from hypothesis import strategies as st
 from cohaptic.protocol.messages import (
     Place,
     Restraints,
+    RoomUser,
     UserJoined,
     UserLeft,
     Welcome,
     decode_server_control,
     encode_control,
 )
-from cohaptic.protocol.watch_messages import PutOut, WatchedUser, Watching
+from cohaptic.protocol.watch_messages import PutOut, Watching
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from tests.server.room.sessions import BODY
 
@@ -75,7 +76,8 @@ class Guests:
         self.here = {user: f"user{user}" for user in range(1, before + 2)}
         self.next, self.told = before + 2, dict(self.here)  # the client itself came last
         self.outbox = Outbox()
-        names = tuple(name for user, name in self.here.items() if user != before + 1)
+        others = [(user, name) for user, name in self.here.items() if user != before + 1]
+        names = tuple(RoomUser(user=user, name=name) for user, name in others)
         welcome = Welcome(
             user=before + 1, name="me", simulation_period=0.02, body=BODY, users=names
         )
@@ -159,7 +161,7 @@ def test_of_what_is_state_the_newest_is_told() -> None:
 
 def test_one_who_watches_hears_of_nobody_who_came_and_left_meanwhile() -> None:
     outbox = Outbox()
-    there = (WatchedUser(user=3, name="ann"), WatchedUser(user=7, name="bob"))
+    there = (RoomUser(user=3, name="ann"), RoomUser(user=7, name="bob"))
     assert outbox.put(
         Watching(
             simulation_period=0.02,

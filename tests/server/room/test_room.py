@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from cohaptic.control.law import Law
 from cohaptic.control.stability.lag_choice import FULL_BUDGET
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.messages import FixedGains, SetLaw, UserJoined, UserLeft
+from cohaptic.protocol.messages import FixedGains, RoomUser, SetLaw, UserJoined, UserLeft
 from cohaptic.protocol.patch import Geometry
 from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.room.room import STALE_AFTER, Room
+from cohaptic_server.room.life import STALE_AFTER
+from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import KEPT_FOR, REPLACE_AFTER, SEAT_KEPT_FOR
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.applied_forces import RELEASE_TIME
@@ -36,7 +37,7 @@ def test_a_welcome_says_what_a_client_needs(small_balloon: Balloon) -> None:
     assert first.simulation_period == 0.02
     assert first.body == describe(small_balloon)
     second, _, _ = here.join(hello("right"), 0.0)
-    assert second.users == ("left",)
+    assert second.users == (RoomUser(user=first.user, name="left"),)
     assert second.user != first.user
 
 

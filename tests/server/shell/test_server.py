@@ -26,9 +26,9 @@ from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.life import HELLO_TIMEOUT
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.seats.names import REPLACE_AFTER
-from cohaptic_server.room.session import HELLO_TIMEOUT
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CLOSE_TIMEOUT, CohapticServer
 from tests.patience import PATIENCE

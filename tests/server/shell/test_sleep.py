@@ -12,7 +12,7 @@ from cohaptic.protocol.messages import Bye, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import Watch
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.session import HELLO_TIMEOUT
+from cohaptic_server.room.life import HELLO_TIMEOUT
 from tests.patience import PATIENCE
 from tests.server.shell.stage import Served, serving, visit
 

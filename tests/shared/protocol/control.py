@@ -26,6 +26,7 @@ from cohaptic.protocol.messages import (
     Hello,
     Place,
     Restraints,
+    RoomUser,
     SetLaw,
     UserJoined,
     UserLeft,
@@ -40,7 +41,6 @@ from cohaptic.protocol.watch_messages import (
     SetLatency,
     SetView,
     Watch,
-    WatchedUser,
     Watching,
 )
 
@@ -69,7 +69,7 @@ CONTROL: dict[str, Any] = {
                 "radius": 0.1,
                 "contact_radius": 0.02,
             },
-            "users": ("left",),
+            "users": (RoomUser(user=1, name="left"),),
         }
     ),
     "welcome with a session": Welcome(
@@ -85,7 +85,9 @@ CONTROL: dict[str, Any] = {
         user=2, name="right", rules=LoopRules(added=("edge",), lacking=("models", "trust"))
     ),
     "user_left": UserLeft(user=2, name="right", reason="bye"),
-    "error": Error(code=4409, message="name is 'left'; expected one that is free (taken: left)"),
+    "error": Error(
+        code=4409, field="name", message="name is 'left'; expected one that is free (taken: left)"
+    ),
     "watch": Watch(protocol=PROTOCOL_VERSION, mesh="quantised"),
     "watch with company": Watch(protocol=PROTOCOL_VERSION, company=True),
     "watch with a token": Watch(protocol=PROTOCOL_VERSION, token="eyJh.eyJz.c2ln"),
@@ -104,8 +106,8 @@ CONTROL: dict[str, Any] = {
         ),
         model="00112233445566778899aabbccddeeff",
         users=(
-            WatchedUser(user=1, name="left", rules=LoopRules(added=("edge",))),
-            WatchedUser(user=2, name="right"),
+            RoomUser(user=1, name="left", rules=LoopRules(added=("edge",))),
+            RoomUser(user=2, name="right"),
         ),
         allow_latency=True,
         allow_fixed_gains=False,

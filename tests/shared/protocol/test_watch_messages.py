@@ -9,14 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode, RemoteProtocolError
-from cohaptic.protocol.messages import BodyInfo, encode_control
+from cohaptic.protocol.messages import BodyInfo, RoomUser, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
     MAX_WATCHING_TEXT,
     SetLatency,
     SetView,
     Watch,
-    WatchedUser,
     Watching,
     decode_client_message,
     decode_watch_control,
@@ -131,7 +130,7 @@ def test_another_version_is_named_whatever_else_changed(theirs: object) -> None:
 def test_the_fullest_room_fits() -> None:
     # A quotation mark and a character of four bytes are the longest in JSON and on the wire.
     for letter in ('"', "\U0001f9a9"):
-        users = tuple(WatchedUser(user=2**32 - i, name=letter * 32) for i in range(1, 65))
+        users = tuple(RoomUser(user=2**32 - i, name=letter * 32) for i in range(1, 65))
         body = BodyInfo(name="x" * 200, center=(0.1, 0.1, 0.1), radius=0.1, contact_radius=0.02)
         watching = Watching(
             simulation_period=1 / 60,

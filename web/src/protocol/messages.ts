@@ -74,6 +74,8 @@ export type ClientControl =
   | { readonly type: "set_latency"; readonly user: number; readonly delay?: number; readonly jitter?: number; readonly network: string }
   | { readonly type: "moderate"; readonly action: Order; readonly user: number | null; readonly name?: string };
 
+type RoomUser = { readonly user: number; readonly name: string } & Ruled;
+
 export interface Welcome {
   readonly type: "welcome";
   readonly protocol: number;
@@ -82,7 +84,7 @@ export interface Welcome {
   readonly simulation_period: number;
   readonly to_wall: number;
   readonly body: BodyInfo;
-  readonly users: readonly string[];
+  readonly users: readonly RoomUser[];
   /** Token with which this client comes back; absent if it needs none. */
   readonly session?: string;
 }
@@ -94,7 +96,7 @@ export interface Watching {
   readonly to_wall: number;
   readonly body: BodyInfo;
   readonly model: string | null;
-  readonly users: readonly ({ readonly user: number; readonly name: string } & Ruled)[];
+  readonly users: readonly RoomUser[];
   readonly allow_latency: boolean;
   readonly allow_fixed_gains: boolean;
   readonly allow_upload: boolean;
@@ -114,7 +116,7 @@ export type ServerControl =
   | { readonly type: "place"; readonly place: number; readonly of: number; readonly session?: string }
   | { readonly type: "called"; readonly within: number }
   | { readonly type: "named"; readonly name: string; readonly reason: string }
-  | ({ readonly type: "user_joined"; readonly user: number; readonly name: string } & Ruled)
+  | ({ readonly type: "user_joined" } & RoomUser)
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
   | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number; readonly network: string }
   | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
@@ -124,7 +126,7 @@ export type ServerControl =
   | ({ readonly type: "aimed"; readonly user: number } & Aim)
   | { readonly type: "pointed"; readonly user: number | null; readonly name: string; readonly point: Vec3 }
   | { readonly type: "declined"; readonly what: string; readonly reason: string }
-  | { readonly type: "error"; readonly code: number; readonly message: string };
+  | { readonly type: "error"; readonly code: number; readonly field: string; readonly message: string };
 
 export function encodeControl(message: ClientControl): string {
   return JSON.stringify(message);
@@ -149,7 +151,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
   ["place", (f: Fields): ServerControl => ({ type: "place", place: integer(f, "place"), of: integer(f, "of"), ...session(f) })],
   ["called", (f: Fields): ServerControl => ({ type: "called", within: positive(f, "within", MAX_TURN) })],
   ["named", (f: Fields): ServerControl => ({ type: "named", name: text(f, "name"), reason: text(f, "reason") })],
-  ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", user: integer(f, "user"), name: text(f, "name"), ...rules(f) })],
+  ["user_joined", (f: Fields): ServerControl => ({ type: "user_joined", ...roomUser(f) })],
   ["user_left", (f: Fields): ServerControl => ({ type: "user_left", user: integer(f, "user"), name: text(f, "name"), reason: text(f, "reason") })],
   [
     "latency",
@@ -171,10 +173,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
       watching: integer(f, "watching"),
       open: integers(f, "open"),
       following: f["following"] === null ? null : integer(f, "following"),
-      followers: list(f, "followers").map((one, i) => {
-        if (!isFields(one)) throw new ProtocolError(`followers.${i}`, one, "an object");
-        return { user: somebody(one), name: text(one, "name") };
-      }),
+      followers: objects(f, "followers", (one) => ({ user: somebody(one), name: text(one, "name") })),
       may_point: flag(f, "may_point"),
     }),
   ],
@@ -193,7 +192,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
     (f: Fields): ServerControl => ({ type: "pointed", user: somebody(f), name: text(f, "name"), point: vector(f, "point", MAX_POSITION) }),
   ],
   ["declined", (f: Fields): ServerControl => ({ type: "declined", what: text(f, "what"), reason: text(f, "reason") })],
-  ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), message: text(f, "message") })],
+  ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), field: text(f, "field"), message: text(f, "message") })],
 ]);
 
 function welcome(f: Fields): Welcome {
@@ -202,10 +201,17 @@ function welcome(f: Fields): Welcome {
     protocol: version(f),
     user: integer(f, "user"),
     name: text(f, "name"),
+    ...room(f),
+  };
+}
+
+/** What a room says to those who touch and to those who watch. */
+function room(f: Fields): Pick<Welcome, "simulation_period" | "to_wall" | "body" | "users" | "session"> {
+  return {
     simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
     to_wall: number(f, "to_wall", -1e12, 1e12),
     body: bodyInfo(object(f, "body")),
-    users: texts(f, "users"),
+    users: objects(f, "users", roomUser),
     ...session(f),
   };
 }
@@ -226,24 +232,28 @@ function texts(f: Fields, key: string): readonly string[] {
   });
 }
 
+function objects<T>(f: Fields, key: string, read: (one: Fields) => T): readonly T[] {
+  return list(f, key).map((one, i) => {
+    if (!isFields(one)) throw new ProtocolError(`${key}.${i}`, one, "an object");
+    return read(one);
+  });
+}
+
+function roomUser(f: Fields): RoomUser {
+  return { user: integer(f, "user"), name: text(f, "name"), ...rules(f) };
+}
+
 function watching(f: Fields): Watching {
   return {
     type: "watching",
     protocol: version(f),
-    simulation_period: number(f, "simulation_period", MIN_PERIOD, MAX_PERIOD),
-    to_wall: number(f, "to_wall", -1e12, 1e12),
-    body: bodyInfo(object(f, "body")),
+    ...room(f),
     model: f["model"] === null ? null : modelName(text(f, "model")),
-    users: list(f, "users").map((entry, i) => {
-      if (!isFields(entry)) throw new ProtocolError(`users.${i}`, entry, "an object");
-      return { user: integer(entry, "user"), name: text(entry, "name"), ...rules(entry) };
-    }),
     allow_latency: flag(f, "allow_latency"),
     allow_fixed_gains: flag(f, "allow_fixed_gains"),
     allow_upload: flag(f, "allow_upload"),
     can_touch: flag(f, "can_touch"),
     room_admin: flag(f, "room_admin"),
-    ...session(f),
   };
 }
 

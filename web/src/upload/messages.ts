@@ -46,7 +46,7 @@ export type UploadAnswer =
   | { readonly type: "progress"; readonly phase: string; readonly share: number }
   | { readonly type: "refused"; readonly about: About; readonly message: string; readonly tries: number }
   | { readonly type: "prepared"; readonly command: string }
-  | { readonly type: "error"; readonly code: number; readonly message: string };
+  | { readonly type: "error"; readonly code: number; readonly field: string; readonly message: string };
 
 export type UploadRequest =
   | { readonly type: "begin_upload"; readonly name: string; readonly size: number }
@@ -90,7 +90,7 @@ function decode(type: string, f: Fields): UploadAnswer {
     case "prepared":
       return { type, command: text(f, "command") };
     case "error":
-      return { type, code: integer(f, "code"), message: text(f, "message") };
+      return { type, code: integer(f, "code"), field: text(f, "field"), message: text(f, "message") };
     default:
       throw new ProtocolError("type of a message", type, "upload_offer, examined, progress, refused, prepared or error");
   }

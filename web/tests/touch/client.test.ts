@@ -36,7 +36,7 @@ describe("a client", () => {
     browser.line.break();
     browser.run(0.6, false);
     browser.line.onopen?.();
-    browser.line.say({ type: "error", code: 4409, message: "name is taken" });
+    browser.line.say({ type: "error", code: 4409, field: "", message: "name is taken" });
     browser.run(0.6, false);
     expect(browser.lines.length).toBe(3);
   });
@@ -66,7 +66,7 @@ describe("a client", () => {
   test("ends when it is refused, and says why", () => {
     const browser = new Browser();
     browser.line.onopen?.();
-    browser.line.say({ type: "error", code: 4429, message: "the room is full" });
+    browser.line.say({ type: "error", code: 4429, field: "", message: "the room is full" });
     expect(browser.state).toMatchObject({ phase: "closed", reason: "the server refused: the room is full", code: 4429 });
     expect(browser.posts.at(-1)).toEqual({ type: "ended" });
     browser.run(2, false);
@@ -76,7 +76,7 @@ describe("a client", () => {
   test("that comes while a server stops tries again", () => {
     const browser = new Browser();
     browser.line.onopen?.();
-    browser.line.say({ type: "error", code: 4503, message: "it stops" });
+    browser.line.say({ type: "error", code: 4503, field: "", message: "it stops" });
     browser.run(2, false);
     expect([browser.state.phase, browser.lines.length]).toEqual(["connecting", 2]);
   });
@@ -149,7 +149,7 @@ describe("a client", () => {
     expect(browser.lines.length).toBe(2);
     browser.line.onopen?.();
     expect(browser.line.texts).toMatchObject([{ type: "hello", friction: true, name: "page", key: "a".repeat(16) }]);
-    old.say({ type: "error", code: 4400, message: "user is 'page'; expected its only connection" });
+    old.say({ type: "error", code: 4400, field: "", message: "user is 'page'; expected its only connection" });
     old.break(4400);
     browser.line.say(WELCOME);
     browser.run(0.5);
@@ -169,7 +169,7 @@ describe("a client", () => {
   });
 
   test.each([
-    ["told", (line: Line) => { line.say({ type: "error", code: 4410, message: "there is another object now" }); }],
+    ["told", (line: Line) => { line.say({ type: "error", code: 4410, field: "", message: "there is another object now" }); }],
     ["closed", (line: Line) => { line.break(4410, "there is another object now"); }],
   ])("that presses as the object changes (%s) comes back by itself, engaged once it is free of the new one", (_, change) => {
     const browser = new Browser();

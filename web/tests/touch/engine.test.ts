@@ -266,7 +266,7 @@ describe("the engine", () => {
   test("throws a refusal of the server, and a message that breaks the protocol", () => {
     const refused = new TouchEngine(SETTINGS, 0);
     refused.opened();
-    const said = { type: "error", code: 4409, message: "name is 'page'; expected one that is free" };
+    const said = { type: "error", code: 4409, field: "", message: "name is 'page'; expected one that is free" };
     expect(() => {
       refused.hear(JSON.stringify(said), 0);
     }).toThrow(new Refused(4409, said.message));

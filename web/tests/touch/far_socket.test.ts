@@ -98,7 +98,7 @@ describe("a hand behind a delay of its own", () => {
     const browser = new Browser();
     browser.join();
     own(browser);
-    browser.line.say({ type: "error", code: 4403, message: "you are put out" });
+    browser.line.say({ type: "error", code: 4403, field: "", message: "you are put out" });
     browser.run(0.05);
     expect(browser.state.phase).toBe("joined");
     browser.line.break(4403);

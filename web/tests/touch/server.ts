@@ -20,7 +20,7 @@ export const WELCOME = {
   simulation_period: PERIOD,
   to_wall: 0,
   body: { name: "plane", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },
-  users: ["other"],
+  users: [{ user: 2, name: "other" }],
 };
 
 /** The bytes of a plane's patch; the part of an encoder that tests need. */

@@ -103,7 +103,7 @@ describe("it fails in one sentence", () => {
 
   test("the server's", () => {
     const { line, news } = begun(fileOf("a.stl", 5));
-    line.say({ type: "error", code: 4422, message: "it is open" });
+    line.say({ type: "error", code: 4422, field: "", message: "it is open" });
     line.onclose?.({ code: 4422, reason: "it is open" });
     expect(news).toEqual([{ type: "failed", why: "it is open" }]);
   });

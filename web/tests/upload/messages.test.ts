@@ -9,7 +9,7 @@ describe("an answer of the server", () => {
     { type: "refused", about: "size", message: "too small", tries: 3 },
     { type: "progress", phase: "factoring", share: 0.5 },
     { type: "prepared", command: "cohaptic serve" },
-    { type: "error", code: 4422, message: "no" },
+    { type: "error", code: 4422, field: "", message: "no" },
   ])("$type is read as it was written", (answer) => {
     expect(decodeUploadAnswer(JSON.stringify(answer))).toEqual(answer);
   });

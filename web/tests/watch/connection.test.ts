@@ -162,7 +162,7 @@ describe("a connection that is lost", () => {
   test("is not tried again where that would change nothing", () => {
     const browser = new Browser();
     browser.line.onopen?.();
-    browser.line.say({ type: "error", code: 4426, message: "protocol version is 2; expected 5" });
+    browser.line.say({ type: "error", code: 4426, field: "", message: "protocol version is 2; expected 5" });
     expect(browser.watch.status).toMatchObject({ phase: "refused", reason: "protocol version is 2; expected 5", code: 4426 });
     browser.run(60);
     expect(browser.lines.length).toBe(1);

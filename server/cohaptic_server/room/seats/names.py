@@ -76,6 +76,18 @@ def may_replace(holder: Claim, silence: float, other: Claim) -> bool:
     return holder.is_of(other) and (holder.is_secret or silence >= REPLACE_AFTER)
 
 
+def may_take_kept(holder: Claim, other: Claim, *, same_name: bool) -> bool:
+    """Whether a client may take the kept name, and the kept seat, of a lost connection.
+
+    Args:
+        holder: Claim of the client whose connection was lost.
+        other: Claim of the client that wants the name.
+        same_name: Whether the client asks for exactly the kept name. Then its address is enough,
+            since a client that was killed has forgotten its secret.
+    """
+    return holder.is_of(other) or (same_name and holder.source == other.source)
+
+
 class KeptNames:
     """Names that are reserved for clients whose connections were lost, at most `_MOST_KEPT`."""
 
@@ -125,10 +137,8 @@ class KeptNames:
     def check(self, name: str, claim: Claim, now: float) -> None:
         """Raise RemoteProtocolError if a name, or a similar one, is reserved for another client."""
         for kept, (whose, until) in self._kept.items():
-            # An address may take back a name that one of its own lost connections had, if it asks
-            # for exactly this name, since a client that was killed has forgotten its secret.
-            trusted = whose.is_of(claim) or (name == kept and whose.source == claim.source)
-            if now < until and looks_like(name, kept) and not trusted:
+            own = may_take_kept(whose, claim, same_name=name == kept)
+            if now < until and looks_like(name, kept) and not own:
                 left = f"{until - now:.0f} s left"
                 limit = f"another one: its owner lost the connection and has {left}"
                 raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)

@@ -108,7 +108,7 @@ class WaitQueue:
         ):
             if waiting >= limit:
                 raise RemoteProtocolError(
-                    subject, waiting + 1, f"at most {limit}{words}", CloseCode.ROOM_FULL
+                    subject, waiting + 1, f"at most {limit}{words}", CloseCode.ROOM_FULL, "queue"
                 )
         return replace(self, places=(*self.places, Place(number, source)))
 

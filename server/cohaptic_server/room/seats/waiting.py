@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.messages import Called, Hello, Place
+from cohaptic_server.room.life import Event
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import Claim, looks_like
@@ -167,7 +168,7 @@ class Waiting:
             waiter = self._take_out(number, now)
             limit = f"said within {TURN:g} s: the place went to the next"
             error = RemoteProtocolError("come", "not said", limit, CloseCode.ROOM_FULL)
-            waiter.session.fail(error)
+            waiter.session.fail(error, Event.MISSED)
             outcome.flush.append(waiter.peer)
             name = waiter.hello.name
             told = f"{name} was called to a place and did not come"
@@ -180,7 +181,7 @@ class Waiting:
             self._waiters[number].tell(place, now, outcome)
 
     def _call(self, waiter: _Waiter, within: float, outcome: Outcome) -> None:
-        waiter.session.send(Called(within=max(within, 0.001)))
+        waiter.session.call(Called(within=max(within, 0.001)))
         outcome.flush.append(waiter.peer)
         told = f"{waiter.hello.name} is called to a place"
         outcome.say("called", told, waiter.peer.source, user=waiter.hello.name)
@@ -191,7 +192,8 @@ class Waiting:
             self._room.queue = self._room.queue.come(number)
             waiter = self._waiters.pop(number)
             limit = "its only connection: it has come back with another"
-            waiter.session.fail(ProtocolError("user", waiter.hello.name, limit))
+            error = ProtocolError("user", waiter.hello.name, limit)
+            waiter.session.fail(error, Event.REPLACED)
             outcome.flush.append(waiter.peer)
 
     def _of(self, name: str, claim: Claim) -> list[int]:

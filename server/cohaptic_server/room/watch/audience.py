@@ -16,6 +16,7 @@ import numpy as np
 from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.control.tick_ledger import NOTHING_CUT
 from cohaptic.errors import LocalProtocolError
+from cohaptic.protocol.messages import RoomUser
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.scene import (
     MAX_CURVATURE,
@@ -26,7 +27,7 @@ from cohaptic.protocol.scene import (
 )
 from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
-from cohaptic.protocol.watch_messages import WatchedUser, Watching
+from cohaptic.protocol.watch_messages import Watching
 from cohaptic_server.access.keys import OPEN, Grants
 from cohaptic_server.numeric import Floats, vec3
 from cohaptic_server.room.body_frames import describe
@@ -259,8 +260,7 @@ class Audience:
                 body=describe(self.room.body),
                 model=self.model,
                 users=tuple(
-                    WatchedUser(user=m.user, name=m.hello.name, rules=m.hello.rules)
-                    for m in members
+                    RoomUser(user=m.user, name=m.hello.name, rules=m.hello.rules) for m in members
                 ),
                 allow_latency=settings.allow_latency and grants.can_inject_latency,
                 allow_fixed_gains=settings.allow_fixed_gains,

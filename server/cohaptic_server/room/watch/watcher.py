@@ -30,6 +30,7 @@ from cohaptic.protocol.watch_messages import (
     WatchRequest,
     decode_client_message,
 )
+from cohaptic_server.room.life import Event, State, after, closed_by_server
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
 
@@ -87,6 +88,7 @@ class Watcher:
             the surface.
 
     Attributes:
+        state: State of the participant.
         close: Code and reason with which the connection is to be closed; None while it stays open.
         outbox: Messages to be written.
         mesh: Form in which the watcher takes the mesh at rest, such as `quantised`.
@@ -95,6 +97,7 @@ class Watcher:
     """
 
     def __init__(self, watch: Watch, *, has_model: bool) -> None:
+        self.state = State.ASKING
         self.close: tuple[int, str] | None = None
         self.outbox = Outbox()
         self.slow = False
@@ -103,7 +106,6 @@ class Watcher:
         self._has_model = has_model
         self._encoding, self._rate = watch.encoding, watch.rate
         self._wants = False
-        self._accepted = False
         self._events: list[WatchRequest] = []
         self._latencies: dict[int, Latency] = {}
         self._in_flight: deque[int] = deque()  # ticks
@@ -148,13 +150,13 @@ class Watcher:
 
     def accept(self, watching: Watching) -> None:
         """Queue the first answer to the watcher, which the audience has accepted."""
-        self._accepted = True
+        self.state = after(self.state, Event.ADMITTED)
         self.send(watching)
 
     @property
     def hears_news(self) -> bool:
         """Whether the watcher is told who joins and who leaves."""
-        return self._accepted and self.close is None
+        return self.state is State.WATCHING
 
     @property
     def wants_surface(self) -> bool:
@@ -216,13 +218,13 @@ class Watcher:
         if behind >= DROPPED_AFTER:
             limit = f"acks: {len(self._in_flight)} scenes wait for one"
             waited = f"{DROPPED_AFTER:g} s"
-            self.fail(RemoteProtocolError("silence", waited, limit, CloseCode.TOO_SLOW))
+            self.fail(RemoteProtocolError("silence", waited, limit, CloseCode.TOO_SLOW, "ack"))
 
     def send(self, message: ControlMessage) -> None:
         """Queue a message."""
         if not self.outbox.put(message):
             reason = f"{MAX_EVENTS} events wait for this client, the limit: it is too slow"
-            self.close = self.close or (CloseCode.TOO_SLOW.value, reason)
+            self._end(CloseCode.TOO_SLOW, reason)
 
     def tell_latency(self, latency: Latency) -> None:
         """Queue a user's latency, in place of an older latency of the same user."""
@@ -246,12 +248,23 @@ class Watcher:
     def fail(self, error: ProtocolError) -> None:
         """Tell the client the error, and end the session."""
         if self.close is None:
-            self.send(Error(code=error.code.value, message=str(error)))
-            self.close = close_frame(error.code.value, str(error))
+            self.outbox.put(Error.of(error))  # if it does not fit, the close says the same
+            self._end(error.code, str(error))
 
     def stop(self, code: CloseCode, reason: str) -> None:
         """End the session because the server stops or its object has changed."""
-        self.close = self.close or (code.value, reason)
+        self._end(code, reason)
+
+    def disconnect(self, reason: str, *, farewell: bool) -> None:
+        """Note that the connection has ended; as `ServerSession.disconnect`."""
+        del farewell
+        if self.close is None:
+            self.state = after(self.state, Event.LEAVES if reason else Event.LOST)
+
+    def _end(self, code: CloseCode, reason: str) -> None:
+        if self.close is None:
+            self.state = after(self.state, closed_by_server(code))
+            self.close = close_frame(code.value, reason)
 
     def _acknowledge(self, ack: Ack) -> None:
         if ack.tick > self._sent_tick:
