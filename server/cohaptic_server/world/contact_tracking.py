@@ -27,7 +27,8 @@ from cohaptic_server.world.displacement_field import (
     KnownFields,
 )
 from cohaptic_server.world.lags.turning import steep_contacts
-from cohaptic_server.world.loops.tracking import track
+from cohaptic_server.world.loops.rows import ContactRows, FieldRows
+from cohaptic_server.world.loops.tracking import Reach, track
 from cohaptic_server.world.loops.vectors import heights, pressed, smoothed
 from cohaptic_server.world.state import Carried, TickTime, Touch
 from cohaptic_server.world.users import Tracked, WorldState, settings_of, vectors
@@ -110,14 +111,15 @@ def _follow(
         np.empty(room),
     )  # fmt: skip
     places = np.empty((n, 3))
+    reach = Reach(body.contact_radius, KEEP_DISTANCE, TOLERANCE)
+    old_rows, free_rows, surface_rows = (
+        ContactRows(*old), FieldRows(*known), FieldRows(*last.surfaces),
+    )  # fmt: skip
     user = 0
     while True:
         user = track(
-            found.search, found.field, user, there, tips, shares, body.contact_radius,
-            KEEP_DISTANCE, TOLERANCE, old.frames, old.slopes, old.starts, old.vertices, old.weights,
-            known.starts, known.vertices, known.values, last.before, last.surfaces.starts,
-            last.surfaces.vertices, last.surfaces.values, surfaces.values, contacts.frames,
-            contacts.slopes, contacts.starts, contacts.vertices, contacts.weights, places,
+            found.search, found.field, user, there, tips, shares, reach, old_rows, free_rows,
+            last.before, surface_rows, surfaces.values, ContactRows(*contacts), places,
         )  # fmt: skip
         if user == n:
             return contacts, surfaces, places

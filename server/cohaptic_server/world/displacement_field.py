@@ -26,6 +26,7 @@ from cohaptic_server.mesh import curvature
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.loops.free_surfaces import flatten
+from cohaptic_server.world.loops.rows import FieldRows
 
 # Largest product q of the depth of a probe and the curvature of the bulge over it. A contact moves
 # by q / (1 - q) of the distance that the contact on the other side moves: by a third here, so that
@@ -171,6 +172,6 @@ def flatten_bulges(
     radius = curvature.fit_radius(mesh, contact_radius)
     flatten(
         mesh.vertices, mesh.normals, frames, x_free, depths, radius, LARGEST_PRODUCT,
-        _BULGE_ROOM, fields.starts, fields.vertices, fields.values, shown,
+        _BULGE_ROOM, FieldRows(*fields), shown,
     )  # fmt: skip
     return shown

@@ -22,6 +22,7 @@ from cohaptic_server.mesh.touch_mesh import MAX_PATH, TouchMesh
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.world.contact import Contacts
 from cohaptic_server.world.loops.packing import FIELDS, largest, pack
+from cohaptic_server.world.loops.rows import WindowLimits, WindowRequests, WindowRows
 from cohaptic_server.world.loops.vectors import tangential_parts
 from cohaptic_server.world.loops.windows import choose_windows as choose_in_one_call
 
@@ -200,12 +201,9 @@ def choose_windows(
     if not (geometry != _PLANE).any():
         # A room of planes needs no touch mesh, which may take long to make.
         finder, spacing = None, 0.0
-        found = fitted = touched = carried = mesh.near_tree.found
         lengths = half_widths = np.zeros(len(geometry))
     else:
-        window = touched_body.windows
-        finder, found, fitted = window.search, window.vertices, window.fitted
-        touched, carried = window.touched, window.carried
+        finder = touched_body.windows.search
         spacing = touched_body.mesh.spacing
         speeds = np.sqrt((tangential * tangential).sum(axis=1))
         lengths, half_widths = path_ahead(touched_body.mesh, speeds, horizons)
@@ -213,15 +211,15 @@ def choose_windows(
     room = max(_USUAL * len(geometry), 5 * int(previous.starts[0, -1]) // 4)
     chosen = Windows.room_for(geometry, room)
     user, slides = 0, tangential * horizons[:, None]
+    asked = WindowRequests(
+        geometry, contacts.frames, slides, tangential, horizons, lengths, half_widths
+    )
+    limits = WindowLimits(radius, reach, spacing, MAX_VERTICES, _REUSE_DISTANCE, SPEEDING_UP)
+    tree, old = mesh.near_tree, WindowRows(*previous)
     while True:
         user = choose_in_one_call(
-            mesh.near_tree.tree, finder, found, fitted, touched, carried, user, geometry,
-            contacts.frames, slides, tangential, horizons, lengths, half_widths, radius, reach,
-            spacing, MAX_VERTICES, _REUSE_DISTANCE, SPEEDING_UP, before,
-            previous.geometry, previous.keys, previous.starts, previous.vertices, previous.fitted,
-            previous.touched, previous.carried, chosen.keys, chosen.starts, chosen.vertices,
-            chosen.fitted, chosen.touched, chosen.carried,
-        )  # fmt: skip
+            tree.tree, tree.found, finder, user, asked, limits, before, old, WindowRows(*chosen)
+        )
         if user == len(geometry):
             return chosen
         chosen = chosen.widened()

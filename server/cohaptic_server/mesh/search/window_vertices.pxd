@@ -10,12 +10,12 @@ cdef class WindowVertices:
     cdef PointTree surface
     cdef PointTree touch
     cdef WindowSearch ahead
-    cdef int64_t[::1] touched
+    cdef readonly int64_t[::1] touched
     cdef const int64_t[::1] members
     cdef const double[:, ::1] normals
-    cdef int64_t[::1] vertices
-    cdef int64_t[::1] fitted
-    cdef int64_t[::1] carried
+    cdef readonly int64_t[::1] vertices
+    cdef readonly int64_t[::1] fitted
+    cdef readonly int64_t[::1] carried
     cdef readonly Py_ssize_t count
     cdef readonly Py_ssize_t fits
     cdef readonly Py_ssize_t carries

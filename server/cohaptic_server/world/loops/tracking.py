@@ -10,11 +10,11 @@ from __future__ import annotations
 from cohaptic_server.mesh.search.contact_search import ContactSearch
 from cohaptic_server.mesh.search.loaded_field import LoadedField
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.world.loops.rows import ContactRows, FieldRows, check_rows, same
 
 _UNKNOWN = -1  # `contact_search.UNKNOWN`
 
 
-# The arrays hold the data of all users; all steps for one user need the same bounds in the arrays.
 def track(
     search: ContactSearch,
     field: LoadedField,
@@ -22,27 +22,13 @@ def track(
     before: Ints,
     tips: Floats,
     shares: Floats,
-    radius: float,
-    keep: float,
-    tolerance: float,
-    frames: Floats,
-    slopes: Floats,
-    starts: Ints,
-    under: Ints,
-    weights: Floats,
-    known_starts: Ints,
-    known: Ints,
-    free: Floats,
+    reach: Reach,
+    old: ContactRows,
+    free: FieldRows,
     surface_of: Ints,
-    surface_starts: Ints,
-    surface_known: Ints,
-    surface: Floats,
+    surfaces: FieldRows,
     followed: Floats,
-    new_frames: Floats,
-    new_slopes: Floats,
-    new_starts: Ints,
-    new_under: Ints,
-    new_weights: Floats,
+    new: ContactRows,
     places: Floats,
 ) -> int:
     """Move each user's tracked surface towards the free surface, and find the contact on it.
@@ -55,53 +41,77 @@ def track(
         tips: Points to which the contacts shall be nearest, shape (n, 3) [m].
         shares: Share of the way to the free surface that each tracked surface moves, 0 to 1, shape
             (n,).
-        radius: Radius of the pressure [m].
-        keep: Offset of a tip beside the normal up to which the last contact is kept [m].
-        tolerance: Offset beside the normal that may remain when a contact is found anew [m].
-        frames, slopes, starts, under, weights: Contacts of the last tick, as in `Contacts`.
-        known_starts, known: Vertices at which each user's free surface of the last tick is stored.
-        free: Displacement of the free surface at these vertices, shape (k, 3) [m].
+        reach: Radius of the pressure, and how exact a contact has to be.
+        old: Contacts of the last tick.
+        free: Free surfaces of the last tick, k vertices in all.
         surface_of: Row of the tracked surface of each user of the last tick, -1 for none, shape
             (m,).
-        surface_starts, surface_known, surface: Tracked surfaces of the last tick.
+        surfaces: Tracked surfaces of the last tick.
         followed: Set to the tracked surfaces of this tick, at the vertices of `free`, shape (k, 3)
             [m].
-        new_frames, new_slopes, new_starts, new_under, new_weights: Set to the new contacts.
+        new: Set to the new contacts.
         places: Set to the contact points on the free surfaces, shape (n, 3) [m].
 
     Returns:
         Row of the user at which the loop stopped: n at the end, or the row of a user whose contact
         needs longer arrays, who was not there in the last tick, or whose surface is not stored at a
         needed vertex.
+
+    Raises:
+        ValueError: An array has another type or shape.
     """
-    for i in range(first, before.shape[0]):
+    n = new.n
+    for length in (before.shape[0], tips.shape[0], shares.shape[0], places.shape[0]):
+        same("rows before, tips, shares or places", length, n)
+    same("axes of a tip", tips.shape[1], 3)
+    same("axes of a place", places.shape[1], 3)
+    same("axes of a followed displacement", followed.shape[1], 3)
+    same("followed displacements", followed.shape[0], free.values.shape[0])
+    check_rows(before, min(old.n, min(free.n, surface_of.shape[0])))
+    check_rows(surface_of, surfaces.n)
+    for i in range(first, n):
         row = before[i]
         if row < 0:
             return i
-        a, b = known_starts[row], known_starts[row + 1]
+        a, b = free.starts[row], free.starts[row + 1]
         if a == b:
             return i
         relax(
-            field, known[a:b], free[a:b], int(surface_of[row]), surface_starts, surface_known,
-            surface, shares[i], followed[a:b],
+            field, free.vertices[a:b], free.values[a:b], surface_of[row], surfaces, shares[i],
+            followed[a:b],
         )  # fmt: skip
-        field.load(known[a:b], followed[a:b], False)
-        c, d = starts[row], starts[row + 1]
-        search.take(frames[row], float(slopes[row]), under[c:d], weights[c:d])
+        field.load(free.vertices[a:b], followed[a:b], False)
+        c, d = old.starts[row], old.starts[row + 1]
+        search.take(old.frames[row], old.slopes[row], old.vertices[c:d], old.weights[c:d])
         x, y, z = tips[i, 0], tips[i, 1], tips[i, 2]
-        state = search.locate(x, y, z, radius, True, keep, tolerance)
-        c = new_starts[i]
-        if state == _UNKNOWN or c + search.count > new_under.shape[0]:
+        state = search.locate(x, y, z, reach.radius, True, reach.keep, reach.tolerance)
+        c = new.starts[i]
+        if state == _UNKNOWN or c + search.count > new.vertices.shape[0]:
             return i
         # The contact point is put on the free surface, not on the relaxed one.
-        field.load(known[a:b], free[a:b], False)
+        field.load(free.vertices[a:b], free.values[a:b], False)
         search.put(places[i])
         if field.lacking:
             return i
-        new_starts[i + 1] = c + search.count
-        search.give(new_frames[i], new_under[c:], new_weights[c:])
-        new_slopes[i] = search.slope
-    return int(before.shape[0])
+        new.starts[i + 1] = c + search.count
+        search.give(new.frames[i], new.vertices[c:], new.weights[c:])
+        new.slopes[i] = search.slope
+    return n
+
+
+class Reach:
+    """How far a contact's pressure reaches, and how exact the contact has to be.
+
+    Args:
+        radius: Radius of the pressure [m].
+        keep: Offset of a tip beside the normal up to which the last contact is kept [m].
+        tolerance: Offset beside the normal that may remain when a contact is found anew [m].
+    """
+
+    def __init__(self, radius: float, keep: float, tolerance: float) -> None:
+        self.radius = radius
+        self.keep = keep
+        self.tolerance = tolerance
 
 
 def relax(
@@ -109,9 +119,7 @@ def relax(
     known: Ints,
     free: Floats,
     of: int,
-    starts: Ints,
-    surface_known: Ints,
-    surface: Floats,
+    surfaces: FieldRows,
     share: float,
     followed: Floats,
 ) -> None:
@@ -122,7 +130,7 @@ def relax(
         known: Vertices of the free surface, shape (k,).
         free: Displacement of the free surface at these vertices, shape (k, 3) [m].
         of: Row of the tracked surface; negative for a new user.
-        starts, surface_known, surface: Tracked surfaces of the last tick.
+        surfaces: Tracked surfaces of the last tick.
         share: Share of the way to the free surface, 0 to 1.
         followed: Set to the moved surface at the vertices `known`, shape (k, 3) [m].
     """
@@ -131,6 +139,6 @@ def relax(
             for axis in range(3):
                 followed[k, axis] = free[k, axis]
         return
-    a, b = starts[of], starts[of + 1]
-    field.load(surface_known[a:b], surface[a:b], False)
+    a, b = surfaces.starts[of], surfaces.starts[of + 1]
+    field.load(surfaces.vertices[a:b], surfaces.values[a:b], False)
     field.follow(known, free, share, followed)

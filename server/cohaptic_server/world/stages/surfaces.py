@@ -11,6 +11,7 @@ from cohaptic_server.world.displacement_field import FreeField, KnownFields, fla
 from cohaptic_server.world.lags.turning import steep_contacts
 from cohaptic_server.world.loads import loads_of
 from cohaptic_server.world.loops.free_surfaces import put_contacts
+from cohaptic_server.world.loops.rows import ContactRows, FieldRows
 from cohaptic_server.world.loops.vectors import heights, tangential_parts
 from cohaptic_server.world.patch_geometry import NO_WINDOWS, choose_windows
 from cohaptic_server.world.stages.stage import Tick
@@ -74,12 +75,9 @@ def observe(tick: Tick) -> None:
     known = windows.starts[0]
     vertices, x_free = windows.vertices[: known[n]], np.empty((n, 3))
     free = without_own(response, starts, forces, known, vertices)
-    search, user = mesh.contacts, 0
+    search, user, rows = mesh.contacts, 0, FieldRows(known, vertices, free)
     while True:
-        user = put_contacts(
-            search.search, search.field, user, contacts.frames, contacts.starts, contacts.vertices,
-            contacts.weights, known, vertices, free, x_free,
-        )  # fmt: skip
+        user = put_contacts(search.search, search.field, user, ContactRows(*contacts), rows, x_free)
         if user == n:
             break
         a, b = starts[user : user + 2].tolist()
