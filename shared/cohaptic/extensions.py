@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 U = TypeVar("U")
 OURS = "cohaptic"
+CLIENT = "cohaptic-client"  # the same sources without the server's (`client/client_build.py`)
 
 
 class ExtensionError(CohapticError):
@@ -68,8 +69,9 @@ def adder(group: str, name: str) -> str:
 
 
 def package_of(entry: EntryPoint) -> str:
-    """Return the name of the package that adds an entry point."""
-    return entry.dist.name if entry.dist else entry.module
+    """Return the name of the package that adds an entry point; `OURS` for both of our own."""
+    name = entry.dist.name if entry.dist else entry.module
+    return OURS if name == CLIENT else name
 
 
 def load(group: str, name: str, kind: type[T], *more: type[U]) -> T | U:

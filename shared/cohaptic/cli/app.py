@@ -14,6 +14,7 @@ import os
 import re
 import sys
 import traceback
+from importlib.util import find_spec
 from types import FunctionType
 from typing import Any
 
@@ -22,7 +23,7 @@ from typer.core import TyperCommand
 
 from cohaptic import __version__, compiled
 from cohaptic.errors import CohapticError, SettingError, one_line
-from cohaptic.extensions import ExtensionError, added, load
+from cohaptic.extensions import CLIENT, OURS, ExtensionError, added, load
 from cohaptic.runtime.heeded import signals_heeded
 
 FIRST = "Options"
@@ -159,6 +160,10 @@ def build_app(only: str | None = None) -> typer.Typer:
         """Several people touch one soft object over a network and feel each other through it."""
 
     names = sorted(added(_GROUP), key=lambda name: _ORDER.get(name, len(_ORDER)))
+    if only and only[0] != "-" and only not in names and find_spec("cohaptic_server") is None:
+        limit = f"one of {CLIENT}, that is {', '.join(sorted(names))}; for those of a server:"
+        limit += f" pip uninstall {CLIENT}, then pip install {OURS}"
+        raise SettingError("the command", only, limit)
     for name in [only] if only in names else names:
         try:
             command = load(_GROUP, name, typer.Typer, FunctionType)
