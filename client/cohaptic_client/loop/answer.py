@@ -77,9 +77,11 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
         wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
         old = wishes or wanted
         depth, before = [sight.depth + without], [sight.depth + without - own.moved_in]
+        # (3.15) x_j = q_j - y'_j, with q_j = wish and y'_j = give.y; the own x as it is
         for wish, give in zip(old, replica.gives[1:], strict=True):
             depth.append(wish - give.y)
             before.append(wish - give.y + dt * give.v)
+        # (3.15) C f = x, where hands press
         forces = contact_forces(C, depth, most, replica.forces)
         stiff = stiffness(C, forces, most)
         least = 1.0 / C[0][0]
@@ -100,7 +102,7 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
         # The models' own motion counts as far as the own motion may have made it: nothing is
         # explained to a hand at rest.
         at_once = max(0.0, stiff[0] * C[0][0] - 1.0) * own.moved_in
-        most_moved = _ANSWERED * own.speed * dt
+        most_moved = _ANSWERED * own.speed * dt  # (3.15, Held back)
         explained = at_once + max(-most_moved, min(most_moved, explained - at_once))
         moved = (own.moved_in + explained) / C[0][0]
         if moved * explained <= 0.0:
@@ -137,6 +139,7 @@ def _allowed(wished: float, moved: float, rate: float) -> float:
         moved: Change of the own force that the models' answer explains [N].
         rate: Change in a period that needs no explanation [N].
     """
+    # (3.15, Held back) 17 N/s, and as much as it undoes of what own motion and models explain
     return rate + max(0.0, -math.copysign(moved, moved * wished))
 
 

@@ -66,9 +66,10 @@ def trusted(trust: Trust, force: float, moved: float, dt: float) -> Trust:
     # is within the device's own damping (Colgate's bound), and no work of models.
     held = trust.force if dt > _PUNCTUAL else 0.5 * (trust.force + fast_force)
     work = held * (place - trust.place)
+    # (3.15, Energy) a' = f~ x~' - p, a >= 0, with a = made and p = ALLOWED
     made = min(_MOST_KEPT, max(0.0, trust.made + work - ALLOWED * dt))
     share = trust.share
-    if made > MOST_MADE:
+    if made > MOST_MADE:  # (3.15, Energy) a > E
         share = max(0.0, share - _FALL * dt)
     elif share < 1.0 and made <= 0.5 * MOST_MADE:
         share = min(1.0, share + _RISE * dt)

@@ -79,6 +79,8 @@ def anticipate(
     answers = frames[:, 2] * normal[rows, None] + tangential[rows]
     f = np.einsum("li,li->l", answers[plan.owner], plan.axes)
     carried = _carried(plan, past, [tracked.touches[i].tick for i in rows.tolist()])
+    # (3.13) u* = (1 + X)^-1 (phi + [sum_j X_ij u_j(t_i)]_i), with phi = f and u(t_i) = carried
+    # (3.13) u* = phi - (1 + X)^-1 [sum_j X_ij (phi_j - u_j(t_i))]_i, the same
     difference = np.einsum("lk,lk->l", plan.part, f - carried[plan.owner])
     change = (plan.solve @ -difference)[:, None] * plan.axes
     moved = np.add.reduceat(change, np.searchsorted(plan.owner, np.arange(len(rows))), axis=0)

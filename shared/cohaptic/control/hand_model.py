@@ -46,6 +46,7 @@ def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
         force: Force on the hand, out of the body [N].
         dt: Time [s].
     """
+    # (3.15) Z' y' = f, that is m y'' + b y' + k y = f
     # The damping acts on the new velocity, so that no damping makes a period unstable, and no mass
     # is too light for its spring.
     mass = max(model.mass, model.stiffness * dt * dt)

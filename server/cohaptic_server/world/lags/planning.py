@@ -62,10 +62,13 @@ def lag_where_turned(gains: Gains, damping_budget: float, stiffest: float, late:
         late: q T_b of the module's head, the delay of the answers of turned contacts [s].
     """
     theta, stiffness = hand_class(damping_budget, stiffest)
-    frequency = FREQUENCIES / theta
+    frequency = FREQUENCIES / theta  # (3.13 d) w = p / theta
+    # (3.13 d) F(p)^(1/2) + h(p)^(1/2) q T_b w < (1 + (w tau)^2)^(1/2), solved for tau at each w:
+    # `row` is the left side, `worst_row_gain` F, `shown_gain` h, and `late` is q T_b
     row = np.sqrt(worst_row_gain(gains, FREQUENCIES, stiffness))
     row = row + np.sqrt(shown_gain(FREQUENCIES, stiffness)) * late * frequency
     moving = float(((row * row - 1.0) / (frequency * frequency)).max())
+    # (3.13 d) tau > q T_b / (1 - c^2)^(1/2), hands held still
     held = late / math.sqrt(1.0 - gains.held * gains.held)
     return max(lag_of_hands(gains, damping_budget, stiffest), math.sqrt(max(0.0, moving)), held)
 
@@ -132,7 +135,7 @@ def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
     answer = turned.answer()
     if float(np.linalg.eigvalsh(answer)[-1]) > MOST_ANSWERED:
         return None
-    return np.asarray(loop.S + answer)
+    return np.asarray(loop.S + answer)  # (3.13) J = S_pp + V V^T
 
 
 def find_anticipation(
@@ -168,6 +171,8 @@ def find_anticipation(
     if len(here) < len(sizes):
         rows = np.flatnonzero(np.isin(np.repeat(np.arange(len(sizes)), sizes), here))
         part = anticipated(S[np.ix_(rows, rows)], whole.gains.kappa)
+    # (3.13) phi = K^(-1/2) f: in newtons X is K^(1/2) X K^(-1/2), and (1 + X)^-1 likewise; K^(1/2)
+    # is `root`, of K in one direction or its Cholesky factor, as in `coupling_matrix`
     users = [loop.users[i].touch.user for i in here.tolist()]
     if len(owner) == len(here):  # no user has friction: one direction each
         axes = normals[here]

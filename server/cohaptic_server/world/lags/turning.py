@@ -141,12 +141,13 @@ class Turned(NamedTuple):
         It equals S_pt (1 - S_tt)^-1 S_tp; `along` must be below 1.
         """
         V = self.root_of_answer()
-        return np.asarray(V @ V.T)
+        return np.asarray(V @ V.T)  # (3.13) V V^T = S_pt (1 - S_tt)^-1 S_tp
 
     def root_of_answer(self) -> Floats:
         """Return V = S_pt (1 - S_tt)^(-1/2), the root of `answer`, shape (users, tangents)."""
         n = len(self.S) - self.tangents
         values, vectors = np.linalg.eigh(self.S[n:, n:])
+        # (3.13) V = S_pt (1 - S_tt)^(-1/2), times an orthogonal matrix that no norm of V sees
         return np.asarray(self.S[:n, n:] @ (vectors / np.sqrt(1.0 - values)))
 
     def late(self, solve: Floats, dt: float) -> float:
@@ -160,7 +161,9 @@ class Turned(NamedTuple):
             dt: Simulation period N T [s].
         """
         V = self.root_of_answer()
+        # (3.13 d) q = |V| |V^T (1 + X)^-1|
         norms = float(np.linalg.norm(V, 2) * np.linalg.norm(V.T @ solve, 2))
+        # (3.13 d) T_b = N T / (1 - |lambda|_max), with N T = dt and |lambda|_max = `along`
         return dt / (1.0 - self.along) * norms
 
 

@@ -74,6 +74,7 @@ class Seen:
         x, v, a, f = (
             part[:, None] for part in (self.position, self.velocity, self.acceleration, self.force)
         )
+        # (3.15) r = m X_2 + b X_1 + k X_0 + F
         return np.asarray(m * a + b * v + k * x + f)
 
 
@@ -193,7 +194,9 @@ def _likelihood(hands: Floats, window: Seen, contact: Complex) -> Floats:
     """Return the logarithm of the likelihood of each hand of each cloud, shape (h, p)."""
     r = window.intended(hands)
     # (Z + K) x as the window sees it, so that own motion alone says nothing however it changes.
+    # (3.15) own = r - P, with P = F - K X_0
     own = r + contact[:, None] * window.position[:, None] - window.force[:, None]
     unexplained = window.position[:, None] * r / np.where(own == 0.0, 1.0, own)
     quiet = (_UNQUIET / BANDS) ** 2 + _SENSED**2
+    # (3.15) prod over w of 1 / (sigma^2 + |X_0 r / (r - P)|^2), with sigma^2 = quiet; its logarithm
     return np.asarray(-np.log(quiet + np.abs(unexplained) ** 2).sum(axis=-1))

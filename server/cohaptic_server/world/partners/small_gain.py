@@ -36,7 +36,7 @@ def impedance(hands: Floats, frequencies: Floats) -> Complex:
     """Return Z of hands (..., 3) at f frequencies [Hz], k - m w^2 + i b w, (..., f) [N/m]."""
     m, b, k = (hands[..., i, None] for i in range(3))
     w = 2.0 * np.pi * frequencies
-    return np.asarray(k - m * w**2 + 1j * b * w)
+    return np.asarray(k - m * w**2 + 1j * b * w)  # (3.15) Z = m s^2 + b s + k at s = i w
 
 
 def contacts(C: Floats, models: Floats, frequencies: Floats) -> Complex:
@@ -52,6 +52,7 @@ def contacts(C: Floats, models: Floats, frequencies: Floats) -> Complex:
     """
     give = np.moveaxis(1.0 / impedance(models, frequencies), -1, -2)
     n = C.shape[-1]
+    # (3.15) A = (C + Z'^-1)^-1, with Z' = the models
     A = np.linalg.inv(C[..., None, :, :] + give[..., None] * np.eye(n))
     return np.asarray(A, dtype=np.complex128)
 
@@ -73,7 +74,9 @@ def surroundings(C: Floats, models: Floats, frequencies: Floats) -> Surroundings
     """Return the surroundings of each of n hands, shapes (..., n, f); arguments as above."""
     A = contacts(C, models, frequencies)
     own = np.moveaxis(np.diagonal(A, axis1=-2, axis2=-1), -1, -2)
+    # (3.15) 1 / A_jj = 1 / Z'_j + c_j, with c_j = give
     give = 1.0 / own - 1.0 / impedance(models, frequencies)
+    # (3.15) sum over k != j of |A_jk / A_jj|
     others = np.moveaxis(np.abs(A).sum(axis=-1), -1, -2) - np.abs(own)
     return Surroundings(np.asarray(give), np.asarray(others / np.abs(own)))
 
@@ -91,6 +94,7 @@ def row(around: Surroundings, hands: Floats, model: Floats, frequencies: Floats)
         Shape (..., f).
     """
     y, taken = 1.0 / impedance(hands, frequencies), 1.0 / impedance(model, frequencies)
+    # (3.15) sum_k |T_jk|, T_jk = -(1 / Z_j - 1 / Z'_j) / (1 / Z_j + c_j) A_jk / A_jj
     return np.asarray(np.abs((y - taken) / (y + around.give)) * around.share)
 
 
@@ -110,6 +114,7 @@ def lag(around: Surroundings, clouds: Floats, models: Floats) -> Floats:
     """
     each = Surroundings(around.give[:, None], around.share[:, None])
     gain = row(each, clouds, models[:, None], FREQUENCIES)
+    # (3.15 c) g_j(w) = sum_k |T_jk| < (1 + w^2 tau_j^2)^(1/2), with `GAIN` in place of 1
     lagged = 1.0 / np.sqrt(1.0 + (2.0 * np.pi * FREQUENCIES * LAGS[:, None]) ** 2)
     worst = np.stack([(gain * L).max(axis=-1) for L in lagged], axis=-1)
     enough = np.quantile(worst, SURE, axis=1) < GAIN

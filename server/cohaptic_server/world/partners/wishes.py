@@ -147,7 +147,9 @@ def next_wishes(
         depth, implausible = depth_of(touch, hand, -float(height[i]), own[i], pushes[i])
         if implausible:
             hands[touch.user] = hand = doubt(hand)
+        # (3.15) q_j = x_j + y'_j; `depth` is below a surface that others' forces have moved
         wanted, late = others[i] + depth + give_of(touch, hand), lag_of(hand)
+        # (3.15 c) q_j / (1 + s tau_j), with tau_j = late
         kept = math.exp(-time.elapsed / late) if late > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
         intended[touch.user] = moved(before, wanted + kept * (before - wanted), time.elapsed)

@@ -105,11 +105,13 @@ def gains_left(largest: float, smallest: float) -> Gains:
         smallest: Smallest eigenvalue of S; above -1 by the theorem's conditions, and treated as
             -LARGEST if it is less.
     """
+    # (3.13) m_+ = positive, m_- = negative
     positive, negative = max(0.0, largest), min(LARGEST, max(0.0, -smallest))
-    together = positive / (1.0 + positive)
+    together = positive / (1.0 + positive)  # (3.13) beta = m_+ / (1 + m_+)
     # The least kappa that keeps `limp` within SOFTEST. X has at most 1 / 3 of `negative`.
     room = max(1e-6, SOFTEST * SOFTEST - together * together) ** 0.5
     kappa = max(LEAST_KAPPA, negative / room - 1.0 + negative)
+    # (3.13) alpha = m_- / (1 + kappa - m_-), c = kappa alpha = `Gains.held`
     return Gains(together, negative / (1.0 + kappa - negative), kappa)
 
 
@@ -124,10 +126,11 @@ def anticipated(S: Floats, kappa: float | None = None) -> Part:
     values, vectors = np.linalg.eigh(S)
     gains = gains_left(float(values[-1]), float(values[0]))
     share = 1.0 / (1.0 + (gains.kappa if kappa is None else kappa))
+    # (3.13) S = X + R, X = lambda where lambda >= 0, lambda / (1 + kappa) where lambda < 0
     part = np.maximum(values, share * np.maximum(values, -LARGEST))
     return Part(
         (vectors * part) @ vectors.T,
-        (vectors / (1.0 + part)) @ vectors.T,
+        (vectors / (1.0 + part)) @ vectors.T,  # (3.13) (1 + X)^-1
         gains,
         float(max(-values[0], values[-1])),
         float(values[0]),
@@ -147,6 +150,7 @@ def hand_factor(gains: Gains, stiffness: float = np.inf) -> float:
     """
     if gains.together == gains.apart == 0.0:
         return 0.0  # no hands couple; the computation took a fifth of an empty room's tick
+    # (3.13) r^2 = max of (F(p) - 1) / p^2 over p > 0; F_chi(p) for F(p) with chi = stiffness (c)
     worst = (row_gain(gains, FREQUENCIES, stiffness) - 1.0) / (FREQUENCIES * FREQUENCIES)
     return float(np.sqrt(max(0.0, float(worst.max()))))
 
@@ -166,14 +170,17 @@ def row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats:
     """
     alpha, beta, c = gains.apart, gains.together, gains.held
     p2 = p * p
-    # The largest quotient (beta^2 x^2 + (c p + alpha x)^2 + c^2) / ((x - p)^2 + 1) over all x.
+    # (3.13) (beta^2 x^2 + (c y - alpha x)^2 + c^2) / ((x + y)^2 + 1) at y = -p, largest over all x:
+    # (3.13) F^2 - t F + q = 0, its larger root; t = trace, q = det, F = worst
+    # (3.13) t = (1 + p^2) (alpha^2 + beta^2 + c^2) + 2 alpha c p^2
     trace = (1.0 + p2) * (alpha * alpha + beta * beta + c * c) + 2.0 * alpha * c * p2
+    # (3.13) q = c^2 (beta^2 (1 + p^2) + alpha^2)
     det = c * c * (beta * beta * (1.0 + p2) + alpha * alpha)
     worst = 0.5 * (trace + np.sqrt(np.maximum(0.0, trace * trace - 4.0 * det)))
     if stiffness == np.inf:
         return np.asarray(worst)
-    # The maximum lies at x = p (worst + alpha c) / (worst - alpha^2 - beta^2). If K does not allow
-    # that x, the quotient is largest at one of the ends, x = 0 or x = stiffness / p.
+    # (3.13 c) F lies at x = p (F + alpha c) / (F - alpha^2 - beta^2). If x <= chi / p forbids that,
+    # F_chi is the quotient at one of the ends: c^2 at x = 0, `at_end` at x = chi / p.
     largest = stiffness / p
     within = p * (worst + alpha * c) <= largest * (worst - alpha * alpha - beta * beta)
     at_end = (beta * beta + alpha * alpha) * largest * largest + 2.0 * alpha * c * stiffness
@@ -189,6 +196,7 @@ def hand_class(damping_budget: float, stiffest: float) -> tuple[float, float]:
         stiffest: Largest stiffness K that a client renders, in any direction [N/m].
     """
     damping = HAND_DAMPING + min(FULL_BUDGET, max(0.0, damping_budget))
+    # (3.13) theta = M / b; (3.13 c) K <= chi b / theta
     theta = HAND_MASS / damping
     return theta, stiffest * theta / damping
 
@@ -202,4 +210,4 @@ def lag_of_hands(gains: Gains, damping_budget: float, stiffest: float = np.inf) 
         stiffest: Largest stiffness K that a client renders, in any direction [N/m].
     """
     theta, stiffness = hand_class(damping_budget, stiffest)
-    return theta * hand_factor(gains, stiffness)
+    return theta * hand_factor(gains, stiffness)  # (3.13) tau >= r theta

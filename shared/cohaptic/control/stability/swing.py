@@ -55,9 +55,9 @@ def shown_gain(p: Floats, stiffness: float = np.inf) -> Floats:
         Values of the shape of `p`.
     """
     if stiffness == np.inf:
-        return np.asarray(1.0 + p * p)
-    # (y^2 + 1) / ((x + y)^2 + 1) at y = -q, 0 <= q <= p, and x up to a: largest at x = min(a, q),
-    # and beyond a at the place where its derivative vanishes.
+        return np.asarray(1.0 + p * p)  # (3.14) h at y = -p, x = p
+    # (3.14) h(p) = max of (y^2 + 1) / ((x + y)^2 + 1) over y >= -p, 0 <= x <= chi / p; y = -q
+    # (3.14) at x = q, or at x = a = chi / p if q > a, up to q = (a + (a^2 + 4)^(1/2)) / 2
     a = stiffness / p
     q = np.minimum(p, 0.5 * (a + np.sqrt(a * a + 4.0)))
     return np.asarray((q * q + 1.0) / ((np.minimum(a, q) - q) ** 2 + 1.0))
@@ -82,8 +82,9 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
     if stiffness == np.inf:
         return heaviest
     alpha, beta, c = gains.apart, gains.together, gains.held
-    # Maximise (beta^2 x^2 + (c y - alpha x)^2 + c^2) / ((x + y)^2 + 1) over y = -q, 0 <= q <= p,
-    # and x up to a. The largest value over all x grows with q; if its x is not allowed, x = a.
+    # (3.14) F = max of (beta^2 x^2 + (c y - alpha x)^2 + c^2) / ((x + y)^2 + 1) over y = -q, q <= p
+    # and 0 <= x <= a = chi / p. The largest value over all x grows with q; if its x is not allowed,
+    # x = a. There it is the larger root of F^2 - `trace` F + `det` = 0, now with q as the unknown.
     a = stiffness / p
     within = p * (heaviest + alpha * c) <= a * (heaviest - alpha * alpha - beta * beta)
     c2, squares = c * c, (beta * beta + alpha * alpha) * a * a + c * c
@@ -111,8 +112,10 @@ def felt_share(
         swing: Vibration of the object's modes.
     """
     p, lagged = theta * swing.frequency, tau * swing.frequency
+    # (3.14) F(p)^(1/2) + g h(p)^(1/2) v(w) < (1 + (w tau)^2)^(1/2), solved for g at each w:
+    # `room` is the right side less F^(1/2), and `taken` is h^(1/2) v
     room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(worst_row_gain(gains, p, stiffness))
-    # Norm of (1 + X)^-1; it belongs to the smallest eigenvalue of S.
+    # (3.14) v(w) = |K^(1/2) W K^(1/2)| (1 + alpha), at most weight max_k |D_k - 1| (1 + alpha)
     most = 1.0 + gains.apart
     taken = weight * most * swing.size * np.sqrt(shown_gain(p, stiffness))
     share = float((room / np.maximum(taken, 1e-12)).min())
