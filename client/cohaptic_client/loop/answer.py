@@ -18,15 +18,22 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE
 # s in which a step fades that partners make when they come, go or lose their models. A force of
 # 2 N then changes by 0.02 N a millisecond at first, the slew's limit.
 _FADE: Final = 0.1
-# N/s by which what others want may change the own force. What is left of the slew's rate is for
-# changes of gain and compliance; fades of the safety layer and of the law take more.
+# N/s by which what others want may change the own force. What is left of the slew's rate, 3 N/s, is
+# for changes of gain and compliance. A fade of the safety layer or of the law takes 10 N/s; half of
+# what it leaves stays for others. Reasoned, not measured.
 WISH_RATE: Final = 0.85 * EXTERNAL_RATE
 WISH_RATE_IN_FADES: Final = 0.25 * EXTERNAL_RATE
-# Speed of a model over the largest speed of the own hand of late: a light hand in resonance.
+# Speed of a model over the largest speed of the own hand of late: a light hand in resonance. The 2
+# is reasoned, not measured; what a liar can do with it was (docs/safety.md, "A hand that moves").
 _ANSWERED: Final = 2.0
-_TRIES: Final = 3  # to find how much of what others want is within its limit
-_ROUNDING: Final = 1.0 + 1e-7  # factor; alone, a hand's own stiffness is that of its law
-_ABOUT: Final = 1.01  # factor within which that is found
+# Tries to find how much of what others want is within its limit. Each aims at half of the limit, so
+# that the second is within it where no hand comes or leaves. Reasoned, not measured.
+_TRIES: Final = 3
+# Factor; alone, a hand's own stiffness is that of its law but for the rounding of doubles.
+_ROUNDING: Final = 1.0 + 1e-7
+# Factor within which that is found: a hundredth of 17 N/s is little of the 3 N/s that `WISH_RATE`
+# leaves. Reasoned, not measured.
+_ABOUT: Final = 1.01
 
 
 class Own(NamedTuple):

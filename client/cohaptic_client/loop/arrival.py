@@ -17,13 +17,18 @@ from cohaptic_client.loop.law_fade import LawFade, Running, switch
 from cohaptic_client.loop.replica import Replica, follow
 from cohaptic_client.loop.state import Coming, LoopSettings, LoopState
 
-# Multiple of the longest recent gap between patches; a shorter silence is the link's jitter.
+# Multiple of the longest recent gap between patches; a shorter silence is the link's jitter, and a
+# fade for it is a pulse for all others (test_arrival.py). The 2 is reasoned, not measured.
 PATIENCE: Final = 2.0
-LONGEST_PATIENCE: Final = 1.0  # s; a link with longer silences is too poor for touch
-FORGET_GAPS: Final = 30.0  # s; time constant with which a long gap is forgotten
+# s; a link with longer silences is too poor for touch. Reasoned, not measured.
+LONGEST_PATIENCE: Final = 1.0
+# s; time constant with which a long gap is forgotten: a link that stalls a few times in a minute is
+# still waited for. Reasoned, not measured.
+FORGET_GAPS: Final = 30.0
 MOST_COMING: Final = 32  # patches that wait: `LONGEST` of them at 120 Hz; then the oldest go
 # Simulation periods from patch to patch from which on what others want moves along a parabola.
-# Lines between punctual ticks are what the theorem of science 3.15 reckons with, and as smooth.
+# Lines between punctual ticks are what the theorem of science 3.15 reckons with, and as smooth. A
+# quarter is more than a timer's jitter and less than a missed tick. Reasoned, not measured.
 _LATE: Final = 1.25
 _AT_ONCE: Final = 1e-6  # s; rounding of times
 

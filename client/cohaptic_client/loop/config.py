@@ -100,7 +100,9 @@ def silent_after(simulation_period: float) -> float:
     return max(0.1, 3.0 * simulation_period)
 
 
-INTEGRAL_RELEASE_TIME = 0.1  # s; least time in which a law's integral is released
+# s; least time in which a law's integral is released: 1 % of it in a millisecond, as `GAIN_RATE`
+# lets a gain change. The paper says two simulation periods (5.1). Reasoned, not measured.
+INTEGRAL_RELEASE_TIME = 0.1
 
 
 def law_settings(

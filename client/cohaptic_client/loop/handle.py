@@ -15,7 +15,9 @@ from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
 from cohaptic_client.loop.running.watchdog import HELD
 from cohaptic_client.loop.safety import SAFETY_FADE_RATE
 
-_GRACE = 2.0  # s for the loop to end by itself once the force has faded
+# s for the loop to end by itself once the force has faded: enough to close a device, and a user
+# does not wait much longer. Reasoned, not measured.
+_GRACE = 2.0
 
 
 class TipSample(NamedTuple):

@@ -16,10 +16,16 @@ from cohaptic.control.law import Law, pressed_depth
 from cohaptic.control.laws.model import Gains, LawSettings, LocalForce
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
-LAW_FADE_TIME: Final = 0.3  # s
-LAW_FADE_SHARE_RATE: Final = 10.0  # 1/s; 1 % of the force per millisecond
-LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE  # N/s; the other half is left for the surface
-_LEAST_FORCE: Final = 0.05  # N; at a rate relative to a smaller force a transition would never end
+# s; a hand that presses on purpose takes about as long, so that the new law is met as a press is.
+# Reasoned, not measured.
+LAW_FADE_TIME: Final = 0.3
+# 1/s; 1 % of the force per millisecond, as `GAIN_RATE` (test_law_fade.py). Reasoned, not measured.
+LAW_FADE_SHARE_RATE: Final = 10.0
+# N/s; the other half is left for the surface, as in a turn (science 3.9).
+LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE
+# N; at a rate relative to a smaller force a transition would never end. A fingertip hardly notices
+# a change of so much (`EXTERNAL_RATE`).
+_LEAST_FORCE: Final = 0.05
 
 
 @dataclass(init=False)

@@ -26,10 +26,18 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-FORGET: Final = 5.0  # s; time in which a resting hand dissipates the energy by itself
-SLOW: Final = 0.01  # m/s; a slower hand has little energy, and damping would take it out too slowly
-RAMP: Final = 0.05  # s; from no damping to full damping
-STEP_RATE: Final = 10.0  # N/s; limit of the change of force by a change of the damping
+# s; time in which a resting hand dissipates the energy by itself. With 5 s one room less of 20,000
+# kept a swing than with 1 s (`cohaptic experiment hands`, in an earlier version).
+FORGET: Final = 5.0
+# m/s; a slower hand has little energy (5 uJ of 0.1 kg), and damping would take it out too slowly:
+# 8 N s/m are 0.08 N then. Reasoned, not measured.
+SLOW: Final = 0.01
+# s; from no damping to full damping: half a swing of a light hand at 10 Hz, so that the damping is
+# there within the swing that it is for, and comes without a step. Reasoned, not measured.
+RAMP: Final = 0.05
+# N/s; limit of the change of force by a change of the damping: half of `EXTERNAL_RATE`, as for the
+# laws. Reasoned, not measured.
+STEP_RATE: Final = 10.0
 # N s/m; the campaign of `cohaptic experiment hands` is stable from 5 to 10
 MAX_DAMPING: Final = 8.0
 

@@ -21,7 +21,8 @@ NUMBERS: Final = 4  # of a partner in `numbers_of` that come before its complian
 # s after which a motion of the own hand explains nothing any more. A model's answer to a motion is
 # late by a quarter of its swing at most, which is 25 ms for a hand that swings at 10 Hz.
 REMEMBERED: Final = 0.03
-# 1/s; largest change of a model in relation to itself, twice as fast as an honest server's.
+# 1/s; largest change of a model in relation to itself: twice as fast as an honest server's estimate
+# (`RATE_IN_NEED`), and as fast as a hand that is told (`TOLD_RATE`).
 _MODEL_RATE: Final = 1.0
 
 

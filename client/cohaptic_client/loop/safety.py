@@ -23,15 +23,21 @@ from cohaptic.vec import ZERO, Vec3, add, is_finite, norm, scale, sub
 # s from a fault to no force; even 10 N fall no faster than `max_rate` allows
 FAULT_RELEASE_TIME: Final = 0.02
 # N/s; limit of all changes of the force that the hand's own motion does not cause: 0.02 N in a
-# millisecond. A fingertip notices changes from about 0.05 N in 20 ms.
+# millisecond. A fingertip notices changes from about 0.05 N in 20 ms: reasoned, not measured. That
+# the limit holds is shown by test_safety_attacks.py.
 EXTERNAL_RATE: Final = 20.0
-SAFETY_FADE_RATE: Final = 10.0  # N/s, part of `EXTERNAL_RATE`, for fades of this layer
+# N/s for fades of this layer: half of `EXTERNAL_RATE`, so that the surface keeps the other half and
+# 10 N are gone in a second. Reasoned, not measured.
+SAFETY_FADE_RATE: Final = 10.0
 # Multiple of `external_rate` that this layer allows for all changes that the hand's own motion does
 # not explain. The rules keep to the budget; the rest is for the rounding of their sum.
 BACKSTOP: Final = 1.0 + 1e-9
-FORGET_OWN: Final = 0.03  # s; after it `max_rate` has passed the change that it held back
+# s; after it `max_rate` has passed the change that it held back: 30 N at 1 N/ms. What was held back
+# for longer a server could use (tests/experiments/attacks/test_servers.py).
+FORGET_OWN: Final = 0.03
 # s; in a longer period the loop stood still. On a device with motors that is a fault already; the
-# hand of a device that may stall for longer is simulated, or nobody's motor moves it.
+# hand of a device that may stall for longer is simulated, or nobody's motor moves it. As
+# `SafetyLimits.stall`, twenty periods at 1 kHz. Reasoned, not measured.
 STOOD_STILL: Final = 0.02
 
 
@@ -192,7 +198,9 @@ def rate_of(max_stiffness: float) -> float:
     return max(LEAST_RATE, OWN_SPEED * max_stiffness)
 
 
-LEAST_RATE, OWN_SPEED = 1000.0, 0.5  # N/s; m/s, speed of a tapping hand
+# N/s; m/s, speed of a tapping hand. At that speed 2000 N/m, what the simulated device renders, make
+# 1000 N/s. Reasoned, not measured.
+LEAST_RATE, OWN_SPEED = 1000.0, 0.5
 
 
 def next_share(

@@ -21,13 +21,17 @@ _BAND: Final = 0.1
 # W that a hand may receive in the band for ever. Hands of 1 N s/m beside others that tap by 8 mm
 # receive less than 1 mW.
 ALLOWED: Final = 0.002
-# J beyond that. A tap of another lends a light hand up to 5 mJ for a quarter of its swing.
+# J beyond that. A tap of another lends a light hand up to 5 mJ for a quarter of its swing (science
+# 3.15, Energy; test_trust.py).
 MOST_MADE: Final = 0.008
-_MOST_KEPT: Final = 2.0 * MOST_MADE  # J; models come back within 11 s after whatever it was
-_FALL: Final = 20.0  # 1/s; the force then follows at the rate of the slew
-# 1/s; so that whoever drives a hand again and again has it for a small part of the time.
+# J; models come back within 11 s after whatever it was: 6 s for 12 mJ at 2 mW, 5 s for the rise.
+_MOST_KEPT: Final = 2.0 * MOST_MADE
+# 1/s; gone in 50 ms, half a swing at 10 Hz; the force then follows at the rate of the slew.
+_FALL: Final = 20.0
+# 1/s; so that whoever drives a hand again and again has it for a small part of the time. Reasoned,
+# not measured.
 _RISE: Final = 0.2
-_PUNCTUAL: Final = 0.0025  # s; of the longest period that clients have, and some more
+_PUNCTUAL: Final = 0.0025  # s; the longest period of a client, 2 ms at 500 Hz, and a quarter more
 
 
 class Trust(NamedTuple):

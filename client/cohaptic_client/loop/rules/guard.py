@@ -35,7 +35,9 @@ from cohaptic_client.loop.safety import (
     towards,
 )
 
-_CUT: Final = 0.95  # share of the law's force; a larger damping force counts as cut to that force
+# Share of the law's force; a larger damping force counts as cut to that force. Just below the cut,
+# so that a force near it counts, whatever the rounding. Reasoned, not measured.
+_CUT: Final = 0.95
 SWITCH: Final = 1  # bit of `DeviceSample.buttons`
 _DROPPED: Final = Trouble(LET_GO, NOT_HELD)
 # Bound once: to look a member up in its class takes a tenth of a microsecond, every period.

@@ -18,7 +18,8 @@ from cohaptic.clock import Clock
 from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 
 LOOK: Final = 0.005  # s between looks at the loop: a quarter of `SafetyLimits.stall`
-GIVE_UP: Final = 2.0  # s; twice a reasonable time-out of a driver's USB transfer
+# s; twice a reasonable time-out of a driver's USB transfer. Reasoned, not measured.
+GIVE_UP: Final = 2.0
 HELD: Final = 3  # exit status of a process that was ended because a device call did not return
 
 
