@@ -114,12 +114,13 @@ def _numbers(tracked: Tracked) -> Ints:
 
 
 # N/s by which all others together may change the force on one hand. Fingers that tap reach about
-# 100 N/s on their own force, and a neighbour feels the share that it has of their compliance.
+# 100 N/s on their own force, and a neighbour feels the share that it has of their compliance. A
+# press of 6 N within 0.1 s passes, and a blow does not (test_force_limits.py).
 EFFECT_RATE = 60.0
 MAX_SUM = 160.0  # N, of all forces on a body: sixteen hands at the 10 N of a usual device
 # Largest change of the force on one hand per change of another's force. A hand at a stiff place
 # beside a soft one can be moved by several times the other's force; ten bounds that ratio where
-# the coupling is not known yet.
+# the coupling is not known yet. Reasoned, not measured.
 MAX_COUPLING_RATIO = 10.0
 
 
@@ -208,14 +209,19 @@ def within_budget(touches: Sequence[Touch], budget: float) -> list[Touch]:
 
 
 # Largest indentation, in radii of a sphere with the body's area. A linear body has no limit of its
-# own; three radii are one and a half diameters, deeper than any user presses on purpose.
+# own; three radii are one and a half diameters, deeper than any user presses on purpose, and than
+# the presses of the paper's figures. Reasoned, not measured.
 MAX_INDENTATION = 3.0
 # s; least lag of a hand whose force the body does not carry yet. The room's lag counts that hand
 # only from the next tick on. The value is the lag of two hands on opposite sides of the balloon, on
-# devices that damp fully. With 0.25 s two hands on a lobe of rubber kept swinging behind 250 ms.
+# devices that damp fully. With 0.25 s two hands on a lobe of rubber kept swinging behind 250 ms
+# (tests/system/test_rubber_lobe.py).
 FIRST_LAG = 0.03
-RELEASE_TIME = 0.3  # s; a hand that lets go on purpose takes about as long
-MAX_RELEASE_LAG = 0.1  # s; bounds the lag for a user who has left, however slow the room is
+# s; a hand that lets go on purpose takes about as long. Reasoned, not measured.
+RELEASE_TIME = 0.3
+# s; bounds the lag for a user who has left, however slow the room is: a third of `RELEASE_TIME`, so
+# that the fade sets the pace (test_applied_forces.py). Reasoned, not measured.
+MAX_RELEASE_LAG = 0.1
 
 
 def update_releases(

@@ -23,7 +23,9 @@ from cohaptic_server.world.displacement_field import CachedField, Field, FreeFie
 from cohaptic_server.world.equilibrium import complementarity, nonlinearity
 
 PERIOD = 0.001  # s; a device holds its force for so long, in a session as well as here
-_AROUND = 0.02  # m around a contact; radius of the window of displacements
+# m beyond the contact's radius; edge of the window of displacements, farther than a contact moves
+# between two instants. Reasoned, not measured.
+_AROUND = 0.02
 
 # Moves a hand up to a time [s] under the force [N] since the last call; returns its tip [m].
 Mover = Callable[[float, Vec3], Vec3]

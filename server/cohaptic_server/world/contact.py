@@ -26,10 +26,15 @@ from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints, union, vec3
 from cohaptic_server.world.displacement_field import CachedField, Field
 
-MAX_CONTACT_HEIGHT = 0.03  # m above the surface; a probe higher up applies no force
-TOLERANCE = 3e-5  # m along the surface; a hand that moves is followed again in the next tick
+# m above the surface; a probe higher up applies no force. At 60 ticks a second a hand is seen below
+# this before it touches, also at 1.5 m/s. Reasoned, not measured.
+MAX_CONTACT_HEIGHT = 0.03
+# m along the surface; a hand that moves is followed again in the next tick. Half of the distance
+# below, so that a contact just found is kept. Reasoned, not measured.
+TOLERANCE = 3e-5
 # m beside the normal within which a previous contact is kept, so that most ticks of a pressing hand
-# need no search. On a surface as curved as a fingertip this offset turns the force by 0.2 %.
+# need no search. This offset turns the force by 0.2 % on a radius of 30 mm, and by 0.8 % on that of
+# a fingertip, 8 mm. Reasoned, not measured.
 KEEP_DISTANCE = 6e-5
 _NO_VERTICES = np.zeros(0, dtype=np.int64)
 _NO_VALUES = np.zeros((0, 3))

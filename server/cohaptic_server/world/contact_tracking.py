@@ -33,15 +33,19 @@ from cohaptic_server.world.loops.vectors import heights, pressed, smoothed
 from cohaptic_server.world.state import Carried, TickTime, Touch
 from cohaptic_server.world.users import Tracked, WorldState, settings_of, vectors
 
-_MIN_SAMPLE_INTERVAL = 0.001  # s; two samples closer than this give no velocity
-_VELOCITY_SMOOTHING = 0.3  # weight of the newest velocity in the running mean
+# s; two samples closer than this give no velocity: a haptic period at 1 kHz, within which a tip has
+# not been measured twice. Reasoned, not measured.
+_MIN_SAMPLE_INTERVAL = 0.001
+# Weight of the newest velocity in the running mean, which is then of the last 3 samples or so: it
+# only says which way a hand slides. Reasoned, not measured.
+_VELOCITY_SMOOTHING = 0.3
 # A contact is tracked on a surface that follows only this share of the body's change in a tick. If
 # the tracked surface followed all of the change, several contacts on a body that softens under load
 # would each slide to where the last tick's forces took the surface, and would push each other to
-# and fro; `equilibrium` takes half steps for the same reason.
+# and fro; `equilibrium` takes half steps for the same reason. The half is reasoned, not measured.
 RELAXATION = 0.5
 _NOT_MEASURED = LoopDelay()
-_USUAL = 48  # vertices under a contact for which arrays have room at first
+_USUAL = 48  # vertices under a contact for which arrays have room at first; they grow where needed
 
 
 def track_contacts(

@@ -30,7 +30,8 @@ from cohaptic_server.world.loops.rows import FieldRows
 
 # Largest product q of the depth of a probe and the curvature of the bulge over it. A contact moves
 # by q / (1 - q) of the distance that the contact on the other side moves: by a third here, so that
-# both come to rest whatever the delay. From q = 1/2 on the two drive each other away.
+# both come to rest whatever the delay. From q = 1/2 on the two drive each other away
+# (tests/system/test_thin_parts.py).
 LARGEST_PRODUCT = 0.25
 _BULGE_ROOM = np.zeros((6, 8))  # working memory for one bulge after the other
 

@@ -38,18 +38,24 @@ from cohaptic_server.world.displacement_field import Field, FreeField, ZeroField
 from cohaptic_server.world.lags.turning import root_of_gain
 from cohaptic_server.world.loads import Press, contact_axes, load_spans
 
-_TOLERANCE = 1e-5  # N for the forces, and 1e-8 m for the tips
+# N for the forces, and 1e-8 m for the tips: a hundredth of the least force that counts
+# (`state.NEGLIGIBLE`). Reasoned, not measured.
+_TOLERANCE = 1e-5
 # m along the surface. With the tolerance of a tick, a tip would be left 0.02 mm off a surface that
 # others tilt by a third.
 _CONTACT_TOLERANCE = 1e-6
-_REFINE_BELOW = 1e-2  # N; contacts are located to `_CONTACT_TOLERANCE` once forces change by less
+# N; contacts are located to `_CONTACT_TOLERANCE` once forces change by less, which saves time.
+# Reasoned, not measured.
+_REFINE_BELOW = 1e-2
 # Near an unstable equilibrium, such as that of a rubber plate between two hands just before it
 # buckles, forces change by a few 1e-7 N in each iteration, and leave it in 40 more. Tips are
 # therefore pushed by `_NUDGE` along the surface, and forces are found again more precisely. The
-# forces may differ by the share `_SAME` of the largest one, or of `_LEAST` if that is more.
+# forces may differ by the share `_SAME` of the largest one, or of `_LEAST` if that is more. The
+# sizes are reasoned, not measured; test_equilibrium.py has the plate.
 _NUDGE = 3e-4  # m, along each of two tangents
 _FOUND_AGAIN = 1e-6  # N
 _SAME, _LEAST = 1e-3, 0.1  # -, N
+# Each half step halves an error, so that 200 find what can be found. Reasoned, not measured.
 MAX_ITERATIONS = 200
 
 
@@ -254,11 +260,18 @@ def complementarity(M: Floats, q: Floats) -> Floats:
     return exact if (exact >= 0.0).all() else f
 
 
-_NEWTON_CHANGE = 1e-7  # N; upper bound of the change of any force in the last step
+# N; upper bound of the change of any force in the last step. Newton's steps converge by squares, so
+# that the next one would be below rounding.
+_NEWTON_CHANGE = 1e-7
+# More than Newton's method needs where it converges, which is a few. Reasoned, not measured.
 _NEWTON_STEPS = 50
+# Steps along the path of a hand, of which each is the gap that is left. Reasoned, not measured.
 _MAX_TOUCH_DOWN_STEPS = 200
-_GAP_TOLERANCE = 1e-7  # m between a tip and the surface on which it has landed
-_MIN_FACING = 0.1  # cosine between the path and the inward normal; below it the path only grazes
+# m between a tip and the surface on which it has landed: 0.1 mN at 1000 N/m, below `NEGLIGIBLE`.
+_GAP_TOLERANCE = 1e-7
+# Cosine between the path and the inward normal; below it, from 84 degrees on, the path only grazes.
+# Reasoned, not measured.
+_MIN_FACING = 0.1
 
 
 @dataclass(frozen=True, eq=False)

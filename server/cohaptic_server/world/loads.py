@@ -20,7 +20,7 @@ from cohaptic_server.numeric import Floats, Ints, vec3
 from cohaptic_server.world.contact import Contact, Contacts
 
 # Smallest eigenvalue of a contact's 3x3 compliance over its trace: a direction that hardly gives
-# way must still be resolved in the 32 bits of the wire.
+# way must still be resolved in the 32 bits of the wire, whose rounding is 6e-8: to a thousandth.
 MIN_EIGENVALUE_SHARE = 1e-4
 # Trace of a contact's compliance that leaves room for raising its smallest eigenvalue [m/N].
 _MAX_TRACE = MAX_COMPLIANCE * (1.0 - 2.0 * MIN_EIGENVALUE_SHARE)

@@ -26,14 +26,18 @@ from cohaptic_server.world.loops.rows import WindowLimits, WindowRequests, Windo
 from cohaptic_server.world.loops.vectors import tangential_parts
 from cohaptic_server.world.loops.windows import choose_windows as choose_in_one_call
 
-MIN_RADIUS = 0.04  # m round the contact, before the support of the client's weights is added
-SPEEDING_UP = 0.15  # m/s by which a hand may become faster while a patch is in use
+# m round the contact, before the support of the client's weights is added: what `SPEEDING_UP` makes
+# of 0.27 s, for shorter times too. Reasoned, not measured.
+MIN_RADIUS = 0.04
+# m/s by which a hand may become faster while a patch is in use. Reasoned, not measured: one that
+# gets faster outruns its vertices at a long delay (docs/limits.md).
+SPEEDING_UP = 0.15
 _SUPPORT = 1.8  # vertex spacings; support of the client's weights (`mesh_fit.SUPPORT`)
 # Margin on the radius of the disc that `MAX_VERTICES` cover, since vertices may lie further apart
-# than the mean spacing.
+# than the mean spacing. Reasoned, not measured.
 _DISC_MARGIN = 1.3
 _UNITS = np.array([2.0**15 - 1.0, 2.0**16 - 1.0])  # largest displacement, compliance in units
-_SMALLEST = 2.0**-126  # smallest normal number in single precision; smaller scales become 0
+_SMALLEST = 2.0**-126  # smallest normal number in single precision (IEEE 754); smaller become 0
 _UNUSABLE = Neighbourhood(math.nan, math.nan, b"")
 
 
@@ -118,16 +122,19 @@ def path_ahead(mesh: TouchMesh, speeds: Floats, horizons: Floats) -> tuple[Float
 
 
 # A window reaches this far beyond the pressure, because a contact moves before the next tick: the
-# sum of a length and a number of vertex spacings.
+# sum of a length and a number of vertex spacings: 0.3 m/s at 60 ticks a second, and the vertices of
+# the client's weights (`_SUPPORT`) and some more. Reasoned, not measured.
 _MARGIN = 0.005  # m
 _MARGIN_SPACINGS = 3.0
-_REUSE_DISTANCE = 0.002  # m that a contact moves before its window is chosen anew, within `_MARGIN`
+# m that a contact moves before its window is chosen anew, within `_MARGIN`, of which the rest is
+# for the next tick. Reasoned, not measured.
+_REUSE_DISTANCE = 0.002
 # Ratio of a distance at rest to the same distance on the displaced surface, which may have brought
-# vertices nearer.
+# vertices nearer. Reasoned, not measured.
 _MAX_COMPRESSION = 1.3
 _PLANE, _MESH = int(Geometry.PLANE), int(Geometry.MESH)
 _KEY = 7  # numbers that tell whether a window still fits: foot, slide, horizon
-_USUAL = 96  # vertices of a window for which arrays have room at first
+_USUAL = 96  # vertices of a window for which arrays have room at first; they grow where needed
 
 
 class Windows(NamedTuple):

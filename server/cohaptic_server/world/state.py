@@ -24,7 +24,7 @@ from cohaptic_server.world.displacement_field import CachedField
 from cohaptic_server.world.loads import Press
 
 # N; a smaller force counts as none. Behind the room's lag a released force decays exponentially and
-# never quite reaches zero.
+# never quite reaches zero. A fiftieth of what a fingertip notices (`safety.EXTERNAL_RATE`).
 NEGLIGIBLE = 1e-3
 
 

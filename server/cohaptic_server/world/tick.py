@@ -20,12 +20,14 @@ from cohaptic_server.world.stages.stage import Tick
 from cohaptic_server.world.state import TickTime, Touch
 from cohaptic_server.world.users import Users, WorldState, is_at_rest, pass_over, settled
 
-# A contact that moves further than both of these in a tick was not moved by a hand.
+# A contact that moves further than both of these in a tick was not moved by a hand. The first is
+# for high rates, at which one sample may be several ticks late; reasoned, not measured.
 _MAX_STEP = 0.03  # m
 _MAX_SPEED = 1.5  # m/s, the speed at which a client's safety layer lets go
 # Periods; a server that stood still for longer has not computed what would have happened meanwhile.
+# A few late ticks are made up for. Reasoned, not measured.
 _LONGEST_TICK = 4.0
-_SHORTEST_TICK = 0.1  # filters divide by a time
+_SHORTEST_TICK = 0.1  # periods; filters divide by a time. Reasoned, not measured.
 
 
 def advance(

@@ -14,14 +14,22 @@ from dataclasses import dataclass, replace
 from cohaptic.control.playout import FALL, RISE
 
 # s; a measured delay counts for at least one window and at most two: long enough to see the rare
-# late messages of a network, short enough that gains recover within a few presses.
+# late messages of a network, short enough that gains recover within a few presses. Reasoned, not
+# measured.
 WINDOW = 4.0
 # s over which the distance of a delay from one that glides is averaged: rare pauses are forgotten.
+# `wishes.STEADY` was found with it.
 STEADY_TIME = 4.0
-_STEADY = 1e-8  # s2; less is none
-_FARTHEST = 0.5  # s; who was away for longer is not waited for longer
-UNKNOWN = 1.0  # s, assumed before the first measurement: longer than nearly every real loop
-LONGEST = 10.0  # s; a longer delay means that the client names wrong ticks
+_STEADY = 1e-8  # s2; less is none, that is 0.1 ms rms, well below a tick. Reasoned, not measured.
+# s; who was away for longer is not waited for longer: so much is forgotten to `wishes.STEADY`
+# within 14 s. Reasoned, not measured.
+_FARTHEST = 0.5
+# s, assumed before the first measurement: longer than nearly every real loop. Reasoned, not
+# measured.
+UNKNOWN = 1.0
+# s; a longer delay means that the client names wrong ticks: five times `TOO_LONG`. Reasoned, not
+# measured.
+LONGEST = 10.0
 # Longest loop delay of a client that may take part [s]: 400 ms of jitter on top of 250 ms each way,
 # and as much again. The room's lag grows with its slowest loop, so a slower client may only watch.
 TOO_LONG = 2.0

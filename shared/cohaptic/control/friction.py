@@ -20,7 +20,9 @@ from typing import NamedTuple
 
 from cohaptic.vec import ZERO, Vec3, add, cross, dot, norm, scale, sub, unit
 
-MAX_FRICTION = 2.0  # coefficient of friction, about that of rubber on dry glass; more is an error
+# Coefficient of friction, about that of rubber on dry glass; more is an error. Reasoned, not
+# measured.
+MAX_FRICTION = 2.0
 
 
 class Compliance3(NamedTuple):
@@ -77,8 +79,9 @@ def is_definite(C: Compliance3) -> bool:
     return xx * yy - xy * xy > _ROUNDING * xx * yy and _determinant(C) > _ROUNDING * xx * yy * zz
 
 
-# Least ratio of a definite C's determinant to the product of its diagonal: above the rounding of 32
-# bits on the wire, below the ratio of every compliance that the server sends.
+# Least ratio of a definite C's determinant to the product of its diagonal: above the rounding of
+# the doubles in which it is computed, and below 2.7e-7, the least that the server sends with an
+# eigenvalue of 1e-4 of the trace (`loads.MIN_EIGENVALUE_SHARE`).
 _ROUNDING = 1e-9
 
 
@@ -273,7 +276,8 @@ def friction_step(
 
 
 # Largest part, as a ratio, of the normal force's indentation that friction may cancel along the
-# normal; at 1 the contact point would no longer give way under the finger, and would wedge.
+# normal; at 1 the contact point would no longer give way under the finger, and would wedge (science
+# 3.10). The tenth that is left is as that of `gains.ALPHA`. Reasoned, not measured.
 _WEDGE = 0.9
 
 

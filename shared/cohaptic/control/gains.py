@@ -12,7 +12,8 @@ from cohaptic.control.law import Law
 from cohaptic.control.laws.model import Gains
 
 # Ratio of a gain to the edge of stability. At 0.9 an error in a proportional loop falls by 10 % in
-# each round trip.
+# each round trip. With 0.95 the error of an earlier law was 10 % in place of 6 % at the 95th
+# percentile (`cohaptic experiment hands`).
 ALPHA = 0.9
 
 

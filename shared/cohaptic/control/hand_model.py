@@ -56,10 +56,12 @@ def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
 
 
 # Rounds in which the hands at no bound are sought. From the forces of the last period on, the first
-# one mostly finds them.
+# one mostly finds them. Their number bounds the time of a period. Reasoned, not measured.
 _ROUNDS: Final = 12
-_SWEEPS: Final = 3  # of Gauss-Seidel in each round
-_ROUNDING: Final = 1e-9  # N; a force beyond its bound by less is at the bound
+_SWEEPS: Final = 3  # of Gauss-Seidel in each round. Reasoned, not measured.
+# N; a force beyond its bound by less is at the bound: rounding of doubles, a millionth of the least
+# force that counts.
+_ROUNDING: Final = 1e-9
 
 
 def contact_forces(

@@ -15,15 +15,18 @@ from itertools import accumulate
 from cohaptic.vec import Vec3
 
 # Radius h_k of a vertex's weight over the mean length of its edges: at one probe 10 to 12 vertices
-# have a weight above 0.
+# have a weight above 0. Reasoned; `cohaptic experiment slide` has the error of the force with it.
 SUPPORT = 1.8
 # m; distance that a probe may move before the near vertices are gathered again: 40 ms at 0.1 m/s. A
-# larger margin makes every evaluation slower, a smaller one gathers more often.
+# larger margin makes every evaluation slower, a smaller one gathers more often. Reasoned, not
+# measured.
 MARGIN = 0.004
 # Largest squared depth that is subtracted from a vertex's squared distance, as a multiple of the
-# mean h_k^2: the square of 60 mm on the balloon.
+# mean h_k^2: the square of 60 mm on the balloon, more than a press. Reasoned, not measured.
 DEEPEST = 5.0
-FEW = 0.05  # sum of weights below which no vertex counts as near
+# Sum of weights below which no vertex counts as near: a twentieth of a vertex at the probe itself.
+# Reasoned, not measured.
+FEW = 0.05
 
 FACT = 5  # numbers that a patch has for a vertex: index in the mesh, displacement, compliance
 # Numbers that `MeshFit` stores for a vertex: position, h_k^2, compliance, 1 if the patch has all

@@ -41,7 +41,7 @@ from cohaptic.vec import Vec3, dot, sub, unit
 # The reach is the distance up to which a point counts as near. It is this fraction of the largest
 # depth that a fit distinguishes (`mesh_fit.DEEPEST`): 6 mm on the balloon, a quarter of the radius
 # of its vertices' weights. The least reach, for the smallest objects, is too small for a hand to
-# feel [m].
+# feel [m]. Reasoned, not measured.
 _REACH = 0.1
 _LEAST_REACH = 0.0005
 # Points on the line within one reach. On a balloon the error hardly changes within that distance.
@@ -49,18 +49,21 @@ _LEAST_REACH = 0.0005
 # felt 1.2 % too little with one point, 0.1 % too much with four and 0.02 % with eight
 # (`benchmarks/object_session.py`, pinched.stl).
 _POINTS = 8
-_FURTHEST = 512  # points up or down; beyond them the last error is used, so that memory is bounded
+# Points up or down, 64 reaches; beyond them the last error is used, so that memory is bounded.
+_FURTHEST = 512
 # Cosines of the angle between the vertices' normal and the patch's on the line. Above `_ALIKE` the
 # module uses the vertices near the line, too; below `_TURNED` it does not use them there: their
 # normal then turns under a probe that moves sideways, while the server's does not, and the line's
 # normal comes back late with each patch. On a rim 13 mm deep a hand of 400 N/m oscillated sideways
 # at 250 ms; with a sphere the hand did not. Below `_STRANGE` the module uses the vertices nowhere:
-# they belong to the far side of a thin part.
+# they belong to the far side of a thin part. They are the cosines of 3, 10 and 78 degrees; forces
+# on six objects are in `benchmarks/many_objects.py`.
 _ALIKE = 0.9986
 _TURNED = 0.985
 _STRANGE = 0.2
 # Distance from the line, in reaches, at which the sphere or plane is no better than the vertices.
-# Between this distance and 1.4 times as far the sphere or plane ceases to describe the surface.
+# Between this distance and 1.4 times as far the sphere or plane ceases to describe the surface: on
+# a ring the sphere is 39 mm off 0.1 m away (`benchmarks/slide_solid.py`).
 _NEAR = 2.5
 # Distance from the line, in reaches, up to which the normal is corrected, and the depth with it, as
 # if the vertices were turned. With a longer distance, or with only the normal turned, dragging with
@@ -76,8 +79,9 @@ _MAX_FACTOR = 1e6
 # distance by which other users have moved the surface here, at most `_APART` reaches. On a limb the
 # compliance changes fivefold within the distance by which others move the contact sideways. The
 # force changes with it, by the ratio of that distance to the depth: a loop through the other hands
-# that no gain accounts for. Two hands that pinched a limb oscillated by half of their force. The
-# hand's own motion over the surface causes no such loop.
+# that no gain accounts for. Two hands that pinched a limb oscillated by half of their force, and at
+# 250 ms also with 2.5 reaches (`benchmarks/object_session.py`). The hand's own motion over the
+# surface causes no such loop.
 _MOVED = 2.0
 _APART = 4.0
 
@@ -187,7 +191,7 @@ class LineError:
 
 # Beside a contact the compliance is at most 4 times that of the contact, and at least a quarter of
 # it unless the vertices themselves have less, as fixed vertices do: a larger difference would be
-# valid for no longer than one tick.
+# valid for no longer than one tick. Reasoned, not measured.
 _BESIDE = 4.0
 # Weighted fractions of inner vertices (`MeshFit.at`): the module uses plane or sphere below
 # `_OUTER`, the vertices above `_INNER`, and a mixture between them. Where plane or sphere no longer
@@ -198,7 +202,8 @@ _OUTER = 0.05
 _INNER = 0.5
 _INNER_LOST = 0.2
 # Fraction of inner vertices in the first of two fits, below which the second fit, which reaches
-# farther vertices, fades out.
+# farther vertices, fades out: without it the force stepped by all of itself where a finger slid off
+# the edge of a block. The tenth is reasoned, not measured.
 _SEEN = 0.1
 
 

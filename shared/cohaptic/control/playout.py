@@ -16,11 +16,13 @@ from typing import Final
 
 # Share of the times at which the newest message may be too old for the playing time. A quantile
 # waits less than the largest age: one lost packet at a long round trip is ten times the jitter.
+# docs/measured.md, "Links that waver", has what is felt with it.
 SHARE: Final = 0.01
-# s; an age counts for at least one window and at most two, some 300 messages each.
+# s; an age counts for at least one window and at most two, some 300 messages each: of so many the
+# hundredth part is known to a half or so. Reasoned, not measured.
 WINDOW: Final = 5.0
 # s; duration of the first two windows, so that the first ages are soon forgotten: samples find
-# their phase meanwhile, and their ages say nothing of the link.
+# their phase meanwhile, and their ages say nothing of the link. Reasoned, not measured.
 BEGINNING: Final = 1.5
 _KEPT: Final = 16  # largest ages of a window; the share of 1,600 messages
 # s/s by which playing falls behind, and catches up: what moves at 4 Hz is felt at 3 to 5 Hz while a
@@ -28,8 +30,10 @@ _KEPT: Final = 16  # largest ages of a window; the share of 1,600 messages
 RISE: Final = 0.25
 FALL: Final = 0.25
 # s over the least age of late; beyond, the link stalls, and what was missed is not worth a wait.
+# Reasoned, not measured.
 LONGEST: Final = 0.25
-# s by which an age changes only if a clock was set or another peer sends.
+# s by which an age changes only if a clock was set or another peer sends: longer than any wait, and
+# as long as a loop may be (`delay.TOO_LONG`). Reasoned, not measured.
 ANOTHER: Final = 2.0
 
 

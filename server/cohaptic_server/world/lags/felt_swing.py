@@ -14,6 +14,7 @@ from cohaptic_server.world.lags.room_loop import Hand, hand_stiffness, takes_par
 
 # Rates at which the felt share of the swing may rise and fall [1/s]. A change of the share moves
 # surfaces under fingers, and a fall has to be complete before the hands in the room have answered.
+# Reasoned, not measured.
 RISE, FALL = 1.0, 10.0
 
 

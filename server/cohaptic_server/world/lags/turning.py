@@ -90,13 +90,15 @@ def _highest_passive(mu: float, delay: float, lag: float) -> float:
 
 
 # Upper bound of T_g, used where no T_g is proved stable because others turn a contact so far that
-# it slips off: the time in which a hand lets go and comes back.
+# it slips off: the time in which a hand lets go and comes back. Reasoned, not measured.
 LONGEST_TURN = 2.0  # s
 # Largest turning gain g that is neglected: that of a probe a quarter as deep as the radius of
 # curvature, as in `displacement_field.LARGEST_PRODUCT`. For a larger gain, the body also computes
 # its response along the two tangents of the contact.
 LARGEST_TURN = 1.0 / 3.0
-_TINY = 1e-9  # share of the spread of the vertices under a finger, which may lie on a line
+# Share of the spread of the vertices under a finger, which may lie on a line: above the rounding of
+# doubles, and below what changes a curvature that can be fitted. Reasoned, not measured.
+_TINY = 1e-9
 GENTLE = 1.0 / (1.0 + LARGEST_TURN)  # smallest `Contact.slope` of a contact that is not steep
 
 

@@ -7,9 +7,10 @@ import numpy as np
 from cohaptic_server.numeric import Floats, Ints
 
 FIELDS = 5  # values per vertex: its number, three of displacement, compliance
-# Adding and then subtracting this number rounds a double as `round` does, halves to even.
+# Adding and then subtracting this number, 1.5 times 2^52, rounds a double of IEEE 754 as `round`
+# does, halves to even.
 _TO_WHOLE = 6755399441055744.0
-_HUGE = 1e300
+_HUGE = 1e300  # beyond any value that is one; infinity and NaN are not below it
 
 
 def largest(

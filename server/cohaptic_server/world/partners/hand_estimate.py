@@ -25,22 +25,26 @@ import numpy.typing as npt
 
 from cohaptic_server.numeric import Complex, Floats
 
-GRID = 0.01  # s between two values of a window
-WINDOW = 2.0  # s
-STEP = 1.0  # s from one window to the next
-BANDS = np.arange(
-    1.0, 20.01, 0.5
-)  # Hz; whole periods in a window, so that a rest has no part in it
+GRID = 0.01  # s between two values of a window: five in a period of the fastest of `BANDS`
+# s; two periods of the slowest of `BANDS`. A longer one would learn of a hand later. Reasoned, not
+# measured, as are the numbers below that name no source.
+WINDOW = 2.0
+STEP = 1.0  # s from one window to the next; half of one, as usual with Hann's window (Welch 1967)
+# Hz; whole periods in a window, so that a rest has no part in it. Up to a third of 60 samples a
+# second.
+BANDS = np.arange(1.0, 20.01, 0.5)
 # Ends of a cloud: a hand on a light device to an arm on a heavy one.
 LEAST, MOST = np.array([0.03, 0.5, 50.0]), np.array([0.8, 20.0, 1500.0])
 # Middle of the cloud that knows nothing; less damped than the hand that models begin with, since
 # weak damping is what has to be found.
 USUAL = np.array([0.15, 5.0, 400.0])
-_SPREAD = 0.7  # of the logarithms of the cloud that knows nothing
+_SPREAD = 0.7  # of the logarithms of the cloud that knows nothing: a factor of two
 _WEIGHT = 0.4  # windows overlap, and neighbouring frequencies of a window do
 _ROUNDS = 4  # in which a window's likelihood is taken in, so that a cloud can follow
 _DRIFT = 0.02  # of the logarithms between two windows: a fifth in a hundred
-_KEEP = 0.98  # Liu and West (2001): a cloud that is drawn anew keeps its mean and its spread
+# Liu and West (2001): a cloud that is drawn anew keeps its mean and its spread. They take 0.974 to
+# 0.995 (discounts of 0.95 to 0.99).
+_KEEP = 0.98
 # m, unexplained motion of a hand at rest: of its intention at 1 Hz, falling with the frequency,
 # and of its sensors. It is the same for all hands, so that a hand that hardly moves says nothing.
 _UNQUIET, _SENSED = 30e-6, 3e-6

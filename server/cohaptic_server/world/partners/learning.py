@@ -29,18 +29,24 @@ from cohaptic_server.world.state import NEGLIGIBLE, Touch
 FIRST_LAG: Final = 0.04
 # Of a client's clock, which may say anything: beyond, adding a window changes nothing any more.
 _LATEST: Final = 1e9  # s
-_LONGEST_GAP: Final = 0.25  # s between two samples; a window with a longer gap says nothing
-# s; a sample that follows closer is left out: times are what a client says, and a curve through
-# values with next to no time between them has no bound. It also bounds the number of samples.
+# s between two samples; a window with a longer gap says nothing. As the wait after which playing
+# counts a link as stalled (`playout.LONGEST`). Reasoned, not measured.
+_LONGEST_GAP: Final = 0.25
+# s; about half of a period at 120 samples a second. A sample that follows closer is left out: times
+# are what a client says, and a curve through values with next to no time between them has no bound.
+# It also bounds the number of samples.
 _SHORTEST_GAP: Final = 0.004
 _LEAST_SAMPLES: Final = 20  # in a window, at 10 ticks per second
 # 1/s, of the logarithms of a told hand that changes: as fast as clients let models change.
 TOLD_RATE: Final = 1.0
-_FORGET: Final = 0.5  # s; time constant of the largest force that a hand has told
-# N/s; 6 N within 0.1 s. A force that is told for a tick now and then, which the body's own limits
-# hardly let through, gives no model more.
+# s; time constant of the largest force that a hand has told: a tap is remembered until the next
+# one. Reasoned, not measured.
+_FORGET: Final = 0.5
+# N/s; 6 N within 0.1 s, as `applied_forces.EFFECT_RATE`. A force that is told for a tick now and
+# then, which the body's own limits hardly let through, gives no model more.
 _RISE: Final = 60.0
-# Of the lag of a hand that is not doubted any more: what it wants then comes a tenth faster.
+# Of the lag of a hand that is not doubted any more: what it wants then comes a tenth faster. A lag
+# that jumped down moved it by 2 mm in a tick (science 3.15, Told).
 _BELIEVE: Final = 0.1
 
 

@@ -16,7 +16,8 @@ from cohaptic_server.world.partners.small_gain import LAGS
 from cohaptic_server.world.state import Touch
 
 # Largest give, in forces over the stiffness of a model: a resonance in full swing. The force is the
-# largest that the hand has told lately, so that a client cannot press with a give alone.
+# largest that the hand has told lately, so that a client cannot press with a give alone. Reasoned,
+# not measured, as are the other numbers here; experiments/attacks has what liars do within them.
 _MOST_GIVE: Final = 2.0
 # N more than a hand has told lately, for one that has just touched, and relative to its force: a
 # hand on its way into the object is a sample ahead of the force that it told.

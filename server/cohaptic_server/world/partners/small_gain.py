@@ -26,8 +26,10 @@ LAGS = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32])
 # a tick or so, which shakes forces by 10 mN at the higher rate. That is for a hand whose lag has to
 # grow: its loop may be swinging up.
 RATE, RATE_IN_NEED = 0.15, 0.5
-# Change of a lag in a second: q catches up with a hand as if that were faster by so much.
+# Change of a lag in a second: q catches up with a hand as if that were faster by so much. A lag
+# that jumps would move q by the lag times the hand's speed (science 3.15). Reasoned, not measured.
 LAG_DOWN, LAG_UP = 0.02, 0.1
+# With these two none of 720 rooms swung (`python -m cohaptic_experiments.partner_models.ensemble`).
 SURE = 0.98  # of the hands that a hand may be
 GAIN = 0.9  # largest sum of a row of |T|; the rest is for sampling and frequencies between
 

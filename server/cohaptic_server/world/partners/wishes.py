@@ -42,26 +42,28 @@ from cohaptic_server.world.state import NEGLIGIBLE, TickTime, Touch
 from cohaptic_server.world.users import Applied, Forbidden, Tracked, Wishes
 
 # Rates at which the share of the models rises and falls [1/s]; it has to be gone when the hand that
-# forbids models has been felt, and a change moves surfaces under fingers.
+# forbids models has been felt, and a change moves surfaces under fingers. Reasoned, not measured.
 _RISE: Final = 1.0
 _FALL: Final = 3.0
 # s since models were last forbidden, before their share rises; a hand that taps beside them would
-# move it for ever.
+# move it for ever. As `planning.CALM_TIME`; reasoned, not measured.
 _CALM: Final = 2.0
 # s rms by which a loop's delay may differ from one that glides, in the last 4 s. A pause of 0.3 s,
 # or one of 0.2 s in each second, stays below; with pauses of 0.6 s in each 2.5 s three hands side
-# by side swung by 2 N.
+# by side swung by 2 N (`python -m cohaptic_experiments.attacks links`, science 3.16).
 STEADY: Final = 0.09
 # Share of its square below which models may come back: pauses every few seconds would else let them
-# come and go.
+# come and go. A quarter is half of the rms; reasoned, not measured.
 _STEADY_AGAIN: Final = 0.25
 # s by which the patch that a hand has answered last is older than usual where its link counts as
-# silent just now: a message or two that are late are no silence.
+# silent just now: a message or two that are late are no silence. As the client's least patience
+# (`config.silent_after`); reasoned, not measured.
 _SILENT: Final = 0.1
 # Factor of the compliance of a contact. Two hands at the very same place would make the compliance
-# between them singular.
+# between them singular. Far above the 6e-8 of 32 bits on the wire, and far below what is felt.
 _APART: Final = 1.00001
-# s from one window of any hand to the next: a window takes a few milliseconds of a tick.
+# s from one window of any hand to the next: a window takes a few milliseconds of a tick, so that
+# one tick of six is longer by them.
 _LEARN_EVERY: Final = 0.1
 
 

@@ -18,11 +18,15 @@ from cohaptic_server.world.stages.stage import Tick
 from cohaptic_server.world.state import NEGLIGIBLE
 from cohaptic_server.world.users import Observed
 
-NEAR_HEIGHT = 0.005  # m above the surface; a probe below it counts fully as a neighbour
-PREFETCH_TIME = 0.2  # s; vertices are announced to a body this long before a finger reaches them
+# m above the surface; a probe below it counts fully as a neighbour: a hand that trembles near the
+# surface does not come and go. Reasoned, not measured.
+NEAR_HEIGHT = 0.005
+# s; vertices are announced to a body this long before a finger reaches them: a dozen ticks for the
+# process that solves for their columns. Reasoned, not measured.
+PREFETCH_TIME = 0.2
 # Range of slides within `PREFETCH_TIME`, in contact radii, for which vertices are announced. Below
 # it, the finger stays nearly where it is; above it, the finger has left before the body could use
-# the vertices.
+# the vertices. Reasoned, not measured.
 _SLOWEST_SLIDE, _FASTEST_SLIDE = 0.1, 1.0
 
 

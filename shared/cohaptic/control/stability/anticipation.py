@@ -31,14 +31,17 @@ from cohaptic.control.stability.lag_choice import FULL_BUDGET
 from cohaptic.control.stability.single_contact import Floats
 
 # Largest gain of the loop for a hand that offers no resistance; at 1 the hand would drift, and the
-# nearer the gain comes to 1, the longer is the lag that moving hands need.
+# nearer the gain comes to 1, the longer is the lag that moving hands need (science 3.13). Reasoned,
+# not measured.
 SOFTEST: Final = 0.9
 # Least kappa. Each negative eigenvalue of S has a part that the server anticipates, and a part
 # kappa times as large that stays in the loop. With kappa = 1, rooms whose coupling is nearly 1 need
 # 1.5 times the lag for a sixth fewer round trips, and an error of C counts 2 instead of 1.5 times.
+# docs/performance.md has rooms with several values.
 LEAST_KAPPA: Final = 2.0
 # Limit for the modulus of negative eigenvalues of S; at 1 the body would not give way at all to the
-# combination of forces in the eigenvector.
+# combination of forces in the eigenvector. Reasoned, not measured: a thousandth is less than what
+# is known of S.
 LARGEST: Final = 0.999
 # A heavy, relaxed hand. theta is the hand's mass, divided by the sum of its damping and the damping
 # that its device adds where the loop generates energy (3.4). This theta does not cover hands of 0.3
@@ -46,7 +49,9 @@ LARGEST: Final = 0.999
 # 3 N s/m here, and 15 with 4.
 HAND_MASS: Final = 0.5  # kg
 HAND_DAMPING: Final = 2.0  # N s/m
-FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)  # theta times angular frequency
+# theta times angular frequency: two decades on either side of 1, where a hand turns from a damper
+# into a mass, and a hundred values in each, 2.3 % apart.
+FREQUENCIES: Final = np.geomspace(1e-2, 1e2, 401)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,12 +27,12 @@ from cohaptic.control.room_lag import RoomLag as RoomLag
 from cohaptic.control.stability.single_contact import Floats
 
 # Ratio of the theorem's least stable lag to the lag in use. The rest is a margin for delays that
-# vary and hands that move.
+# vary and hands that move. Reasoned, not measured.
 SHARE = 0.7
 # theta for a device without a damping budget [s]: mass over damping of a heavy hand, 0.5 kg and
-# 4 N s/m.
+# 4 N s/m. Found with `cohaptic experiment hands`.
 HAND_TIME = 0.12
-FULL_BUDGET = 8.0  # N s/m; largest damping that the passivity layer renders
+FULL_BUDGET = 8.0  # N s/m; largest damping that the passivity layer renders (`MAX_DAMPING`)
 # theta for a device with the full budget [s]: DAMPED_HAND_TIME for a coupling above the second
 # value of TIGHT, 0 below the first value, linear in between. Both constants were found with
 # `cohaptic experiment hands`; two hands on opposite sides of a balloon have a coupling of 0.65 and

@@ -34,10 +34,12 @@ from cohaptic.control.stability.single_contact import Floats
 # phase over the delay. This gives 4.7 points per wavelength; Chebyshev collocation needs pi.
 BASE, PER_RADIAN = 8, 0.75
 LARGEST = 1200  # limit of a discretised room's unknowns; its eigenvalues take about two seconds
-CANDIDATES = (
-    8  # most eigenvalues that are refined, from the right; the rightmost root is among them
-)
-SMALL = 1e-6  # ratio to the longest time constant below which a delay needs no grid
+# Most eigenvalues that are refined, from the right; the rightmost root is among them
+# (test_room_roots.py).
+CANDIDATES = 8
+# Ratio to the longest time constant below which a delay needs no grid: it moves a root by as small
+# a part. Reasoned, not measured.
+SMALL = 1e-6
 
 
 def growth(S: Floats, delays: Floats, lag: float) -> float:

@@ -18,7 +18,9 @@ from cohaptic.control.stability.single_contact import (
     lifted_radius,
 )
 
-_SCAN = 48  # values of I N T that are tried before the bisection
+# Values of I N T that are tried before the bisection: a set that is thinner than the step between
+# two of them is searched for by its least radius.
+_SCAN = 48
 _BISECTIONS = 24  # final width 2^-24 of a scan step, the accuracy of a 32-bit number
 
 

@@ -27,7 +27,7 @@ from cohaptic.control.stability.anticipation import Gains, row_gain
 from cohaptic.control.stability.single_contact import Floats
 
 # Ratio of the fraction g in use to the largest stable g. With the largest g itself a vibration that
-# comes back with the worst delay would hardly decay.
+# comes back with the worst delay would hardly decay. The half is reasoned, not measured.
 SAFETY: Final = 0.5
 
 
