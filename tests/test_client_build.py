@@ -48,6 +48,7 @@ def test_it_touches_a_server_and_has_nothing_of_one(scripts: Path) -> None:
     assert "cohaptic_client" in here
     for name in ("scipy", "trimesh", "segno", "prometheus_client", "pyjwt", "threadpoolctl"):
         assert name not in here
+    run(scripts / "python", "-m", "pip", "check")
     assert "--device" in run(scripts / "cohaptic", "touch", "--help")
     serve = [sys.executable, "-m", "cohaptic", "serve", "--port", "0"]
     with subprocess.Popen(serve, text=True, stdout=PIPE, stderr=STDOUT) as server:
@@ -57,8 +58,10 @@ def test_it_touches_a_server_and_has_nothing_of_one(scripts: Path) -> None:
             said = server.stdout.readline()
             assert said, "the server has ended"
         url = next(word for word in said.split() if word.startswith("ws://"))
-        told = run(scripts / "cohaptic", "touch", url, "--duration", "2")
-        server.terminate()
+        try:
+            told = run(scripts / "cohaptic", "touch", url, "--duration", "2")
+        finally:
+            server.terminate()
     assert "touched for" in told
 
 
