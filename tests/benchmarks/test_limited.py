@@ -19,34 +19,11 @@ def run(
     return run_limited(command, seconds=seconds, memory=memory, env={"NIGHT": "yes"}, ends=ends)
 
 
-def test_a_command_ends_by_itself() -> None:
-    ended = run("import os, sys; print(os.environ['NIGHT']); print('no', file=sys.stderr); exit(3)")
-    assert (ended.code, ended.over, ended.out, ended.err) == (3, "", "yes\n", "no\n")
-    assert ended.seconds > 0.0
-    if sys.platform != "win32":
-        assert 0.0 < ended.processor < 2.0 * ended.seconds
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no memory is known there")
-def test_its_memory_is_known() -> None:
-    # Both stay for a while: of one that has ended before the first look less is known.
-    sleep = "import time; time.sleep(1.0)"
-    little, much = run(sleep), run(f"x = b'1' * 300_000_000; {sleep}")
-    assert much.memory - little.memory == pytest.approx(3e8, rel=0.1)
-
-
 def test_one_that_takes_too_long_is_stopped() -> None:
     ended = run("print('begun', flush=True)\nwhile True: pass", seconds=4.0)
     assert ended.over == "stopped after 4 s"
     assert ended.code != 0
     assert ended.out == "begun\n"
-
-
-def test_one_that_nobody_wants_any_more_is_stopped() -> None:
-    ends = threading.Event()
-    ends.set()
-    ended = run("while True: pass", ends=ends)
-    assert (ended.over, ended.code != 0) == ("stopped with the rest", True)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is known at the end only")

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 import many_objects
 from limited import Ended
-from shapes.catalogue import MANY
 
 pytestmark = pytest.mark.live
 
-ROOT = Path(__file__).parents[2]
 READY = "a.stl: 7,108 tetrahedra, 500 vertices of surface, 9 MB; ready in /x after 9.1 s\n"
 SESSION = {
     "delay_s": 0.0, "force_error": 0.01, "felt_error": 0.02, "late_error": 0.01, "rest": "rests",
@@ -70,64 +64,3 @@ def test_only_a_sentence_or_stable_sessions_with_the_right_force_are_sound(
     row: dict[str, Any], sound: bool
 ) -> None:
     assert many_objects.is_sound(row) is sound
-
-
-def test_every_row_has_a_cell_for_each_column() -> None:
-    row: dict[str, Any] = {"file": "a.stl", "verdict": "refused", "seconds": 1.0, "said": "a | b"}
-    row["memory_bytes"] = row["processor_seconds"] = float("nan")
-    for kinds in (["linear"], ["linear", "nonlinear-limb"]):
-        assert len(many_objects.cells(row, kinds)) == 8 + 5 * len(kinds)
-    assert "|" not in "".join(many_objects.cells(row, ["linear"]))
-
-
-def test_the_force_and_the_share_that_is_felt_are_told() -> None:
-    row: dict[str, Any] = {
-        "file": "a.stl", "verdict": "accepted", "seconds": 1.0, "said": "", "tetrahedra": 9,
-        "memory_bytes": 1e9, "processor_seconds": 1.0, "linear": {"sessions": [SESSION]},
-    }  # fmt: skip
-    assert many_objects.cells(row, ["linear"])[9:11] == ["2 N", "25%"]
-
-
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    (tmp_path / "a.stl").write_bytes(b"")
-    (tmp_path / "b.nii.gz").write_bytes(b"")
-    assert [p.name for p in many_objects.files_in(tmp_path, [])] == ["a.stl", "b.nii.gz"]
-    assert [p.name for p in many_objects.files_in(tmp_path, ["a"])] == ["a.stl"]
-    assert [p.name for p in many_objects.files_in(tmp_path, ["b"])] == ["b.nii.gz"]
-    with pytest.raises(SystemExit, match="there is no mesh c"):
-        many_objects.files_in(tmp_path, ["a", "c"])
-    with pytest.raises(SystemExit, match="there is no such folder"):
-        many_objects.files_in(tmp_path / "b", [])
-
-
-@pytest.mark.night
-@pytest.mark.timeout(600)
-def test_a_short_night(tmp_path: Path) -> None:
-    """One object that is touched, an empty file and one of strips that are refused."""
-    (tmp_path / "block.vtu").write_bytes(MANY["block.vtu"]())
-    (tmp_path / "nothing.stl").write_bytes(b"")
-    (tmp_path / "strips.ply").write_bytes(MANY["strips.ply"]())
-    done = subprocess.run(
-        [
-            *(sys.executable, str(ROOT / "benchmarks/many_objects.py"), str(tmp_path)),
-            *("--kinds", "linear", "limb", "--jobs", "2", "--json", str(tmp_path / "out.json")),
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "3 files: 1 accepted, 2 refused in a sentence; all are sound" in done.stdout
-    accepted, nothing, strips = json.loads((tmp_path / "out.json").read_text())["results"]
-    assert accepted["tetrahedra"] > 1440  # those of the file, some cut where the base ends
-    assert accepted["memory_bytes"] > 5e7
-    for kind in ("linear", "limb"):
-        sessions = accepted[kind]["sessions"]
-        assert [s["delay_s"] for s in sessions] == [0.0, 0.08, 0.25]
-        assert {s["rest"] for s in sessions} == {"rests"}
-        assert max(s["force_error"] for s in sessions) < 0.02
-    assert accepted["linear"]["places"] != accepted["limb"]["places"]
-    assert accepted["linear"]["share_within_5_percent"] > 0.5
-    assert "--fix" in accepted["said"]
-    assert "empty" in nothing["said"]
-    assert "no triangle" in strips["said"]

@@ -52,28 +52,6 @@ def installed(folder: Path, extras: str) -> set[str]:
     }
 
 
-@pytest.mark.parametrize(
-    "extras",
-    [
-        pytest.param("", marks=pytest.mark.live),
-        pytest.param("[more]", marks=[pytest.mark.live, pytest.mark.smoke]),
-    ],
-)
-def test_the_image_installs_the_newest_of_our_wheels_and_what_lies_beside_it(
-    tmp_path: Path, extras: str
-) -> None:
-    dist = tmp_path / "dist"
-    dist.mkdir()
-    needs = ("aardvark", 'zebra; extra == "more"')
-    a_wheel(dist, "cohaptic", "1.9", "nothing-that-is-there")
-    a_wheel(dist, "cohaptic", "1.10", *needs)
-    a_wheel(dist, "aardvark", "3")
-    a_wheel(dist, "zebra", "4")
-    found = installed(tmp_path, extras)
-    assert found >= {"cohaptic-1.10", "aardvark-3"}
-    assert ("zebra-4" in found) == (extras != "")
-
-
 @pytest.mark.live
 def test_the_image_installs_from_our_wheel_alone(tmp_path: Path) -> None:
     (tmp_path / "dist").mkdir()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -16,9 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import suite
-from suite import NO_TESTS, STOPPED, TIERS, Outcome, Phase
-from tests.client.devices.until import until
-from tests.patience import PATIENCE
+from suite import NO_TESTS, TIERS, Outcome, Phase
 
 PHASES = [Phase(name, name) for name in ("first", "second", "third")]
 TESTS = st.sets(st.sampled_from(["a::b", "a::c", "d::e"]))
@@ -39,15 +36,6 @@ def test_a_failure_hides_no_later_phase(states: list[int]) -> None:
     assert suite.status_of(outcomes, a_part=True) == (0 if 1 not in states and 0 in states else 1)
 
 
-def test_ctrl_c_ends_the_tier_also_after_a_failure() -> None:
-    def one(phase: Phase, _arguments: Sequence[str]) -> Outcome:
-        return suite.read(phase.name, 2, ['["a::b", "failed", ""]', '["", "stopped", ""]'])
-
-    outcomes = suite.run_tier(PHASES, (), one)
-    assert [outcome.phase for outcome in outcomes] == ["first"]
-    assert suite.status_of(outcomes) == STOPPED
-
-
 def test_every_night_tries_laws_on_new_examples_and_no_mark_is_in_no_tier() -> None:
     assert any(phase.hypothesis == "deep" and "not (" in phase.marks for phase in TIERS["night"])
     marks = " or ".join(phase.marks for tier in ("all", "night") for phase in TIERS[tier])
@@ -65,11 +53,6 @@ def test_flaky_is_what_was_run_again_and_passed(failed: set[str], again: set[str
     said = suite.summary([outcome])
     assert sum(line.startswith("FAILED") for line in said) == len(failed)
     assert sum(line.startswith("FLAKY") for line in said) == len(again - failed)
-
-
-def test_a_process_that_died_is_a_failure_with_a_name() -> None:
-    said = suite.summary([Outcome("live", -9, {}, {})])
-    assert said[0] == "FAILED live: pytest ended with -9"
 
 
 FAILS_ONCE = """
@@ -116,39 +99,3 @@ def test_phases_of_a_real_run(tmp_path: Path) -> None:
     assert failed.startswith("FAILED ")
     assert "test_wrong   (laws, in virtual time: test_two.py:18: assert False)" in failed
     assert verdict == "1 tests failed, 1 were tried again"
-
-
-WAITS = """
-import threading
-from pathlib import Path
-
-def test_it(tmp_path):
-    try:
-        Path(__file__).with_name("begun").touch()
-        threading.Event().wait(600)
-    finally:
-        Path(__file__).with_name("tidied").touch()
-"""
-
-
-@pytest.mark.live
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_lets_tests_tidy_up_and_ends_the_tier(tmp_path: Path, number: int) -> None:
-    file = tmp_path / "test_it.py"
-    file.write_text(WAITS)
-    with subprocess.Popen(
-        [sys.executable, suite.__file__, "test", str(file), "-n", "0"],
-        stdout=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as process:
-        until(lambda: (tmp_path / "begun").exists(), PATIENCE)
-        if number == signal.SIGINT:  # of a terminal, to the whole group
-            os.killpg(process.pid, number)
-        else:
-            process.send_signal(number)
-        said, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == STOPPED
-    assert (tmp_path / "tidied").exists()
-    assert "stopped" in said.splitlines()[-2]
