@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from cohaptic.simulated.hand import Rhythm
 from cohaptic_server.numeric import Floats
 from cohaptic_tools.demo.analysis import (
-    AROUND,
     STEP,
     Recording,
     Timeline,
@@ -92,20 +91,6 @@ def test_without_a_common_time_nothing_is_known(recordings: list[Recording]) -> 
     assert mean_over(timeline.forces, windows).shape == (2, 3)
 
 
-def test_a_force_is_a_length() -> None:
-    recording = blank("left", grid(0.1))
-    for column, value in (("fx", 2.0), ("fy", -3.0), ("fz", 6.0)):
-        recording.columns[column] += value
-    assert Timeline.of([recording]).force == pytest.approx(7.0)
-
-
-def test_what_is_felt_is_what_the_safety_layer_gives_of_it() -> None:
-    recording = blank("left", grid(0.1))
-    recording.columns["felt_from_others"] += 2.0
-    recording.columns["scale"] *= 0.25
-    assert Timeline.of([recording]).felt == pytest.approx(0.5)
-
-
 @pytest.mark.parametrize("pressed", [True, False])
 def test_the_last_part_of_each_press_and_each_release_is_measured(pressed: bool) -> None:
     timeline = presses(12.0)
@@ -122,17 +107,6 @@ def test_the_last_part_of_each_press_and_each_release_is_measured(pressed: bool)
         assert window.stop == stretch.stop
 
 
-def test_of_a_short_stretch_half_is_measured() -> None:
-    assert measured(slice(100, 500)) == slice(300, 500)
-
-
-def test_a_press_that_was_cut_short_is_not_measured() -> None:
-    # Pressed from 2.3 s on; 0.8 of a stretch is long enough, less is not.
-    enough, short = 2.3 + 0.8 * STRETCH + 0.05, 2.3 + 0.8 * STRETCH - 0.05
-    assert len(stretches(presses(enough), pressed=True, expected=STRETCH)) == 1
-    assert stretches(presses(short), pressed=True, expected=STRETCH) == []
-
-
 @pytest.mark.parametrize("column", ["scale", "level"])
 def test_nothing_is_measured_while_somebody_is_not_in_place(column: str) -> None:
     timeline = presses(12.0)
@@ -141,37 +115,9 @@ def test_nothing_is_measured_while_somebody_is_not_in_place(column: str) -> None
     assert all(w.stop < 7000 for w in press_windows(timeline, injected=0.1))
 
 
-def test_means_are_over_all_windows_together() -> None:
-    values = np.array([[1.0, 1.0, 9.0, 4.0], [2.0, 2.0, 9.0, 8.0]])
-    assert mean_over(values, [slice(0, 2), slice(3, 4)]) == pytest.approx([2.0, 4.0])
-
-
-def test_vectors_have_a_mean_too() -> None:
-    values = np.arange(24.0).reshape(2, 3, 4)
-    assert mean_over(values, [slice(1, 3)]) == pytest.approx(values[:, :, 1:3].mean(axis=2))
-
-
-def test_a_window_reaches_from_before_a_press_until_its_release() -> None:
-    timeline = presses(12.0)
-    windows = press_windows(timeline, injected=0.4)
-    # Presses begin at 2, 6 and 10 s, and end at 4 and 8 s, or with the recording.
-    assert [w.start * STEP for w in windows] == pytest.approx(
-        [at - AROUND for at in (2.0, 6.0, 10.0)], abs=0.003
-    )
-    assert [w.stop * STEP for w in windows] == pytest.approx([4.0, 8.0, 12.0], abs=0.003)
-    # The last one is left out where the recording ends before its news can have come.
-    assert len(press_windows(presses(11.3), injected=0.4)) == 2
-
-
 @pytest.mark.parametrize("rate", [30.0, 60.0])
 def test_patches_are_counted_by_their_ticks(rate: float) -> None:
     recording = blank("left", grid(2.0))
     recording.columns["tick"] = 1.0 + np.floor(rate * recording.columns["t"])
     recording.columns["tick"][:500] = 0.0  # none has come yet
     assert patch_rate(Timeline.of([recording]), 0) == pytest.approx(rate, rel=0.03)
-
-
-def test_without_a_patch_there_is_no_rate() -> None:
-    recording = blank("left", grid(1.0))
-    recording.columns["tick"] *= 0.0
-    assert np.isnan(patch_rate(Timeline.of([recording]), 0))

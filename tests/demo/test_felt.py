@@ -40,19 +40,6 @@ def test_the_forces_predicted_are_those_of_hands_that_only_push(
     assert found.felt == pytest.approx(np.abs(force - alone), rel=1e-6, abs=1e-6)
 
 
-def test_a_hand_that_pushes_the_other_out_is_felt_by_the_share_of_its_force() -> None:
-    found = expected(np.array(0.002), np.array(-0.0005), np.array(0.001))
-    assert found.felt[1] == pytest.approx(0.5 * found.force[0])
-    assert found.felt[0] == pytest.approx(0.25 * found.force[1])
-
-
-def test_a_hand_from_which_the_surface_is_taken_away_feels_all_of_its_force_less() -> None:
-    """Both stand on one limb that is far softer than the hands, and sway with it."""
-    found = expected(np.array(1.0), np.array(0.98), np.array(1.0))
-    assert found.force[1] == 0.0
-    assert found.force[0] > 0.0
-
-
 @given(COMPLIANCE, st.floats(-0.9, 0.4), st.floats(1e-4, 0.02), st.floats(1e-3, 0.02))
 @example(1e-4, -0.5, 0.02, 0.02)  # hard, and pressed deep
 def test_a_depth_that_fits_lets_hands_feel_each_other_if_one_that_is_allowed_does(

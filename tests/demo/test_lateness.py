@@ -47,22 +47,6 @@ def test_a_force_that_creeps_passes_each_share_in_its_time(time: float) -> None:
         assert at == pytest.approx(expected, abs=0.006 + 0.05 * (expected - PRESS))
 
 
-def test_the_surface_may_be_there_long_before_the_force() -> None:
-    """As with an integral law: what counts is what the hand has of it."""
-    true = passed(T, press())
-    assert late(passed(T, press(0.19)), true).half == pytest.approx(0.19, abs=1e-3)
-    assert late(passed(T, press(0.48)), true).half == pytest.approx(0.48, abs=1e-3)
-
-
-@given(sizes)
-def test_the_levels_are_passed_in_their_order(size: float) -> None:
-    found = passed(T, press(size=size))
-    assert PRESS < found[0]
-    assert (np.diff(found) > 0.0).all()
-    assert found[-1] < PRESS + RAMP
-    assert found[4] == pytest.approx(PRESS + 0.5 * RAMP, abs=1e-3)
-
-
 @given(st.floats(0.0, 0.6), st.floats(0.1, 1.0))
 def test_who_overshoots_is_not_early_for_it(behind: float, more: float) -> None:
     """The answers of others come later: more than the change at first, and then the change.
@@ -77,15 +61,6 @@ def test_who_overshoots_is_not_early_for_it(behind: float, more: float) -> None:
     assert behind - 0.065 * RAMP <= late(found, true).half <= behind + 1e-3
 
 
-@given(st.floats(0.0, 0.6), st.floats(0.05, 0.3))
-def test_the_slowest_level_counts(behind: float, time: float) -> None:
-    """Quick at first and slow in the end: the delay of nine tenths is that of the last level."""
-    slow = 0.5 * press(behind) + 0.5 * press(behind + time)
-    found = late(passed(T, slow), passed(T, press()))
-    assert found.onset <= found.half <= found.most
-    assert found.most > behind + 0.5 * time
-
-
 @pytest.mark.parametrize("size", [0.0, 0.9 * LEAST, -0.9 * LEAST])
 def test_what_is_not_felt_is_not_late(size: float) -> None:
     none, true = passed(T, press(size=size)), passed(T, press())
@@ -93,7 +68,3 @@ def test_what_is_not_felt_is_not_late(size: float) -> None:
     assert all(map(math.isnan, late(none, true)))
     assert all(map(math.isnan, late(true, none)))
     assert not np.isnan(passed(T, press(size=0.9 * LEAST), least=0.5 * LEAST)).any()
-
-
-def test_a_force_that_is_no_number_is_not_late() -> None:
-    assert np.isnan(passed(T, np.full_like(T, np.nan))).all()

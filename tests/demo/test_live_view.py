@@ -3,12 +3,10 @@ from __future__ import annotations
 from collections import deque
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from rich.console import Console
 
 from cohaptic.status.report import TouchStatus
-from cohaptic_tools.demo.live_view import GATHER, TRACE, Monitor, picture, sparkline, traced
+from cohaptic_tools.demo.live_view import GATHER, TRACE, Monitor, picture, traced
 from cohaptic_tools.demo.processes import DemoFailed
 from cohaptic_tools.demo.scene import Scene
 
@@ -38,40 +36,6 @@ def test_it_says_what_is_going_on_at_every_width(width: int) -> None:
     assert "right: device renders 2,000 of 5,000 N/m" in text
     assert "the object answers the others in 0.16 s" in text
     assert "…" not in text
-
-
-@pytest.mark.parametrize("width", [80, 100, 120, 160])
-def test_with_friction_the_force_along_the_surface_is_shown(width: int) -> None:
-    text = shown(Scene(friction=0.8), 3.2, width)
-    assert "left presses, then drags 6 mm along the surface and back every" in text
-    assert "right sticks beside it" in text
-    assert "force along the surface over the last 6 s, up to 2 N" in text
-    assert "along" in text
-    assert "1.50 N" in text
-    assert "0.60 N" in text
-    assert "…" not in text
-
-
-def test_it_says_that_it_waits_and_that_it_has_no_end() -> None:
-    assert "everybody comes ..." in shown(Scene(), None, 100)
-    assert "3 s; Ctrl-C for the result" in shown(Scene(), 3.2, 100)
-
-
-def test_the_last_seconds_are_of_the_force_that_the_scene_is_about() -> None:
-    assert traced(Scene(), STATUSES[0]) == 4.0
-    assert traced(Scene(friction=0.8), STATUSES[0]) == 1.5
-    assert traced(Scene(friction=0.8), TouchStatus(name="x", state="connecting")) == 0.0
-
-
-@given(st.lists(st.floats(-100.0, 100.0), max_size=60), st.floats(0.5, 20.0))
-def test_a_sparkline_has_a_block_for_each_force_and_never_falls_with_it(
-    forces: list[float], top: float
-) -> None:
-    blocks = sparkline(deque(forces), top)
-    assert len(blocks) == len(forces)
-    heights = [sparkline(deque([force]), top) for force in sorted(forces)]
-    assert heights == sorted(heights)
-    assert sparkline(deque([0.0, top]), top) == "▁█"
 
 
 def read(monitor: Monitor, now: float, *states: str, fault: str = "") -> None:

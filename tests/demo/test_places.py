@@ -6,18 +6,13 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
-from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.mesh.surface import SurfaceMesh, pressure
-from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.auto.softness import fitting_young
 from cohaptic_server.testing.blocks import block
 from cohaptic_tools.demo.felt import RENDERED
-from cohaptic_tools.demo.places import is_open, place_hands, supported
+from cohaptic_tools.demo.places import place_hands
 from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene, reference
 from cohaptic_tools.demo.settled import Placement
 
@@ -59,16 +54,6 @@ def test_a_flat_object_that_lies_on_what_holds_it_has_places_on_its_other_side()
     assert all(place.point[2] == pytest.approx(0.02) for place in placement.places)
 
 
-def test_the_coupling_told_is_the_bodys(tower: Solid, standing: Placement) -> None:
-    loads: list[Load] = []
-    for place in standing.places:
-        v, w = pressure(tower.mesh, np.array(place.point), tower.contact_radius)
-        loads.append(Load(v, w, np.array(place.inward), 0.0))
-    C = tower.respond(loads).compliance
-    assert standing.coupling[0] == pytest.approx(1.0)
-    assert standing.coupling[1] == pytest.approx(C[0, 1] / C[1, 1])
-
-
 def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
     """At least a twentieth of its own: more than the hand's least difference."""
     scene = Scene(2, places=standing.places, depth=standing.depth)
@@ -79,30 +64,11 @@ def test_everybody_feels_the_press(tower: Solid, standing: Placement) -> None:
     assert (np.abs(pressed.felt_from_others) > 0.05 * pressed.force).all()
 
 
-def test_two_hands_feel_each_other_with_forces_of_a_hand(tower: Solid) -> None:
-    """On a tower as hard as `--auto` makes it, and on a plate that two hands press from above."""
-    for solid in (hardened(tower), plate()):
-        placement = place_hands(solid, held(solid), 2)
-        assert placement.pair.is_felt
-        found = reference(
-            Scene(2, places=placement.places, depth=placement.depth), solid, pressed=True
-        )
-        assert found.force.min() >= 0.5
-        assert found.force.max() <= 5.0
-        assert np.abs(found.felt_from_others).min() >= 0.2
-
-
 def hardened(solid: Solid) -> Solid:
     young = fitting_young(solid, solid.settings.young)
     settings = replace(solid.settings, young=young)
     tets = solid.shape.tets
     return Solid(tets, solid.shape.fixed[: len(tets.vertices)], settings)
-
-
-def plate() -> Solid:
-    tets = block((0.12, 0.12, 0.004), (8, 8, 1))
-    settings = SolidSettings(contact_radius=0.0128)
-    return hardened(Solid(tets, tets.vertices[:, 0] <= -0.06, settings))
 
 
 def test_no_hand_stands_where_it_is_stiffer_than_a_device() -> None:
@@ -140,41 +106,3 @@ def test_there_is_an_end_to_the_room(tower: Solid) -> None:
     every = np.ones(len(tower.mesh.vertices), dtype=np.bool_)
     with pytest.raises(BodyError, match=r"no place for 2 hands: 0 of .*Hold less of it"):
         place_hands(tower, every, 2)
-
-
-def test_a_body_of_any_kind_has_places(small_balloon: Balloon) -> None:
-    nothing = np.zeros(len(small_balloon.mesh.vertices), dtype=np.bool_)
-    found = place_hands(small_balloon, nothing, 2)
-    assert len(found.places) == 2
-    assert found.coupling[1] < 0.0  # the surface moves out under the other hand
-
-
-def two_balls(gap: float) -> tuple[SurfaceMesh, Floats]:
-    x, faces = icosphere(3, 0.05)
-    both = np.concatenate([x, x + np.array([0.1 + gap, 0.0, 0.0])])
-    return SurfaceMesh(both, np.concatenate([faces, faces + len(x)])), x
-
-
-def test_a_place_with_something_in_front_of_it_is_not_open() -> None:
-    mesh, x = two_balls(0.02)
-    facing, away = int(x[:, 0].argmax()), int(x[:, 0].argmin())
-    assert is_open(mesh, np.array([facing, away]), 0.03).tolist() == [False, True]
-    wide, _ = two_balls(0.2)
-    assert is_open(wide, np.array([facing, away]), 0.03).all()
-
-
-def test_the_support_is_behind_and_not_next_to_a_place() -> None:
-    mesh = SurfaceMesh(*icosphere(3, 0.05))
-    foot = mesh.vertices[:, 2] < -0.04
-    height = mesh.vertices[:, 2]
-    found = supported(mesh, np.arange(len(height)), foot, 0.015)
-    assert found[height > 0.0].all()
-    assert not found[height < -0.036].any()
-
-
-@pytest.mark.slow
-def test_two_hands_whose_contacts_are_wide_stand_as_far_apart_as_there_is_room() -> None:
-    """Less than 2.2 contact radii: the fingertips of a coarse object grow with its elements."""
-    wide = Balloon(BalloonSettings(contact_radius=0.095))
-    found = place_hands(wide, np.zeros(len(wide.mesh.vertices), dtype=np.bool_), 2)
-    assert 1.5 * 0.095 <= found.distances[1] < 2.2 * 0.095

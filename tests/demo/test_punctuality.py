@@ -60,17 +60,6 @@ def test_a_loop_that_stood_still_is_found(periods: int, at: int) -> None:
     assert found(halted).stall == pytest.approx((periods + 1) * STEP)
 
 
-@given(st.floats(0.0, 0.5), st.integers(40, 200))
-def test_ticks_before_the_first_patch_make_nothing_late(delay: float, first: int) -> None:
-    """A hand that comes to a server which has long been ticking."""
-    at = delay + PERIOD * np.arange(240.0)
-    recording = received(at)
-    recording.columns["tick"] = np.where(
-        recording.columns["tick"] < first, 0.0, recording.columns["tick"]
-    )
-    assert found(recording).patch <= 2.0 * STEP
-
-
 @given(st.integers(70, 170), st.floats(1.1 * PERIOD, 0.3))
 def test_the_longest_part_without_anything_late_is_found_if_it_is_most_of_a_stretch(
     tick: int, late: float
@@ -94,10 +83,6 @@ def test_the_longest_part_without_anything_late_is_found_if_it_is_most_of_a_stre
             there = lateness(recording, float(t[part.start]), float(t[part.stop - 1]), PERIOD)
             assert there.blame(PERIOD, 0.0) is None
     assert part_on_time(recordings[:1], t, stretch, PERIOD) == stretch
-
-
-def test_without_a_row_nothing_is_late() -> None:
-    assert found(blank("left", np.zeros(0))) == Lateness()
 
 
 @pytest.mark.parametrize(

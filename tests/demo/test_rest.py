@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,11 +12,9 @@ from cohaptic_tools.demo.rest import (
     RIPPLE,
     RIPPLE_SHARE,
     Rest,
-    dies_out,
     judge,
     judge_stretch,
     reaches_limit,
-    swings,
 )
 from tests.examples_of_laws import examples
 
@@ -63,12 +59,6 @@ def test_one_that_ripples_more_without_dying_is_unstable(
     assert found(wave(share * allowed, hz, size)) is Rest.UNSTABLE
 
 
-def test_a_tenth_of_a_force_is_no_ripple() -> None:
-    """What once was taken for rest: 0.1 N peak to peak, or a tenth of the force."""
-    assert found(wave(0.05)) is Rest.UNSTABLE
-    assert found(wave(0.045 * 8.0, size=8.0)) is Rest.UNSTABLE
-
-
 @given(st.floats(0.5, 3.0), st.floats(3.0, 10.0))
 def test_a_swing_that_grows_is_unstable(rate: float, hz: float) -> None:
     amplitude = 0.05 * np.exp(rate * (grid() - SECONDS))
@@ -78,11 +68,6 @@ def test_a_swing_that_grows_is_unstable(rate: float, hz: float) -> None:
 @given(st.floats(1.5, 5.0), st.floats(1.5, 2.5), st.sampled_from([-1.0, 1.0]))
 def test_a_force_that_creeps_to_its_value_is_slow(time: float, way: float, sign: float) -> None:
     assert found(SIZE + sign * way * np.exp(-grid() / time)) is Rest.SLOW
-
-
-def test_a_force_that_drifts_by_less_than_a_finger_feels_rests() -> None:
-    assert found(SIZE + 0.9 * RIPPLE / END * grid()) is Rest.RESTS
-    assert found(SIZE + 2.5 * RIPPLE / END * grid()) is Rest.SLOW
 
 
 @pytest.mark.parametrize("hz", [1.5, 3.0])
@@ -101,24 +86,6 @@ def test_what_a_press_leaves_behind_does_not_make_a_lasting_swing_die() -> None:
     assert found(force) is Rest.UNSTABLE
 
 
-@given(st.integers(0, 2**32 - 1))
-def test_noise_alone_is_unstable_when_it_is_felt(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    rough = np.repeat(rng.choice([-1.0, 1.0], len(grid()) // 50), 50)
-    rough[1::100] *= -1.0  # never the same for long
-    assert found(SIZE + 0.2 * RIPPLE * rough) is Rest.RESTS
-    assert found(SIZE + 0.2 * rough) is Rest.UNSTABLE
-
-
-def test_each_hand_is_judged_by_its_worst_stretch() -> None:
-    rests, slow, swinging = wave(0.0), SIZE + np.exp(-0.5 * grid()), wave(0.2)
-    later = slice(WHOLE.stop, 2 * WHOLE.stop)
-    forces = np.array([[*a, *b] for a, b in ((rests, rests), (slow, rests), (slow, swinging))])
-    expected = [Rest.RESTS, Rest.SLOW, Rest.UNSTABLE]
-    for stretches in ([WHOLE, later], [later, WHOLE]):
-        assert judge(forces, stretches, stretches, end) == expected
-
-
 def test_where_something_came_late_a_force_may_rest_but_is_not_accused() -> None:
     """The first force swings in its second stretch, the other two always."""
     rests, slow, swinging = wave(0.0), SIZE + np.exp(-0.5 * grid()), wave(0.2)
@@ -131,17 +98,6 @@ def test_where_something_came_late_a_force_may_rest_but_is_not_accused() -> None
     assert half == [Rest.UNSTABLE, Rest.SLOW, Rest.UNSTABLE]
 
 
-def test_what_came_late_at_an_end_of_a_stretch_excuses_no_swing_in_the_rest_of_it() -> None:
-    """A force that swings only there is excused."""
-    most = slice(round(0.2 * WHOLE.stop), WHOLE.stop)
-    for part in (most, slice(0, WHOLE.stop - most.start)):
-        calm, swinging = wave(0.0), wave(0.2)
-        assert judge(swinging[None], [WHOLE], [part], end) == [Rest.UNSTABLE]
-        if part is not most:
-            calm[part.stop :] = swinging[part.stop :]
-        assert judge(calm[None], [WHOLE], [part], end) == [Rest.RESTS]
-
-
 def test_one_that_had_all_that_the_device_gives_is_unstable() -> None:
     """Where everything came on time: in a stretch, or wherever it was if all did."""
     force = wave(0.0)
@@ -151,45 +107,3 @@ def test_one_that_had_all_that_the_device_gives_is_unstable() -> None:
     assert reaches_limit(force, [None], LIMIT, always=True)
     force[1000:1010] = 0.99 * AT_LIMIT * LIMIT
     assert not reaches_limit(force, [WHOLE], LIMIT, always=True)
-
-
-def test_without_a_stretch_nobody_is_judged() -> None:
-    assert judge(np.zeros((2, 0)), [], [], end) == [None, None]
-
-
-def up(t: Floats) -> Floats:
-    return t
-
-
-def down(t: Floats) -> Floats:
-    return -t
-
-
-@pytest.mark.parametrize("way", [up, down])
-def test_one_way_is_one_swing_and_none_is_none(way: Callable[[Floats], Floats]) -> None:
-    assert swings(way(grid()), 0.1) == pytest.approx([SECONDS], abs=0.01)
-    assert swings(0.01 * way(grid()), 0.1) == []
-
-
-@given(st.lists(st.floats(0.2, 3.0), min_size=1, max_size=8), st.booleans())
-def test_swings_are_the_ways_between_turns(sizes: list[float], first_up: bool) -> None:
-    signs = [1.0 if (i % 2 == 0) == first_up else -1.0 for i in range(len(sizes))]
-    turns = np.cumsum([0.0, *(a * s for a, s in zip(sizes, signs, strict=True))])
-    force = np.interp(np.linspace(0.0, len(sizes), 600), np.arange(len(turns)), turns)
-    rough = force + 0.02 * np.sin(np.arange(600.0))
-    assert swings(rough, 0.1) == pytest.approx(sizes, abs=0.06)
-
-
-@pytest.mark.parametrize(
-    ("sizes", "dying"),
-    [
-        ([1.0, 0.5, 0.25, 0.1], True),
-        ([0.2, 1.0, 0.7, 0.5, 0.3], True),
-        ([3.0, 1.0, 1.0, 1.0, 0.4], False),
-        ([1.0, 1.0], False),
-        ([0.5, 1.0], False),
-        ([1.0, 0.4], True),
-    ],
-)
-def test_swings_die_out_from_the_largest_on(sizes: list[float], dying: bool) -> None:
-    assert dies_out(sizes) is dying

@@ -9,8 +9,6 @@ import pytest
 import typer
 
 from cohaptic.simulated.hand import Place
-from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.serve import serve
 from cohaptic_server.objects.inertia.inertia import Inertia
@@ -18,7 +16,6 @@ from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.option import parse_values
 from cohaptic_server.objects.parts.materials import PartMaterials
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.touchable import BALLOON
 from cohaptic_tools.demo.felt import PairForces
 from cohaptic_tools.demo.processes import placement_options
 from cohaptic_tools.demo.scene import Scene
@@ -30,20 +27,6 @@ meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[object
 
 def silent(phase: str, share: float) -> None:
     """Nobody watches."""
-
-
-@pytest.mark.usefixtures("kernels")
-def test_the_balloon_is_as_it_was() -> None:
-    scene = Scene()
-    body, placed, words = set_up(
-        scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=False, progress=silent
-    )
-    assert isinstance(body, Balloon)
-    assert (placed, words) == (scene, "")
-    rubber, _, _ = set_up(
-        scene, BALLOON, ObjectFile(Path(BALLOON)), nonlinear=True, progress=silent
-    )
-    assert isinstance(rubber, RubberBalloon)
 
 
 def test_hands_are_put_on_an_object_and_it_is_said_what_they_feel(

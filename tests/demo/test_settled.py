@@ -33,13 +33,6 @@ def standing(rubber: RubberSolid) -> list[Placement]:
     return placements(rubber, rubber.shape.fixed[rubber.shape.surface], 2)
 
 
-def test_a_shallow_press_rests_and_one_through_the_half_of_the_body_does_not(
-    rubber: RubberSolid, standing: list[Placement]
-) -> None:
-    assert rests(rubber, replace(standing[0], depth=0.002))
-    assert not rests(rubber, replace(standing[0], depth=0.16))
-
-
 def test_the_forces_at_rest_are_those_of_the_equilibrium(
     rubber: RubberSolid, standing: list[Placement]
 ) -> None:
@@ -93,17 +86,6 @@ def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Pl
     assert shares[-1] < 1.0
 
 
-def test_a_contact_that_came_through_to_the_far_side_does_not_rest(
-    rubber: RubberSolid, standing: list[Placement]
-) -> None:
-    """It presses there by 1.7 N, and its tip is where it wants to be."""
-    deep = replace(standing[1], depth=0.03)
-    found = reference(Scene(2, places=deep.places, depth=0.03), rubber, pressed=True)
-    assert np.linalg.norm(found.place[0] - deep.places[0].point) > 0.03
-    assert found.force[0] > 0.5
-    assert not rests(rubber, deep)
-
-
 class Answers:
     """Replaces `at_rest`: each placement has the pair of its forces at a depth, in a table.
 
@@ -137,20 +119,6 @@ def chosen(
     return int(found.distances[0]), round(found.depth, 4)
 
 
-def test_the_first_that_is_felt_at_the_largest_depth_is_taken(
-    standing: list[Placement], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    answers = Answers({(2, 0.01): forces(1.0, 0.3), (0, 0.007): forces(4.0, 2.0)})
-    assert chosen(answers, standing, monkeypatch) == (2, 0.01)
-
-
-def test_what_is_pressed_too_hard_is_pressed_less_deep(
-    standing: list[Placement], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    answers = Answers({(1, 0.01): forces(6.0, 2.0), (1, 0.007): forces(4.0, 1.0)})
-    assert chosen(answers, standing, monkeypatch) == (1, 0.007)
-
-
 def test_where_none_is_felt_the_one_that_is_felt_most_is_taken(
     standing: list[Placement], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -160,13 +128,3 @@ def test_where_none_is_felt_the_one_that_is_felt_most_is_taken(
     # Less deep it would be felt even less.
     assert answers.asked.count((0, 0.005)) == answers.asked.count((2, 0.0012)) == 0
     assert answers.asked.count((1, 0.007)) == 1
-
-
-@pytest.mark.slow
-def test_where_they_rest_nowhere_the_press_is_shallow(
-    rubber: RubberSolid, standing: list[Placement]
-) -> None:
-    hopeless = replace(standing[0], depth=0.2)
-    found = first_that_rests(rubber, [hopeless], print)
-    assert found.depth < 0.1
-    assert not found.pair.force.any()

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
@@ -43,16 +42,3 @@ def test_it_is_an_object_that_stands_on_a_table(file: Path) -> None:
     assert report.volume > 0.0
     assert x[:, 2].min() == pytest.approx(0.0, abs=1e-6)
     assert 0.15 < np.ptp(x, axis=0).max() < 0.25
-
-
-def test_the_torus_has_the_volume_of_one() -> None:
-    assert volume(*torus()) == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.02)
-
-
-def test_the_organ_is_hollow_below_and_smooth() -> None:
-    x, faces = organ()
-    low = x[x[:, 2] < 0.02]
-    assert np.ptp(low[:, 0]) < 0.8 * np.ptp(x[:, 0])  # the left lobe hangs over
-    corners = x[faces]
-    edges = np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2)
-    assert (edges.max(axis=1) / edges.min(axis=1)).max() < 3.0

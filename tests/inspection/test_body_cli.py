@@ -121,15 +121,3 @@ def test_what_cannot_be_inspected_says_why(
     with pytest.raises(CohapticError) as error:
         run("inspect", cube, *HOLD, *option)
     assert words in str(error.value)
-
-
-def test_a_tick_is_measured_for_those_who_are_expected(run: Run, cube: str) -> None:
-    assert "ms for 5, on this machine" in run("inspect", cube, *HOLD, "--users", "5", "--hz", "50")
-
-
-@pytest.mark.parametrize("command", ["prepare", "inspect"])
-def test_nothing_held_is_refused(run: Run, cube: str, command: str) -> None:
-    with pytest.raises(
-        CohapticError, match="nothing says what of it is held, and it would float away"
-    ):
-        run(command, cube)

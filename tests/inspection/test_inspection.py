@@ -44,13 +44,6 @@ def test_stiffness_is_that_of_presses_and_infinite_where_it_is_held() -> None:
     assert found.mass == pytest.approx(1.0)
 
 
-def test_a_thin_part_is_pointed_out() -> None:
-    thin = dict(look((0.2, 0.2, 0.01), (10, 10, 1)).lines(WANTED))["thinnest"]
-    assert "a press bends the part rather than dents it" in thin
-    thick = dict(look((0.15, 0.15, 0.15), (7, 7, 7)).lines(WANTED))["thinnest"]
-    assert "bends" not in thick
-
-
 @pytest.mark.parametrize(
     ("report", "simplified", "words"),
     [

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,39 +23,9 @@ def test_a_section_covers_the_object_once(axis: int, area: float) -> None:
     assert total == pytest.approx(area)
 
 
-def test_a_plane_beside_the_object_cuts_nothing() -> None:
-    polygons, owners = section(BLOCK, 0, 1.0)
-    assert polygons == []
-    assert len(owners) == 0
-
-
 def test_a_picture_is_written(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     upper = BLOCK.vertices[BLOCK.tets].mean(axis=1)[:, 2] > 0.03
     parts = Parts(("soft", "hard"), upper.astype(np.int64))
     draw_sections(tmp_path / "a.png", BLOCK, parts, ["soft: 1", "hard: 2"], title="block")
     assert (tmp_path / "a.png").stat().st_size > 10_000
-
-
-@pytest.mark.parametrize(
-    ("axes", "names"),
-    [
-        ("", ["x [mm]", "y [mm]", "z [mm]"]),
-        ("ras", ["x [mm], L to R", "y [mm], P to A", "z [mm], I to S"]),
-        ("lps", ["x [mm], R to L", "y [mm], A to P", "z [mm], I to S"]),
-    ],
-)
-def test_axes_of_a_patient_say_where_they_lead_to(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, axes: str, names: list[str]
-) -> None:
-    figure = pytest.importorskip("matplotlib.figure")
-    kept: list[Any] = []
-
-    def keep(self: object, *_: object, **__: object) -> None:
-        kept.append(self)
-
-    monkeypatch.setattr(figure.Figure, "savefig", keep)
-    parts = Parts(("whole",), np.zeros(len(BLOCK.tets), dtype=np.int64))
-    draw_sections(tmp_path / "a.png", BLOCK, parts, ["whole"], title="", axes_of_file=axes)
-    shown = {one.get_xlabel() for one in kept[0].axes} | {one.get_ylabel() for one in kept[0].axes}
-    assert shown == set(names)

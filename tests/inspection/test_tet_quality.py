@@ -3,7 +3,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.tetrahedra import TetMesh, boundary
 from cohaptic_server.mesh.thin_parts import depth_under, is_smooth, thickness
@@ -32,13 +31,6 @@ def test_a_flat_one_is_found_among_good_ones() -> None:
     assert quality(sunk).slivers == len(sunk.tets)
 
 
-def test_under_a_ball_its_middle_is_the_deepest() -> None:
-    mesh = SurfaceMesh(*icosphere(3, 0.05))
-    deep = depth_under(mesh, np.arange(0, len(mesh.vertices), 50))
-    assert deep == pytest.approx(0.05, rel=0.12)
-    assert thickness(mesh, np.arange(40)) == pytest.approx(0.1, rel=0.02)
-
-
 def test_a_plate_is_half_of_its_thickness_deep() -> None:
     plate = block((0.2, 0.2, 0.02), (20, 20, 2))
     faces = boundary(plate.tets)
@@ -50,26 +42,3 @@ def test_a_plate_is_half_of_its_thickness_deep() -> None:
     through = thickness(mesh, smooth)
     # Exactly, whatever the mesh; from its narrow sides it is as thick as it is wide.
     assert sorted(set(through.round(9).tolist())) == [0.02, 0.2]
-
-
-@pytest.mark.slow
-def test_what_is_thinner_than_a_step_is_not_without_depth() -> None:
-    sheet = block((0.2, 0.2, 0.001), (80, 80, 1))
-    faces = boundary(sheet.tets)
-    used = np.unique(faces)
-    mesh = SurfaceMesh(sheet.vertices[used], np.searchsorted(used, faces))
-    inner = np.flatnonzero(np.abs(mesh.vertices[:, :2]).max(axis=1) < 0.07)
-    deep = depth_under(mesh, inner)
-    assert [deep.min(), np.median(deep)] == pytest.approx([0.0005, 0.0005])
-    assert deep.max() < 0.05 * mesh.size  # a point of the surface may lie just as far beside it
-
-
-def test_edges_and_tips_are_not_smooth() -> None:
-    cube = block((0.1, 0.1, 0.1), (4, 4, 4))
-    faces = boundary(cube.tets)
-    used = np.unique(faces)
-    mesh = SurfaceMesh(cube.vertices[used], np.searchsorted(used, faces))
-    centred = np.abs(mesh.vertices - np.array([0.0, 0.0, 0.05]))
-    on_walls = np.isclose(centred, 0.05).sum(axis=1)
-    assert np.array_equal(is_smooth(mesh), on_walls == 1)
-    assert is_smooth(SurfaceMesh(*icosphere(2, 0.05))).all()

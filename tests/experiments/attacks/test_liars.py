@@ -57,14 +57,3 @@ def test_no_liar_moves_a_clamped_tip_faster_than_others_may(stage: Stage) -> Non
         harm = attacked(stage, liar, 1.5)["clamped"]
         assert harm.step <= STEP + 1e-9
         assert harm.climb <= 20 * STEP + 1e-9
-
-
-def test_an_attack_leaves_its_stage_as_it_was(stage: Stage) -> None:
-    before = stage.session.now, len(stage.devices[0].track.forces), set(stage.session.users)
-    first = attacked(stage, WORST, 0.5)
-    assert attacked(stage, WORST, 0.5) == first
-    assert before == (
-        stage.session.now,
-        len(stage.devices[0].track.forces),
-        set(stage.session.users),
-    )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import random
-
 import pytest
 
-from cohaptic_experiments.attacks.links import LINKS, Room, still, varying
+from cohaptic_experiments.attacks.links import Room, still
 
 RESTS = 0.05  # N
 
@@ -30,16 +28,3 @@ def test_pauses_every_few_seconds_swing_no_room(seed: int) -> None:
     """A rule that forgave each pause by itself let three hands swing by 1.9 N."""
     room = Room("pauses", 3, "tremble", close=True, seed=seed)
     assert still(room) <= max(RESTS, 1.05 * still(room, models=False))
-
-
-@pytest.mark.parametrize("link", LINKS)
-def test_a_link_delivers_all_in_the_order_of_sending(link: str) -> None:
-    line, now, come = varying(link, random.Random(1)), 100.0, list[bytes]()
-    for k in range(300):
-        now += 0.016
-        line.push(bytes([k // 256, k % 256]), now)
-        come += line.pop_due(now)
-    come += line.pop_due(now + 2.0)
-    newest = [item for k, item in enumerate(come) if item > max(come[:k], default=b"")]
-    assert newest == [bytes([k // 256, k % 256]) for k in range(300)]
-    assert (len(come) > 300) is (link == "repeats")

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
 import pytest
 
-from cohaptic.control.stability.lag_choice import lag_needed
-from cohaptic.control.stability.room_roots import growth
 from cohaptic_experiments.dyad.criteria import (
     Dyad,
     Hand,
@@ -22,7 +17,6 @@ from cohaptic_experiments.dyad.criteria import (
     rightmost,
     stiffest_spring,
 )
-from cohaptic_experiments.dyad.held_edges import edge_by_roots, edge_by_small_gain, edge_by_theorem
 
 ONE, OTHER = Hand(0.4, 4.0, 200.0, 400.0), Hand(0.2, 3.0, 500.0, 700.0)
 
@@ -54,32 +48,6 @@ def test_no_criterion_allows_less_than_the_roots(
         assert criterion(dyad) >= 0.99 * exact
 
 
-def test_hands_that_cannot_move_are_held_hands() -> None:
-    """With no end of stiffness H = 1, and the roots are those of `room_roots`."""
-    still = Hand(1.0, 1e5, 1e9, 400.0)
-    dyad = Dyad((still, still), 0.8, (0.1, 0.25))
-    held = growth(np.array([[0.0, 0.8], [0.8, 0.0]]), np.array(dyad.delays), 0.03)
-    assert rightmost(dyad, 0.03) == pytest.approx(held, rel=1e-4)
-    assert at_any_delay(dyad) < 1e-5
-
-
-def test_without_enough_coupling_no_lag_is_needed() -> None:
-    dyad = Dyad((ONE, ONE), 0.05, (0.1, 0.1))
-    assert by_roots(dyad) == by_crossings(dyad) == at_any_delay(dyad) == 0.0
-    assert by_rule(dyad) == pytest.approx(0.005)
-
-
 def test_a_spring_between_two_hands_bears_the_limit_of_du_et_al() -> None:
     free = Hand(0.3, 3.0, 0.0, 1.0)
     assert stiffest_spring((free, free)) == pytest.approx(3.0**2 / (2.0 * 0.3), rel=1e-3)
-
-
-def test_three_held_hands_are_at_the_theorems_edge_for_like_delays() -> None:
-    S = 0.8 * (np.ones((3, 3)) - np.eye(3))
-    like, unlike = np.array([0.2, 0.2, 0.2]), np.array([0.2, 0.06, 0.06])
-    edge = 0.2 * math.sqrt(1.6**2 - 1.0) / math.acos(-1.0 / 1.6)
-    assert edge_by_theorem(S, like) == edge_by_theorem(S, unlike) == pytest.approx(edge)
-    assert lag_needed(1.6, 0.2) == pytest.approx(edge)
-    assert edge_by_roots(S, like) == pytest.approx(edge, rel=0.005)
-    assert edge_by_roots(S, unlike) < 0.5 * edge
-    assert edge_by_small_gain(S, unlike) > 1.1 * edge

@@ -12,7 +12,6 @@ from cohaptic_experiments.partner_models.ensemble import (
     USUAL,
     compliance,
     draw,
-    intentions,
 )
 from cohaptic_experiments.partner_models.linear_room import Rooms, Way, play, truth
 from cohaptic_experiments.partner_models.loop_gain import loops, radius
@@ -67,22 +66,3 @@ def test_rooms_with_a_small_gain_do_not_grow(seed: int, n: int) -> None:
     force = play(rooms, Way(models[chosen])).force
     early, late = (np.ptp(force[a:b], axis=0).max(axis=1) for a, b in ((1500, 3500), (7000, 9000)))
     assert (late < np.maximum(0.9 * early, 1e-4)).all()
-
-
-def test_hands_can_change() -> None:
-    hands = np.array([[[0.2, 4.0, 900.0], [0.1, 6.0, 800.0]]])
-    rooms = rooms_with(hands, press(2.0, 2), 0.0)
-    tense = Rooms(hands, rooms.C, rooms.intentions, rooms.delay, hands_before=hands / (1, 1, 3),
-                  tense_at=1.0)  # fmt: skip
-    before, after = truth(tense)[900, 0, 0], truth(tense)[-1, 0, 0]
-    assert before < 0.8 * after
-    assert after == pytest.approx(truth(rooms)[-1, 0, 0], rel=0.02)
-
-
-def test_taps_in_step_are_alike_and_others_are_not() -> None:
-    for kind, alike in (("in step", True), ("all tap", False)):
-        wanted = intentions(np.random.default_rng(0), kind, 4.0, 20, 2)
-        first, second = np.diff(wanted[2500:], axis=0).transpose(2, 1, 0)
-        overlap = np.einsum("rt,rt->r", first, second)
-        overlap /= np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-        assert (np.mean(overlap) > 0.9) == alike

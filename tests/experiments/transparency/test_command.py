@@ -9,11 +9,6 @@ from pathlib import Path
 import pytest
 
 import cohaptic.cli.app
-from cohaptic.control.law import Law
-from cohaptic.errors import SettingError
-from cohaptic.simulated.delay_line import LinkSettings
-from cohaptic.simulated.hand import Hand
-from cohaptic_experiments.transparency.command import Grid, read_hand
 
 PNG = b"\x89PNG"
 
@@ -49,45 +44,3 @@ def test_a_measurement_is_shown_written_and_drawn(
     said = capsys.readouterr().out
     assert "80 ms, 2 hands" in said
     assert max(map(len, said.splitlines())) <= 80
-
-
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        (["--users", "1"], "number of users is 1"),
-        (["--delay-ms", "-3"], "delay of a link"),
-        (["--preset", "glove"], "'glove'"),
-        (["--hand", "0.15,8"], "three numbers"),
-        (["--hand", "0.15,8,soft"], "three numbers"),
-        (["--hand", "0.15,8,nan"], "hand stiffness"),
-        (["--hz", "7"], "simulation rate"),
-        (["--out", "found.jpg"], "found.jpg"),
-    ],
-)
-def test_what_cannot_be_measured_is_refused_before_it_begins(
-    arguments: list[str], named: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        bench(*arguments)
-    assert ended.value.code == 2
-    assert named in capsys.readouterr().err
-
-
-def test_a_grid_has_every_combination_once() -> None:
-    hands = (read_hand("0.15,8,400"), read_hand("0.5, 1, 1e3"))
-    grid = Grid(
-        (Law.PREDICTIVE, Law.PI),
-        (LinkSettings(), LinkSettings(0.08)),
-        (2, 4),
-        ("rig", "omni"),
-        60.0,
-        hands=hands,
-    )
-    cells = grid.cells()
-    assert len(cells) == len(set(cells)) == 32
-    assert {cell.hand for cell in cells} == {Hand(), Hand(0.5, 1.0, 1000.0)}
-    again = Grid((Law.PI, Law.PI), (LinkSettings(0.08), LinkSettings(0.08)), (2,), ("rig",), 60.0)
-    assert len(again.cells()) == 1
-    assert {cell.link.delay for cell in cells} == {0.0, 0.08}
-    with pytest.raises(SettingError):
-        Grid((Law.PI,), (LinkSettings(),), (17,), ("rig",), 60.0)

@@ -14,7 +14,6 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_experiments.transparency.frequency import (
     FREQUENCIES,
     HALF_POWER,
-    Transparency,
     as_delays,
     falls_below,
     measure,
@@ -34,12 +33,6 @@ def test_a_delay_is_found_at_every_frequency(delay: float) -> None:
     assert as_delays(F, np.exp(-2j * np.pi * F * delay)) == pytest.approx(delay, abs=1e-9)
 
 
-@given(st.floats(0.0, 0.09))
-def test_a_small_lead_is_no_delay_of_a_turn(turns: float) -> None:
-    lead = turns / F[0]
-    assert as_delays(F, np.exp(2j * np.pi * F * lead)) == pytest.approx(-lead, abs=1e-9)
-
-
 @given(st.floats(0.002, 0.5))
 def test_a_first_order_lag_falls_below_at_its_corner(tau: float) -> None:
     amplitude = np.abs(1.0 / (1.0 + 2j * np.pi * F * tau))
@@ -51,16 +44,6 @@ def test_a_first_order_lag_falls_below_at_its_corner(tau: float) -> None:
         assert found == math.inf
     else:  # between two frequencies the slope changes
         assert found == pytest.approx(corner, rel=0.12)
-
-
-def test_the_weakest_and_the_slowest_hand_count() -> None:
-    others = np.exp(-2j * np.pi * np.outer([0.0, 0.1], F)) * np.array([[1.0], [0.5]])
-    found = Transparency(F, others, np.full(len(F), 1.1 + 0.0j), 1.0)
-    assert found.weakest == pytest.approx(0.5)
-    assert found.strongest == pytest.approx(1.0)
-    assert found.delays == pytest.approx(0.1)
-    assert found.bandwidth == F[0]
-    assert np.abs(found.own) == pytest.approx(1.1)
 
 
 @pytest.fixture(scope="module")

@@ -33,15 +33,3 @@ def test_a_press_is_as_late_as_it_comes(delay: float, tau: float, size: float) -
     assert found.change == pytest.approx(size, rel=1e-3)
     assert found.true_change == pytest.approx(size, rel=1e-3)
     assert found.settled == pytest.approx(delay - tau * math.log(SETTLED), abs=0.01)
-
-
-@given(st.floats(0.05, 0.5))
-def test_a_force_that_swings_on_has_not_settled(swing: float) -> None:
-    t = PERIOD * (np.arange(BEFORE + AFTER) - BEFORE)
-    swings = np.where(t < 0.0, 0.0, 1.0 + 2.5 * swing * np.sin(2.0 * math.pi * 5.0 * t))
-    assert math.isnan(press_of(swings, BEFORE).settled)
-
-
-def test_no_change_has_no_times() -> None:
-    found = press_of(np.zeros(BEFORE + AFTER), BEFORE)
-    assert np.isnan(found.passed).all()

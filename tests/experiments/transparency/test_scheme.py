@@ -18,9 +18,6 @@ from cohaptic_experiments.transparency.scheme import Arrived, SchemeSession
 from cohaptic_experiments.transparency.setting import Setting
 from cohaptic_experiments.virtual_session import PERIOD, VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.body_frames import describe
-
-HELD = (0.0, 0.0, 0.0)
 
 
 class Echo:
@@ -82,25 +79,3 @@ def test_the_program_as_a_scheme_is_the_program(law: Law, small_balloon: Balloon
     expected = np.array([user.force for user in session.users.values()])
     assert expected[:, -1].min() > 0.5
     assert np.array_equal(forces, expected)
-
-
-def test_hands_stand_round_the_body_and_rest(small_balloon: Balloon) -> None:
-    setting = Setting(small_balloon, 4)
-    places = np.array([plan.surface for plan in setting.intentions()])
-    info = describe(small_balloon)
-    assert np.linalg.norm(places - info.center, axis=1) == pytest.approx(info.radius)
-    assert places[0] - info.center == pytest.approx(-(places[1] - info.center))
-    assert len({tuple(place) for place in places.round(6).tolist()}) == 4
-    tips, forces = setting.play(setting.product(Variant()), setting.intentions(), setting.rests_at)
-    assert np.ptp(forces[:, -300:], axis=1).max() < 0.05 * forces[:, -1].min()
-    assert np.ptp(tips[:, :, -300:], axis=2).max() < 2e-4
-
-
-def test_parts_can_be_taken_out(small_balloon: Balloon) -> None:
-    setting = Setting(small_balloon, 2)
-    usual, bare = setting.product(Variant()), setting.product(Variant(lag=0.0, layer=False))
-    for product in (usual, bare):
-        setting.play(product, setting.intentions(), 3.6)
-    assert usual.lag > 0.01
-    assert all(user.settings.max_damping > 0.0 for user in usual.users)
-    assert all(user.settings.max_damping == 0.0 for user in bare.users)
