@@ -13,7 +13,7 @@ import typer
 from typer.testing import CliRunner
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import ServerLost, SettingError
+from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import encode_control
 from cohaptic_client.admin import admin
 from cohaptic_client.network.conversation import Refused
@@ -138,26 +138,9 @@ def test_who_may_not_is_refused(balloon: Balloon) -> None:
     beside(balloon, protection, check)
 
 
-def test_a_room_is_named_as_for_those_who_touch(balloon: Balloon) -> None:
-    async def check(served: Served) -> None:
-        listed = await asyncio.to_thread(run, served.url, "list", "--room", "main")
-        assert listed == "nobody touches"
-        with pytest.raises(Refused, match="there is no room other"):
-            await asyncio.to_thread(run, served.url, "list", "--room", "other")
-
-    beside(balloon, Protection(), check)
-
-
 @pytest.mark.parametrize(
     "arguments", [("kick",), ("freeze", "ann"), ("freeze", "--force", "1"), ("list", "ann")]
 )
 def test_what_does_not_fit_together_is_a_sentence(arguments: tuple[str, ...]) -> None:
     with pytest.raises(SettingError):
         run("ws://127.0.0.1:1", *arguments)
-
-
-def test_a_server_that_is_not_there_is_a_sentence() -> None:
-    with pytest.raises(ServerLost, match="no server answers"):
-        run("ws://127.0.0.1:1")
-    with pytest.raises(SettingError, match="--insecure"):
-        run("ws://10.9.9.9:1", "--token", "x")

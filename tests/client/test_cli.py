@@ -89,11 +89,6 @@ def test_a_bad_value_is_one_sentence_before_anything_is_tried(
     assert complaint(capsys, *arguments) == sentence
 
 
-@pytest.mark.parametrize("url", ["nonsense", "ftp://127.0.0.1", "ws://127.0.0.1:99999"])
-def test_a_bad_address_is_one_sentence(capsys: pytest.CaptureFixture[str], url: str) -> None:
-    assert complaint(capsys, url) == f"{url}: not an address; expected ws://HOST:PORT"
-
-
 @pytest.mark.parametrize("earlier", [b"an earlier one", None])
 def test_who_never_gets_in_records_nothing_and_replaces_nothing(
     nobody: str, tmp_path: Path, earlier: bytes | None
@@ -148,25 +143,6 @@ def test_what_is_no_value_at_all_is_named(
     assert "Traceback" not in err
 
 
-def test_help_names_every_option(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["touch", "--help"])
-    assert ended.value.code == 0
-    shown = capsys.readouterr().out
-    for option in (
-        "--name",
-        "--device",
-        "--law",
-        "--geometry",
-        "--delay-ms",
-        "--loop-hz",
-        "--record",
-        "--wait",
-    ):
-        assert option in shown
-    assert "--lifeline" not in shown  # for programs
-
-
 def test_a_server_is_waited_for_without_being_asked_to(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["touch", "--help"])
@@ -174,16 +150,6 @@ def test_a_server_is_waited_for_without_being_asked_to(capsys: pytest.CaptureFix
     assert re.search(
         r"--wait <float> How long to try [^\]]*\] *\. *\[default: 5 at first", words
     ), words
-
-
-def test_a_client_that_waits_says_so_once_and_ends_with_the_same_sentence(nobody: str) -> None:
-    command = [sys.executable, "-m", "cohaptic", "touch", nobody, "--wait", "0.6"]
-    done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    assert done.returncode == 2
-    sentence = f"{nobody}: no server answers; start one with: cohaptic serve"
-    waits, ends = " ".join(done.stderr.split()).split("cohaptic: ")
-    assert waits.strip() == f"guest: {sentence}; trying again for 1 s"
-    assert ends.strip() == sentence
 
 
 def test_the_process_says_the_same_and_ends_with_two(nobody: str) -> None:

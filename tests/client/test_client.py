@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.errors import AnotherObject, CloseCode, RemoteProtocolError, ServerLost
+from cohaptic.errors import CloseCode, RemoteProtocolError, ServerLost
 from cohaptic.protocol.messages import Bye, Error, FixedGains, GeometryName, Hello
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import HandScript
@@ -22,9 +22,6 @@ from cohaptic.status.row import Row, rows_in
 from cohaptic.vec import ZERO, norm
 from cohaptic_client import client as runner
 from cohaptic_client.client import Client
-from cohaptic_client.devices.simulated import INFO
-from cohaptic_client.loop.config import haptic_period
-from cohaptic_client.loop.passivity import device_damping_limit
 from cohaptic_client.network.conversation import Refused
 from cohaptic_client.settings import ClientSettings
 from tests.client.plane_server import BODY, PERIOD, Visit, plane_server
@@ -163,19 +160,6 @@ def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell
     assert told.rows[-1].tick > 1
 
 
-@pytest.mark.parametrize("passivity", [True, False])
-def test_the_server_is_told_what_the_device_may_damp(passivity: bool) -> None:
-    """The less, the more the room's lag has to do (science 3.8)."""
-    hosted = Visit()
-    play(hosted, duration=0.3, passivity=passivity)
-    hello = hosted.heard[0]
-    assert isinstance(hello, Hello)
-    info = INFO
-    limit = device_damping_limit(info.damping, info.max_stiffness, haptic_period(1000.0))
-    assert limit > 0.0
-    assert hello.damping_budget == (limit if passivity else 0.0)
-
-
 def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its ticks count from 1, whatever the one before had reached."""
     monkeypatch.setattr(runner, "RETRY", 0.2)  # s; still longer than a server may be silent
@@ -233,11 +217,6 @@ def test_an_object_that_changed_unsaid_is_met_by_a_new_loop_too(
     assert "the server has another object now; the hand comes back to it" in told.news
 
 
-def test_a_hand_with_gains_of_its_own_does_not_go_on_at_another_object() -> None:
-    with pytest.raises(AnotherObject):
-        play(Visit(ticks=20, farewell=CHANGED), gains=FixedGains(k_h=20.0, integral_gain=0.0))
-
-
 @pytest.mark.parametrize("patience", [0.0, 0.3])
 def test_a_lost_server_is_tried_again_for_a_while_and_then_it_is_said_how_it_was_lost(
     patience: float, monkeypatch: pytest.MonkeyPatch
@@ -270,17 +249,6 @@ def test_who_was_in_the_room_waits_for_it_without_end_however_short_the_first_wa
     assert all(news.endswith("; trying again") for news in again)
 
 
-def test_who_comes_while_a_server_stops_tries_as_long_as_for_one_that_is_not_there(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(runner, "RETRY", 0.05)
-    there = Visit()
-    play(Visit(refuse=STOPS), there, patience=PATIENCE, until=lambda: bool(there.samples))
-    assert there.samples
-    with pytest.raises(Refused, match="it stops"):
-        play(Visit(refuse=STOPS))
-
-
 @pytest.mark.parametrize("patience", [0.0, 0.15])
 def test_without_a_server_a_client_gives_up_when_its_patience_ends(
     patience: float, monkeypatch: pytest.MonkeyPatch
@@ -294,11 +262,6 @@ def test_without_a_server_a_client_gives_up_when_its_patience_ends(
             asyncio.run(visit(told, url, duration=None, patience=patience))
     assert all("no server answers" in news and "trying again" in news for news in told.news)
     assert len(told.news) == (1 if patience else 0)  # once, and not with each attempt
-
-
-def test_a_refusal_is_told_in_the_servers_words() -> None:
-    with pytest.raises(Refused, match="name is 'left'; expected one that is free"):
-        play(Visit(refuse=TAKEN), patience=5.0)
 
 
 def test_what_a_server_says_reaches_a_terminal_as_printable_lines() -> None:
@@ -344,22 +307,3 @@ def test_a_client_of_mesh_patches_waits_for_the_rest_mesh_and_presses_on_it() ->
     assert hello.geometry == "mesh"
     assert max(norm(sample.force) for sample in hosted.samples) > 0.1
     assert max(row.indentation for row in told.rows) > 0.001
-
-
-def test_a_client_of_mesh_patches_comes_back_to_the_same_body(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(runner, "RETRY", 0.2)  # s; still longer than a server may be silent
-    same = Visit(rest_mesh=wall(0.1))
-    play(Visit(rest_mesh=wall(0.1), ticks=10), same, duration=1.5, patience=5.0, geometry="mesh")
-    assert same.samples
-
-
-def test_patches_before_the_rest_mesh_break_the_protocol() -> None:
-    with pytest.raises(RemoteProtocolError, match="expected a rest mesh, then samples, before it"):
-        play(Visit(), duration=3.0, geometry="mesh")
-
-
-def test_a_rest_mesh_that_nobody_asked_for_breaks_the_protocol() -> None:
-    with pytest.raises(RemoteProtocolError, match="did not ask for it"):
-        play(Visit(rest_mesh=wall(0.1)), duration=3.0)

@@ -12,16 +12,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from cohaptic.errors import DeviceError, SettingError
 from cohaptic.vec import norm
 from cohaptic_client import devices_cli
-from cohaptic_client.devices import serial_ports
 from cohaptic_client.devices_cli import devices
 from cohaptic_client.doctor import doctor
 from cohaptic_drivers.haply import inverse3
 from cohaptic_drivers.oneaxis import link as oneaxis_link
 from cohaptic_drivers.oneaxis import oneaxis_kind
-from cohaptic_drivers.woodenhaptics import wooden_kind
 from tests.client.devices.until import SteadyClock, until
 from tests.drivers.haply.emulator import EmulatedArm, HaplyEmulator
 from tests.drivers.haply.haply_bench import be_patient
@@ -75,67 +72,11 @@ def test_the_doctor_says_what_is_wrong_and_what_to_do(service: HaplyEmulator) ->
     assert "ok       hidapi: " in text
 
 
-def test_all_well_is_said_and_a_device_in_use_is_named(service: HaplyEmulator) -> None:
-    assert "(the Haply service at its usual address): ready" in said("doctor")
-    service.arms["04A1"].status["in_use"] = True
-    assert "another program uses it\n         to do: quit that program" in said("doctor", status=1)
-
-
-def test_a_service_that_is_missing_is_told_and_no_fault(
-    monkeypatch: pytest.MonkeyPatch, service: HaplyEmulator
-) -> None:
-    service.close()
-    text = said("doctor")
-    assert "haply: the Haply service does not run" in text
-    assert "to do: install and start the Haply Hub" in text
-    assert "--device haply" not in said()
-
-
-def test_the_doctor_names_what_was_looked_for_in_vain(
-    monkeypatch: pytest.MonkeyPatch, service: HaplyEmulator
-) -> None:
-    """And the makers' libraries, without which nothing can be looked for."""
-    monkeypatch.setattr(oneaxis_kind, "find_ports", list)
-    text = said("doctor")
-    last = text.splitlines()[-1]
-    assert last.endswith("not plugged in, or not seen by the system")
-    assert "oneaxis" in last
-    assert "haply" not in last
-    assert "touch: its maker's library libHD.so cannot be loaded\n         to do: install" in text
-    assert "forcedimension: its maker's library libdhd.so cannot be loaded\n         to do" in text
-
-
 @pytest.fixture
 def plugged() -> Iterator[contextlib.ExitStack]:
     """Boards in it are unplugged also by a test that fails: their threads would never rest."""
     with contextlib.ExitStack() as boards:
         yield boards
-
-
-def test_a_serial_board_says_what_it_is(
-    monkeypatch: pytest.MonkeyPatch, plugged: contextlib.ExitStack
-) -> None:
-    from tests.drivers.woodenhaptics.serial_board import SerialBoard
-
-    boards = [SerialBoard(model=2), SerialBoard(model=3)]
-    for board in boards:
-        plugged.callback(board.unplug)
-    boards[1].silent = True
-    ports = [SimpleNamespace(device=board.path) for board in boards]
-    monkeypatch.setattr(wooden_kind, "find_ports", lambda: ports)
-    stranger = SimpleNamespace(device="/dev/ttyACM9", vid=0x1209, pid=0xABCD, description="Arm")
-    known = SimpleNamespace(device=boards[0].path, vid=0x1209, pid=0xABCD, description="Arm")
-    soldered = SimpleNamespace(device="/dev/ttyS0", vid=None, pid=None, description="n/a")
-
-    def list_ports(_name: str) -> list[SimpleNamespace]:
-        return [stranger, known, soldered]
-
-    monkeypatch.setattr(serial_ports, "list_ports", list_ports)
-    text = said("doctor", status=1)
-    unknown = [line for line in text.splitlines() if line.endswith("known to no driver here")]
-    assert unknown == ["absent   1209:abcd Arm at /dev/ttyACM9: known to no driver here"]
-    assert f"woodenhaptics:kind=vintage,port={boards[0].path} ({boards[0].path}): ready" in text
-    assert f"what is at {boards[1].path} does not answer as its board does" in text
 
 
 @pytest.mark.alone
@@ -184,13 +125,6 @@ def test_a_knock_goes_to_the_one_that_was_asked_for(
     knocked = {device for _, device, force in service.given if norm(force) > 0.0}
     assert knocked == {"04A1"}
     until(lambda: service.arms["04A1"].force == (0.0, 0.0, 0.0))
-
-
-def test_a_knock_on_what_is_not_there() -> None:
-    result = CliRunner().invoke(devices, ["pulse", "simulated"])
-    assert isinstance(result.exception, SettingError)
-    result = CliRunner().invoke(devices, ["pulse", "haply:url=ws://127.0.0.1:1"])
-    assert isinstance(result.exception, DeviceError)
 
 
 @pytest.mark.parametrize("name", ["haply", "oneaxis", "woodenhaptics", "spacemouse"])

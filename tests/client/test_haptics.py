@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import AnotherObject, DeviceError, RemoteProtocolError
-from cohaptic.protocol.messages import BodyInfo, FixedGains, Welcome
+from cohaptic.errors import DeviceError, RemoteProtocolError
+from cohaptic.protocol.messages import BodyInfo, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.hand import Place
 from cohaptic.vec import Vec3, sub
@@ -90,13 +90,6 @@ def test_the_loop_gets_the_settings_the_body_and_the_limits_of_the_device(
     )
 
 
-@pytest.mark.parametrize("fixed", [None, FixedGains(k_h=100.0, integral_gain=0.0)])
-def test_only_gains_that_the_user_has_not_fixed_follow_the_compliance(
-    fixed: FixedGains | None,
-) -> None:
-    assert config(replace(SETTINGS, fixed_gains=fixed)).follow is (fixed is None)
-
-
 def test_before_the_start_there_is_nothing_to_say_and_a_patch_breaks_the_protocol() -> None:
     rows = list[bytes]()
     haptics = Haptics(SETTINGS, SystemClock(), rows.append)
@@ -110,19 +103,6 @@ def test_before_the_start_there_is_nothing_to_say_and_a_patch_breaks_the_protoco
     finally:
         haptics.close()
     assert rows == []
-
-
-def test_a_mesh_is_kept_once_and_another_one_is_refused() -> None:
-    mesh = RestMesh(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0, 1, 2),))
-    other = RestMesh(((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ((0, 1, 2),))
-    haptics = Haptics(SETTINGS, SystemClock(), lambda _rows: None)
-    try:
-        haptics.keep_mesh(mesh)
-        haptics.keep_mesh(mesh)
-        with pytest.raises(AnotherObject):
-            haptics.keep_mesh(other)
-    finally:
-        haptics.close()
 
 
 def test_a_full_disk_before_there_is_a_loop_is_one_sentence(
@@ -175,23 +155,6 @@ def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() 
     at = Place((0.05, 0.0, 0.0), (-1.0, 0.0, 0.0))
     fixed = replace(SETTINGS, script=replace(SETTINGS.script, place=at))
     assert intention(fixed) == at.point
-
-
-def test_a_place_is_given_in_the_frame_of_the_objects_file() -> None:
-    body = BODY.model_copy(update={"origin": (12.0, 0.0, -0.5)})
-    at = Place((12.05, 0.0, -0.5), (-1.0, 0.0, 0.0))
-    made = loop_config(
-        replace(SETTINGS, script=replace(SETTINGS.script, place=at)),
-        welcome(1.0 / 60.0).model_copy(update={"body": body}),
-        memory="here",
-        clock_origin=5.0,
-        rest_mesh=None,
-        mesh=None,
-        every_row=False,
-    )
-    assert made.device.intention is not None
-    assert made.device.intention.surface == pytest.approx((0.05, 0.0, 0.0))
-    assert body.to_file(body.from_file(at.point)) == pytest.approx(at.point)
 
 
 class Process:

@@ -6,8 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_client.client import Client
-from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.loop.safety import NOT_HELD
 from cohaptic_client.news import (
     FAULT_NEWS,
@@ -16,7 +14,6 @@ from cohaptic_client.news import (
     is_real_time,
     scheduling_in_words,
 )
-from cohaptic_client.settings import ClientSettings
 
 
 @pytest.mark.parametrize(
@@ -62,38 +59,3 @@ def test_no_more_than_one_fault_is_told_in_its_time_and_none_that_stays_is_left_
 def test_a_refusal_of_real_time_is_told_with_what_to_do(scheduling: str, well: bool) -> None:
     assert is_real_time(scheduling) is well
     assert ("cohaptic doctor" in scheduling_in_words(scheduling)) is not well
-
-
-def test_nothing_is_told_before_the_loop_has_told_it() -> None:
-    assert scheduling_in_words("") == ""
-
-
-class Loop:
-    """Stands for the haptic side of a client, with a fault and a scheduling that a test sets."""
-
-    holds_fault, running = True, True
-
-    def __init__(self, *_: object) -> None:
-        self.status = {"scheduling": "normal"}
-
-    def beat(self) -> str:
-        return "why"
-
-
-@pytest.mark.parametrize(
-    ("device", "heard", "count"), [("simulated", True, 1), ("haply", True, 2), ("haply", False, 2)]
-)
-def test_a_client_tells_its_fault_and_a_refusal_once(
-    monkeypatch: pytest.MonkeyPatch, device: str, heard: bool, count: int
-) -> None:
-    monkeypatch.setattr("cohaptic_client.client.Haptics", Loop)
-    monkeypatch.setattr("cohaptic_client.client.HEARTBEAT", 0.0)
-    told = list[str]()
-    settings = ClientSettings("ws://127.0.0.1:1", "left", device=DeviceChoice(device))
-    client = Client(settings, tell=told.append, keep=None)
-    client.hears = lambda: heard
-    for _ in range(5):
-        client._beat()  # pyright: ignore[reportPrivateUsage]
-    assert len(told) == count
-    assert ("press Enter, then" in told[0]) is heard
-    assert ("cohaptic doctor" in told[-1]) is (device != "simulated")

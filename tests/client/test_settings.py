@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import Hello, decode_client_control, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
@@ -18,17 +17,6 @@ from cohaptic_client.settings import ClientSettings
 def settings(**changes: Any) -> ClientSettings:
     values: dict[str, Any] = {"url": "ws://127.0.0.1:8765", "name": "left"}
     return ClientSettings(**(values | changes))
-
-
-def test_what_is_not_told_is_what_the_documentation_says() -> None:
-    s = settings()
-    assert (s.law, s.device.name, s.loop_hz, s.max_force) == (
-        Law.PREDICTIVE,
-        "simulated",
-        1000.0,
-        10.0,
-    )
-    assert (s.up.delay, s.down.delay, s.patience, s.duration) == (0.0, 0.0, 0.0, None)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,12 @@
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import pytest
 
 from cohaptic.status.report import TouchStatus
-from cohaptic.status.row import COLUMNS, Row, acted_in
-from cohaptic_client.client import state_in_words, status_before_touch, touch_status
+from cohaptic.status.row import COLUMNS, Row
+from cohaptic_client.client import state_in_words, touch_status
 from cohaptic_client.network.timing import LinkTiming, Passage
 from cohaptic_client.news import silence_in_words
 from cohaptic_client.settings import ClientSettings
@@ -55,18 +54,6 @@ def test_a_device_that_sends_nothing_is_told_before_a_silent_server_and_after_a_
     assert silence_in_words({"device_silent": False}) == silence_in_words({}) == ""
 
 
-def test_the_report_has_what_acted_and_nothing_else() -> None:
-    row = ROW._replace(by_surface=5.5, by_fade=-0.5, by_rate=1e-5, damping=0.002, tick_lag=-0.25)
-    expected = {"surface": 5.5, "fade": -0.5, "damping": 0.002, "tick_lag": -0.25}
-    assert status(row, LinkTiming()).ledger == expected
-    assert acted_in(ROW._replace(by_rule_1=-0.75), ("edge",)) == {"edge": -0.75}
-
-
-def test_before_the_first_row_a_client_connects() -> None:
-    assert status_before_touch("left", None) == TouchStatus(name="left", state="connecting")
-    assert status_before_touch("left", (2, 5)).state == "place 2 of 5"
-
-
 def test_a_status_has_the_row_the_report_of_the_loop_and_the_timing_of_the_link() -> None:
     timing = LinkTiming(0.02, 0.001, Passage(0.018, -29.5))
     found = status(ROW, timing)
@@ -77,8 +64,3 @@ def test_a_status_has_the_row_the_report_of_the_loop_and_the_timing_of_the_link(
     assert found.clock_offset == pytest.approx(0.5)
     assert found.clock_error == pytest.approx(0.009)
     assert status(ROW, LinkTiming()).clock_offset == 0.0
-
-
-def test_the_force_along_the_surface_is_told_with_friction_only() -> None:
-    rubbing = replace(SETTINGS, friction=0.5)
-    assert status(ROW._replace(along=0.3), LinkTiming(), rubbing).along == 0.3

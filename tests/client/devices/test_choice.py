@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic_client.devices.device import DeviceInfo
 from cohaptic_client.devices.kind import (
-    LONGEST,
     DeviceChoice,
     DeviceConfig,
     DeviceKind,
@@ -35,7 +34,6 @@ def no_opening(config: DeviceConfig) -> SimulatedDevice:
 ARM = DeviceKind(
     "arm", "an arm", (("id", "which"), ("gain", "A"), ("side", "of it")), info_of, no_opening
 )
-BARE = DeviceKind("bare", "has no options", (), info_of, no_opening)
 
 
 def read(text: str, kind: DeviceKind = ARM) -> DeviceChoice:
@@ -59,16 +57,6 @@ def test_it_survives_the_way_to_the_loops_process(
     assert DeviceChoice.from_dict(json.loads(json.dumps(asdict(choice)))) == choice
 
 
-def test_a_bare_first_value_sets_the_first_option() -> None:
-    assert read("arm:049D") == read("arm:id=049D")
-    assert read("arm:049D,gain=0.5").number("gain", 1.0, 0.0, 2.0) == 0.5
-    assert read("arm") == DeviceChoice("arm")
-
-
-def test_a_value_may_be_an_address() -> None:
-    assert read("arm:id=ws://localhost:10001/a").text("id") == "ws://localhost:10001/a"
-
-
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -87,16 +75,6 @@ def test_what_is_wrong_is_named_with_what_exists(text: str, sentence: str) -> No
     with pytest.raises(SettingError) as caught:
         read(text)
     assert str(caught.value) == sentence
-
-
-def test_a_device_without_options_takes_none() -> None:
-    with pytest.raises(SettingError, match="options of bare is x; it must be left out"):
-        read("bare:x", BARE)
-
-
-def test_a_text_without_end_is_refused() -> None:
-    with pytest.raises(SettingError, match="characters long"):
-        split_choice("arm:" + "x" * LONGEST)
 
 
 @given(st.text(max_size=60))

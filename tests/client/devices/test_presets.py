@@ -6,9 +6,7 @@ import pytest
 
 from cohaptic.simulated.hand import Hand, Intention
 from cohaptic.vec import ZERO, norm, sub
-from cohaptic_client.devices.catalogue import device_info, read_device
 from cohaptic_client.devices.simulated import PRESETS, SimulatedDevice
-from cohaptic_client.loop.passivity import device_damping_limit
 
 FREE = Hand(mass=0.05, damping=0.0, stiffness=1.0)
 STILL = Intention(surface=ZERO, direction=(1.0, 0.0, 0.0), depth=0.0, approach_at=1e9)
@@ -19,16 +17,6 @@ T = 0.001  # s
 @pytest.fixture(params=list(PRESETS))
 def name(request: pytest.FixtureRequest) -> str:
     return str(request.param)
-
-
-def test_it_is_chosen_by_name(name: str) -> None:
-    assert device_info(read_device(f"simulated:{name}")) == PRESETS[name]
-
-
-def test_its_own_damping_is_what_its_stiffness_asks_for_and_none_is_left(name: str) -> None:
-    info = PRESETS[name]
-    assert device_damping_limit(info.damping, info.max_stiffness, T) == 0.0
-    assert device_damping_limit(info.damping + 1e-9, info.max_stiffness, T) > 0.0
 
 
 def test_a_force_below_its_friction_moves_nothing_and_one_above_does(name: str) -> None:

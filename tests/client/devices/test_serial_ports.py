@@ -44,34 +44,6 @@ def test_a_command_that_was_cut_off_is_ended_before_the_next(
     assert b"".join(sent) == b"[1,\n[1,2,3]\n[1,2,3]\n"
 
 
-def test_where_messages_find_themselves_nothing_is_sent_between(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    sent, room = list[bytes](), [2, 100]
-
-    def write(_number: int, data: bytes) -> int:
-        sent.append(data[: room.pop(0)])
-        return len(sent[-1])
-
-    monkeypatch.setattr(os, "write", write)
-    port = NeverWaiting(SimpleNamespace(fileno=lambda: 0), cut=b"")
-    for _ in range(2):
-        port.write(b"\xc5abc")
-    monkeypatch.undo()
-    assert b"".join(sent) == b"\xc5a\xc5abc"
-
-
-@pytest.mark.parametrize(
-    ("path", "words"),
-    [("/dev/nothere", "there is no port /dev/nothere"), ("/dev/null", "no serial port is at")],
-)
-def test_what_is_no_port_is_told_in_words(path: str, words: str) -> None:
-    with pytest.raises(DeviceError) as caught:
-        open_port("oneaxis", path, "1a86")
-    assert words in str(caught.value)
-    assert str(caught.value).endswith("; see what `cohaptic devices` lists")
-
-
 def test_a_port_that_may_not_be_opened_is_told_with_the_rule_that_helps(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

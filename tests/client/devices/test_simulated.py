@@ -28,22 +28,6 @@ def run(device: Device, start: float, seconds: float, force: Vec3 = ZERO) -> Dev
     return sample
 
 
-def test_it_is_a_device_and_says_so() -> None:
-    device: Device = SimulatedDevice(HAND, RESTING)
-    assert device.info.name == "simulated"
-    assert device.info.max_force > 0.0
-
-
-@given(st.floats(0.0, 2e5))
-@settings(max_examples=examples(20))
-def test_its_time_starts_with_the_first_read_whatever_the_clock_shows(start: float) -> None:
-    here, there = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING)
-    first, later = run(here, 0.0, 0.4), run(there, start, 0.4)
-    # A clock of days resolves some picoseconds, and the tip moves at centimetres per second.
-    assert norm(sub(first.position, later.position)) < ROUNDING
-    assert first.level == pytest.approx(later.level, abs=1e-6)
-
-
 def test_a_hand_that_waits_begins_when_it_is_engaged_and_no_second_time() -> None:
     now, waiting = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING, waits=True)
     still = run(waiting, 0.0, 2.0)
@@ -54,17 +38,6 @@ def test_a_hand_that_waits_begins_when_it_is_engaged_and_no_second_time() -> Non
     assert later.level > 0.0
     waiting.engaged(2.4)
     assert run(waiting, 2.4, 0.1).level == pytest.approx(run(now, 0.4, 0.1).level, abs=1e-6)
-
-
-def test_it_begins_at_rest_in_front_of_the_surface() -> None:
-    sample = SimulatedDevice(HAND, PRESSING).read(7.0)
-    assert sample == DeviceSample(PRESSING.at(0.0), ZERO, 0.0)
-
-
-def test_reading_twice_in_one_moment_moves_nothing() -> None:
-    device = SimulatedDevice(HAND, PRESSING)
-    run(device, 0.0, 0.3)
-    assert device.read(0.35) == device.read(0.35)
 
 
 @given(st.floats(-5.0, 5.0))

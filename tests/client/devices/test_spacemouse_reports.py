@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 
 from cohaptic_client.devices.spacemouse import (
     DEAD_BAND,
-    Buttons,
     Motion,
     decode,
     without_dead_band,
@@ -16,7 +15,6 @@ from tests.client.devices.spacemouse_cases import (
     counts,
     report,
     shares,
-    short_report,
 )
 
 
@@ -42,12 +40,6 @@ def test_devices_with_two_reports_and_with_a_long_one_mean_the_same(
     assert second == Motion(None, long.rotation)
 
 
-@given(short_report, st.integers(0, 5))
-def test_padding_by_the_host_changes_nothing(data: list[int], padding: int) -> None:
-    """Windows pads a report to the longest of its device."""
-    assert decode(data + [0] * padding) == decode(data)
-
-
 @pytest.mark.parametrize("kind", [1, 2])
 @pytest.mark.parametrize("length", range(7))
 def test_a_truncated_motion_is_ignored(kind: int, length: int) -> None:
@@ -67,15 +59,6 @@ def test_axes_are_those_of_the_world() -> None:
     assert decode(report(2, 70, 70, 70)) == Motion(None, (0.2, -0.2, -0.2))
 
 
-def test_more_than_full_scale_is_full_scale() -> None:
-    assert decode(report(1, 351, -(2**15), -400)) == Motion((1.0, 1.0, 1.0), None)
-
-
-def test_a_bit_for_each_button() -> None:
-    left, right, pro_ctrl = decode([3, 0b01]), decode([3, 0b10, 0]), decode([3, 0, 0, 0, 0b10])
-    assert (left, right, pro_ctrl) == (Buttons(1), Buttons(2), Buttons(1 << 25))
-
-
 @given(shares, shares)
 def test_the_dead_band_is_odd_rising_and_without_a_jump(a: float, b: float) -> None:
     (fa, fb, fz), (ga, _, _) = without_dead_band((a, b, 0.0)), without_dead_band((-a, b, 0.0))
@@ -84,7 +67,3 @@ def test_the_dead_band_is_odd_rising_and_without_a_jump(a: float, b: float) -> N
     assert (fa - fb) * (a - b) >= 0.0
     assert abs(fa - fb) <= abs(a - b) / (1.0 - DEAD_BAND) + 1e-15
     assert fa == 0.0 or abs(a) > DEAD_BAND
-
-
-def test_the_dead_band_leaves_full_scale() -> None:
-    assert without_dead_band((1.0, -1.0, DEAD_BAND)) == (1.0, -1.0, 0.0)

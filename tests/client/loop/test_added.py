@@ -15,11 +15,10 @@ from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
 from cohaptic.control.laws.model import LawSettings
-from cohaptic.errors import SettingError
 from cohaptic.protocol.patch import Patch
 from cohaptic.recording.why import entries_in, why
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
-from cohaptic_client.loop.added import Contact, check_rules, place_of, with_rules
+from cohaptic_client.loop.added import Contact, place_of, with_rules
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.rules.force import AHEAD
@@ -81,15 +80,6 @@ def given_and_told(stage: Stage) -> dict[str, float]:
     found = why(stage.columns(), stage.length)
     assert sum(entry.newtons for entry in found.entries) == pytest.approx(found.force, abs=1e-9)
     return {entry.name: entry.newtons for entry in found.entries}
-
-
-def test_a_rule_is_in_the_ledger_and_the_body_gets_what_the_hand_gets() -> None:
-    stage = staged(Own(weighed))
-    stage.press()
-    assert given_and_told(stage)["own"] == pytest.approx(-0.5 * PRESSED)
-    assert norm(stage.last.force) == pytest.approx(0.5 * PRESSED)
-    assert norm(stage.on_body) == pytest.approx(0.5 * PRESSED)
-    assert stage.state.memories == (len(stage.columns()["t"]),)
 
 
 def test_four_rules_act_one_after_the_other() -> None:
@@ -235,51 +225,6 @@ def test_after_a_fault_a_hand_is_engaged_out_of_the_object_only() -> None:
     stage.chain = chain
     stage.rest(0.5)
     assert stage.last.force == ZERO
-
-
-def test_the_law_of_the_example_damps_and_is_the_spring_at_rest() -> None:
-    stage = staged(example("hunt_crossley"))
-    stage.press()
-    assert norm(stage.last.force) == pytest.approx(PRESSED)
-    stage.go((0.0, 0.0, -DEPTH - 0.005), 0.05)  # at 0.1 m/s
-    assert norm(stage.last.force) == pytest.approx(1.15 * STIFFNESS * 0.013, rel=0.02)
-    stage.go((0.0, 0.0, -DEPTH), 0.05)
-    assert norm(stage.last.force) == pytest.approx(0.85 * PRESSED, rel=0.05)
-
-
-def test_the_limit_of_the_example_falls_at_the_edge() -> None:
-    stage = staged(example("edge"))
-    stage.press()
-    assert norm(stage.last.force) == pytest.approx(PRESSED)
-    for x in (0.105, 0.115, 0.125):
-        share = max(0.0, (0.12 - math.hypot(x, DEPTH)) / 0.02)
-        stage.go((x, 0.0, -DEPTH), 0.5)
-        stage.rest(0.2)
-        assert norm(stage.last.force) == pytest.approx(share * PRESSED, abs=1e-3)
-    assert given_and_told(stage)["edge"] == pytest.approx(-PRESSED)
-
-
-def test_the_filter_of_the_example_passes_what_is_slow() -> None:
-    stage = staged(example("soften"))
-    stage.press()
-    assert norm(stage.last.force) == pytest.approx(PRESSED, rel=1e-6)
-    sizes = list[float]()
-    for i in range(500):  # trembles by 0.4 mm at 20 Hz
-        tip: Vec3 = (0.0, 0.0, -DEPTH - 4e-4 * math.sin(2.0 * math.pi * 20.0 * i * PERIOD))
-        stage.period(tip)
-        sizes.append(norm(stage.last.force))
-    swing = max(sizes[250:]) - min(sizes[250:])
-    assert swing == pytest.approx(2.0 * STIFFNESS * 4e-4 / math.hypot(1.0, 2.0 * math.pi * 0.4),
-                                  rel=0.05)  # fmt: skip
-
-
-def test_a_rule_that_nobody_has_is_refused() -> None:
-    with pytest.raises(SettingError, match="--rule is 'nobody'; it must be one that is installed"):
-        check_rules(("nobody",))
-    with pytest.raises(
-        SettingError, match="--rule is given 5 times; it must be given 4 times at most"
-    ):
-        check_rules(("a", "b", "c", "d", "e"))
 
 
 @dataclass

@@ -34,7 +34,7 @@ from tests.client.loop.loop_cases import (
     shown_at,
 )
 from tests.client.plane import PLANE
-from tests.strategies import counts, patches
+from tests.strategies import counts
 
 
 @given(st.lists(st.tuples(counts, st.floats(0.0, 0.9)), min_size=1, max_size=20))
@@ -134,23 +134,6 @@ def close(a: Sight, b: Sight) -> bool:
     gaps = [abs(x - y) for x, y in zip((a.depth, *a.normal), (b.depth, *b.normal), strict=True)]
     # Normals come from 32 bits: their length is one to 1e-7.
     return max(gaps) < 1e-7 and norm(sub(a.own_force, b.own_force)) < ROUNDING
-
-
-@given(near_patches, near_patches, probes)
-def test_without_smoothing_a_patch_holds_from_its_arrival(
-    first: Patch, second: Patch, probe: Vec3
-) -> None:
-    """The paper's zero-order hold."""
-    held = replace(SETTINGS, smoothing=0.0)
-    state = receive(engaged(first, held), replace(second, tick=2), 10.0, held)
-    assert shown_at(state, probe, 10.0, held) == flat_surface(second).look(probe)
-
-
-@given(patches, probes)
-def test_the_first_patch_is_shown_at_once(patch: Patch, probe: Vec3) -> None:
-    state = receive(LoopState(), patch, 10.0, SETTINGS)
-    assert shown_at(state, probe, 10.0, SETTINGS) == flat_surface(patch).look(probe)
-    assert (state.law, state.k_h) == (patch.law, patch.k_h)
 
 
 @pytest.mark.parametrize(("age", "silent"), [(0.0, False), (0.0999, False), (0.1001, True)])

@@ -136,10 +136,6 @@ def test_a_moving_hand_pays_what_is_owed(owed: float, speed: float) -> None:
     assert left <= 0.02 * owed + 1e-6
 
 
-def test_out_of_contact_it_does_nothing() -> None:
-    assert dissipate(0.01, 4.0, 0.0, 0.1, T, MAX_DAMPING) == (0.0, 0.0)
-
-
 def test_a_period_that_took_no_time_damps_no_more_than_the_one_before() -> None:
     b, _ = dissipate(0.01, 4.0, 5.0, 0.1, 0.0, MAX_DAMPING)
     assert b == 4.0

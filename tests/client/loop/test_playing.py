@@ -118,15 +118,6 @@ def test_whatever_a_server_says_of_its_clock_a_surface_is_shown(
     assert len(state.coming) <= MOST_COMING
 
 
-def test_without_a_move_each_patch_is_shown_at_its_time() -> None:
-    """As in the paper: the surface jumps."""
-    jumping = replace(SETTINGS, smoothing=0.0)
-    found = depths(link([1] * 60, [0.05] * 60, 2), 2.0, jumping)[-600:]
-    # A patch is shown when it has come, and until the next.
-    assert -0.05 - TICK - 2.0 * PERIOD <= min(found) < -0.05 - 0.8 * TICK
-    assert max(found) >= -0.05 - 2.0 * PERIOD
-
-
 def test_nothing_begins_before_its_time() -> None:
     state = receive(LoopState(), moved(1, 0.0), 0.0, SETTINGS)
     state = receive(state, moved(2, TICK), 0.002, SETTINGS)
@@ -156,12 +147,3 @@ def test_after_a_stall_it_is_shown_soon_what_is(stall: float) -> None:
     ]
     found = depths(patches, 1.5 + stall)
     assert -found[-1] <= 0.03 + 2.0 * TICK + 2.0 * LONGEST
-
-
-def test_a_move_ends_however_far_apart_stamps_are() -> None:
-    patches = [(TICK * k, moved(k + 1, 0.3 * k)) for k in range(200)]
-    state = LoopState()
-    for came, patch in patches:
-        state = receive(state, patch, came, SETTINGS)
-        state, _ = step(state, at(ZERO), came, SETTINGS)
-        assert state.move_ends - state.move_begins <= LONGEST + TICK + 1e-9

@@ -26,7 +26,7 @@ from cohaptic_client.loop.replica import (
     numbers_of,
     shown_numbers,
 )
-from tests.strategies import normals, partners, vectors
+from tests.strategies import normals, vectors
 
 Floats = npt.NDArray[np.float64]
 K_H = 250.0  # N/m
@@ -96,15 +96,6 @@ class Shown:
     def told(cls, news: Partners) -> Shown:
         """What a patch says."""
         return cls(follow(None, news, 1.0), 1.0)
-
-
-@given(partners)
-def test_the_first_patch_is_shown_as_it_says(news: Partners) -> None:
-    replica = follow(None, news, 0.3)
-    for share in (0.0, 0.5, 1.0):
-        assert shown_numbers(replica, share) == pytest.approx(numbers_of(news), rel=1e-12)
-    assert replica.gives == [Give(), *[Give(p.give) for p in news.partners]]
-    assert replica.forces == [0.0, *[p.force for p in news.partners]]
 
 
 @given(rooms, seeds, weights, shares)
@@ -218,19 +209,6 @@ def test_without_weight_the_surface_is_shown_as_it_came(
     assert (shown.normal, shown.c_ii, shown.own_force) == (
         sight.normal, sight.c_ii, sight.own_force,
     )  # fmt: skip
-
-
-@given(sights)
-def test_alone_the_surface_is_shown_as_it_came(sight: Sight) -> None:
-    replica = follow(None, Partners(1.0, MOST, USUAL_HAND, ()), 1.0)
-    assert ask(replica, sight) == ([0.0], sight)
-
-
-@given(rooms, sights)
-def test_without_a_gain_nothing_is_answered(news: Partners, sight: Sight) -> None:
-    forces, shown = ask(follow(None, news, 1.0), sight, k_h=0.0)
-    assert forces == [0.0]
-    assert (shown.depth, shown.normal, shown.c_ii) == (sight.depth, sight.normal, sight.c_ii)
 
 
 @given(rooms, sights, weights)

@@ -98,11 +98,6 @@ def test_a_compliance_is_there_at_once_until_something_sticks() -> None:
     assert slew_compliance(None, None, rest, 5.0, 0.1, 0.01) is None
 
 
-def test_a_patch_without_compliance_says_nothing_new_of_it() -> None:
-    sticks = FrictionState(force=(1.0, 0.0, 0.0), touching=True)
-    assert slew_compliance(BALL, None, sticks, 5.0, 0.1, 0.01) == BALL
-
-
 def test_a_compliance_moves_no_faster_than_the_force_may() -> None:
     sticks = FrictionState(force=(2.0, 0.0, 0.0), touching=True)
     slow = slew_compliance(BALL, SKEWED, sticks, 5.0, 1.0, 0.005)

@@ -3,30 +3,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
 
-from cohaptic.control.geometry import LocalSurface
 from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.protocol.neighbourhood import Neighbourhood
-from cohaptic.protocol.patch import MIN_COMPLIANCE, Geometry, Patch
+from cohaptic.protocol.patch import MIN_COMPLIANCE, Geometry
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic_client.loop.state import SurfaceMaker
 from tests.client.plane import PLANE
-from tests.strategies import patches
 
 # A square of nine vertices, 2 cm apart, in the plane z = 0.
 SQUARE = RestMesh(
     tuple((0.02 * i, 0.02 * j, 0.0) for j in (-1, 0, 1) for i in (-1, 0, 1)),
     tuple(face for k in (0, 1, 3, 4) for face in ((k, k + 1, k + 4), (k, k + 4, k + 3))),
 )
-
-
-@given(patches)
-def test_planes_and_spheres_need_no_mesh(patch: Patch) -> None:
-    for maker in (SurfaceMaker(), SurfaceMaker(SQUARE)):
-        surface = maker(patch)
-        assert isinstance(surface, LocalSurface)
-        assert (surface.x_free, surface.curvature) == (patch.x_free, patch.curvature)
 
 
 def test_a_mesh_patch_is_a_surface_of_the_vertices_that_it_names() -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cohaptic.control.friction import Compliance3
 from cohaptic.control.hand_model import USUAL_HAND
 from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.partners import Partner, Partners
@@ -16,15 +14,10 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.recording.why import ENTRIES, Why, why
 from cohaptic.vec import Vec3, scale
 from cohaptic_client.loop.passivity import Passivity
-from cohaptic_client.loop.safety import EXTERNAL_RATE, SafetyLimits
-from cohaptic_client.loop.state import LoopSettings
-from tests.client.loop.loop_cases import PERIOD, TICK
 from tests.client.loop.staged import DEPTH, Stage, honest
 from tests.client.plane import STIFFNESS
 
 PRESSED = STIFFNESS * DEPTH  # N
-PACE = EXTERNAL_RATE * PERIOD  # N
-TILTED = (math.sin(0.8), 0.0, math.cos(0.8))
 
 
 def last(stage: Stage) -> Why:
@@ -47,18 +40,6 @@ def test_a_hand_at_rest_is_held_back_by_nobody() -> None:
     )
 
 
-def test_a_fade() -> None:
-    stage = Stage()
-    stage.rest(0.1)
-    stage.go((0.0, 0.0, -DEPTH), 0.05)
-    stage.rest(0.1)
-    found = last(stage)
-    scale_now = stage.state.safety.scale
-    assert 0.0 < scale_now < 1.0
-    assert entry(found, "fade") == pytest.approx((scale_now - 1.0) * PRESSED, rel=1e-6)
-    assert "by fade" in found.sentence
-
-
 def test_a_silent_server() -> None:
     stage = Stage()
     stage.press()
@@ -67,34 +48,6 @@ def test_a_silent_server() -> None:
     found = last(stage)
     assert entry(found, "fade") < -0.5
     assert "the server has been silent for 0.2" in found.sentence
-
-
-def test_a_turn() -> None:
-    stage = Stage(LoopSettings(TICK, SafetyLimits(), smoothing=0.0))
-    stage.press()
-    stage.server = lambda patch, force: replace(honest(patch, force), normal=TILTED)
-    stage.rest(2.0 * TICK)
-    found = last(stage)
-    assert found.spent["turn"] == pytest.approx(0.5 * PACE, rel=1e-6)
-    assert "of a turn of the force is held back" in found.sentence
-    assert "went to turn 0.0100" in found.sentence
-
-
-def test_a_gain_that_may_not_rise_faster() -> None:
-    stage = Stage(LoopSettings(TICK, SafetyLimits(), smoothing=0.0))
-    stage.press()
-
-    def stiffer(patch: Patch, force: Vec3) -> Patch:
-        return replace(honest(patch, force), k_h=2.0 * STIFFNESS, c_ii=0.5 / STIFFNESS)
-
-    stage.server = stiffer
-    stage.rest(2.0 * TICK)
-    found = last(stage)
-    assert entry(found, "surface") == pytest.approx(2.0 * PRESSED)
-    held = (stage.state.k_h - 2.0 * STIFFNESS) * DEPTH
-    assert entry(found, "gain") == pytest.approx(held)
-    assert held < -0.5
-    assert "N by gain" in found.sentence
 
 
 def test_a_models_answer() -> None:
@@ -117,27 +70,6 @@ def test_a_models_answer() -> None:
     assert f"{abs(entry(found, 'models')):.2f} N by models" in found.sentence
 
 
-def test_friction_that_slips() -> None:
-    C = Compliance3(1.0 / STIFFNESS, 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0, 0.0, 0.0)
-    stage = Stage(LoopSettings(TICK, SafetyLimits(), friction=0.3))
-    stage.server = lambda patch, force: replace(honest(patch, force), compliance=C)
-    stage.press()
-    assert "slips" not in last(stage).sentence
-    stage.go((0.03, 0.0, -DEPTH), 0.3)
-    found = last(stage)
-    assert "the finger slips" in found.sentence
-    more = math.hypot(PRESSED, 0.3 * PRESSED) - PRESSED
-    assert entry(found, "friction") == pytest.approx(more, rel=0.02)
-
-
-def test_the_clamp() -> None:
-    stage = Stage(LoopSettings(TICK, SafetyLimits(max_force=1.2)))
-    stage.press()
-    found = last(stage)
-    assert entry(found, "limit") == pytest.approx(1.2 - PRESSED)
-    assert f"less {PRESSED - 1.2:.2f} N by limit" in found.sentence
-
-
 def test_passivity() -> None:
     stage = Stage()
     stage.press()
@@ -146,22 +78,6 @@ def test_passivity() -> None:
     found = last(stage)
     assert entry(found, "damping") == pytest.approx(0.8, rel=0.05)  # 8 N s/m at 0.1 m/s
     assert "by damping" in found.sentence
-
-
-def test_a_stall() -> None:
-    stage = Stage()
-    stage.press()
-    stage.period(stage.tip, 0.09)
-    found = last(stage)
-    assert "the loop stood still for too long" in found.sentence
-    assert "the force is taken away" in found.sentence
-
-
-def test_a_jump_of_the_tip() -> None:
-    stage = Stage()
-    stage.press()
-    stage.period((0.03, 0.0, -DEPTH))
-    assert "the tip jumped, faster than a hand moves" in last(stage).sentence
 
 
 def test_a_cut_by_the_server() -> None:

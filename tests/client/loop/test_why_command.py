@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -56,20 +55,6 @@ a_rule_with_a_long_name.
     )
     code, told = run(capsys, recorded, "--at", 0.05)
     assert "The hand was given no force" in told
-
-
-def test_the_same_as_json_and_as_a_picture(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, told = run(capsys, recorded, "--at", 1.7, "--json", "-")
-    assert code == 0
-    found = json.loads(told)
-    assert sum(entry["newtons"] for entry in found["entries"]) == pytest.approx(found["force"])
-    picture = tmp_path / "ann.png"
-    assert run(capsys, recorded.parent, "--user", "ann", "--out", picture, "--from", 1) == (
-        0, f"drawn to {picture}\n",
-    )  # fmt: skip
-    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(

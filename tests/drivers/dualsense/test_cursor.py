@@ -1,12 +1,10 @@
 from __future__ import annotations
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.vec import dot, norm, sub
+from cohaptic.vec import norm, sub
 from cohaptic_drivers.dualsense.cursor import (
     FRONT,
     SPEED,
@@ -16,7 +14,6 @@ from cohaptic_drivers.dualsense.cursor import (
     Room,
     moved,
     position,
-    pull_of,
     velocity,
 )
 from cohaptic_drivers.dualsense.reports import Held
@@ -71,20 +68,6 @@ def test_the_trigger_goes_over_its_depth_inward_and_back() -> None:
     assert position(going(REST, 0.2, pulled), FRONT) == pytest.approx((0.0, -0.11, 0.0), abs=1e-6)
 
 
-def test_a_trigger_and_sticks_that_nobody_touches_move_nothing() -> None:
-    nearly = Held((0.08, -0.08), (-0.05, 0.09), 4)
-    assert going(nearly, 1.0) == START
-
-
-def test_sticks_move_it_by_rate() -> None:
-    sideways = going(Held((1.0, -1.0), (0.0, 0.0), 0), 0.1)
-    assert (sideways.side, sideways.up) == pytest.approx((0.1 * SPEED, -0.1 * SPEED))
-    nearer = going(Held((0.0, 0.0), (0.0, 1.0), 0), 0.1)
-    assert nearer.base == pytest.approx(-0.11 + 0.1 * SPEED)
-    assert going(Held((0.0, 0.0), (0.0, 1.0), 0), 9.0).base == 0.0
-    assert going(Held((1.0, 0.0), (0.0, 0.0), 0), 9.0).velocity[0] == 0.0
-
-
 def test_with_the_trigger_released_it_goes_back_off_the_object() -> None:
     forward = Held((0.0, 0.0), (0.0, 1.0), 0)
     back = going(forward, 0.1, contact=True)
@@ -102,21 +85,8 @@ def test_a_quick_release_out_of_a_contact_leaves_the_way_of_the_trigger_where_it
     assert leaving.base == START.base
 
 
-def test_the_tip_is_where_the_trigger_would_have_put_it() -> None:
-    for pull in (0, 6, 100, 255):
-        there = going(Held((0.0, 0.0), (0.0, 0.0), pull), 0.2)
-        assert pull_of(there, ROOM) == (pull if pull > 5 else 5)
-
-
 def test_the_stick_does_not_push_into_a_contact() -> None:
     pulled = Held((0.0, 0.0), (0.0, 1.0), 120)
     assert going(pulled, 0.1, contact=True).base == START.base
     away = Held((0.0, 0.0), (0.0, -1.0), 120)
     assert going(away, 0.1, contact=True).base < START.base
-
-
-@pytest.mark.parametrize("axes", [FRONT, TOP])
-def test_its_axes_are_unit_vectors_at_right_angles(axes: Axes) -> None:
-    for a, b in ((axes.side, axes.up), (axes.up, axes.inward), (axes.side, axes.inward)):
-        assert dot(a, b) == 0.0
-    assert math.prod(map(norm, (axes.side, axes.up, axes.inward))) == 1.0

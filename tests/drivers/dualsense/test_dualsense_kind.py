@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from cohaptic.errors import DeviceError, SettingError
 from cohaptic_client.devices import hid_devices
-from cohaptic_client.devices.catalogue import device_info, open_device, read_device
+from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.hid_devices import Entry
 from cohaptic_client.doctor import doctor
 from cohaptic_drivers.dualsense import dualsense_kind
@@ -106,15 +106,6 @@ def test_one_that_may_not_be_opened_is_told_with_the_rule_that_helps(
         open_device(replace(CONFIG.device, choice=read_device("dualsense")))
 
 
-def test_one_on_bluetooth_is_found_and_not_opened(monkeypatch: pytest.MonkeyPatch) -> None:
-    here(monkeypatch, [entry(0, "a", bus=2)])
-    (found,) = find_pads()
-    told = (found.problem, found.advice)
-    assert told == ("it is connected by Bluetooth", "connect it by cable")
-    with pytest.raises(DeviceError, match="connected by Bluetooth; connect it by cable"):
-        open_device(replace(CONFIG.device, choice=read_device("dualsense")))
-
-
 @pytest.mark.parametrize(
     ("options", "start", "inward"),
     [
@@ -148,9 +139,3 @@ def test_the_tip_starts_off_the_body_and_the_trigger_goes_toward_it(
 def test_options_outside_their_limits_are_refused(options: str) -> None:
     with pytest.raises(SettingError):
         read_device(f"dualsense:{options}")
-
-
-def test_options_are_what_it_says_of_itself() -> None:
-    info = device_info(read_device("dualsense:depth=51,full=2"))
-    assert info.max_force == 2.0
-    assert info.resolution == pytest.approx(0.0002)

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from itertools import pairwise
 
@@ -133,13 +132,6 @@ def test_in_the_loop_it_presses_a_plane_and_lifts_off_it() -> None:
     assert [depths[599], depths[899]] == pytest.approx([-0.01, -0.01], abs=1e-5)
 
 
-def test_released_it_goes_off_the_object() -> None:
-    link = FakeLink()
-    pad = pad_on(link)
-    samples = played(pad, link, REST, 0.1, force=(0.0, -1.0, 0.0))
-    assert samples[-1].position[1] < START - 0.01
-
-
 def test_a_silent_pad_stands_is_told_as_stale_and_then_as_gone() -> None:
     link = FakeLink()
     pad = pad_on(link)
@@ -184,20 +176,6 @@ def test_trouble_of_the_link_is_that_of_the_device() -> None:
         pad.write((0.0, -1.0, 0.0))
 
 
-def test_closed_twice_it_is_closed_once_and_says_so() -> None:
-    link = FakeLink()
-    pad = pad_on(link)
-    pad.release()
-    assert link.released == 1
-    pad.close()
-    pad.close()
-    assert link.closed == 1
-    with pytest.raises(DeviceError, match="it is closed"):
-        pad.read(0.0)
-    with pytest.raises(DeviceError, match="it is closed"):
-        pad.write(ZERO)
-
-
 @given(
     st.lists(
         st.tuples(
@@ -220,12 +198,3 @@ def test_whatever_hands_clock_and_force_do_samples_are_finite(
         assert norm(sample.velocity) < 1.5
         pad.write(force)
         assert 0 <= link.given[-1].resistance <= 255
-
-
-def test_what_it_says_of_itself_is_one_axis_of_a_brake() -> None:
-    info = pad_on(FakeLink()).info
-    assert (info.sensed_axes, info.force_axes, info.max_force) == (3, 1, FULL)
-    assert "not calibrated" in info.name
-    assert not info.switch
-    assert info.lets_go < math.inf
-    assert info.resolution == pytest.approx(0.03 / 255)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import DeviceError
-from cohaptic_drivers.dualsense.reports import OFF, SIDES, Effects, Side, decode, encode
+from cohaptic_drivers.dualsense.reports import SIDES, Effects, Side, decode, encode
 from tests.drivers.dualsense.pad_reports import pad_report, understood
 
 RIGHT, LEFT = SIDES["right"], SIDES["left"]
@@ -56,17 +56,3 @@ def test_the_pad_understands_what_it_is_told(
 ) -> None:
     told = Effects(start if resistance else 0, resistance, rumble)
     assert understood(encode(told, side), side.block) == told
-
-
-@given(st.integers(), st.integers(), st.integers())
-def test_a_number_beyond_a_byte_is_the_nearest_one(a: int, b: int, c: int) -> None:
-    seen = understood(encode(Effects(a, b, c), RIGHT))
-    assert seen.resistance == max(0, min(255, b))
-    assert seen.rumble == max(0, min(255, c))
-
-
-def test_off_is_no_resistance_and_no_rumble() -> None:
-    report = encode(OFF, LEFT)
-    assert report[:5] == bytes([2, 0x0B, 0, 0, 0])
-    assert report[22] == 0x05
-    assert understood(report, 22) == OFF

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from http.server import BaseHTTPRequestHandler, HTTPServer
 from socket import socket
 from threading import Event, Thread
 
@@ -45,22 +44,12 @@ def test_what_keeps_it_from_giving_force_is_told_with_what_to_do(
     assert words in bench.complaint()
 
 
-def test_a_device_in_use_can_be_taken(bench: Bench) -> None:
-    bench.arm.status["in_use"] = True
-    bench.open("in_use=take")
-
-
 def test_a_frame_that_is_not_the_devices_own_is_refused(bench: Bench) -> None:
     bench.arm.config["basis"] = {"permutation": "XZY"}
     assert "another frame: its axes are permuted (XZY)" in bench.complaint()
     bench.arm.config.clear()
     bench.arm.transform = {"scale": {"x": 2.0}}
     assert "another frame: its scale is transformed" in bench.complaint()
-
-
-def test_a_service_without_devices(bench: Bench) -> None:
-    bench.arm.plugged = False
-    assert "the service runs, but sees no device; plug an Inverse3 in" in bench.complaint()
 
 
 def other_address(url: str) -> str:
@@ -75,16 +64,6 @@ def test_no_service_is_told_with_what_to_install() -> None:
         port = unheard.getsockname()[1]
         told = other_address(f"ws://127.0.0.1:{port}")
     assert f"the Haply service does not run: nothing answers at ws://127.0.0.1:{port}" in told
-
-
-def test_a_web_server_at_the_address_is_not_the_service() -> None:
-    server = HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler)
-    thread = Thread(target=server.handle_request)
-    thread.start()
-    told = other_address(f"ws://127.0.0.1:{server.server_port}")
-    thread.join()
-    server.server_close()
-    assert "is not the Haply service" in told
 
 
 def test_another_websocket_at_the_address_is_not_the_service() -> None:

@@ -160,9 +160,3 @@ def test_a_process_that_stood_still_takes_no_moving_handle_for_one_at_rest(
     _await_rest(handle, handle, 10.0)
     # It swings by no more than `still` from now on.
     assert counts * max(0.0, 1.0 - handle.time) <= 20.0
-
-
-def test_a_sensor_that_does_not_turn_is_told(board: Board) -> None:
-    with pytest.raises(DeviceError, match="counts for 40 mm"):
-        asked(board, 0.0)
-    assert board.rig.most == 0.0

@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_drivers.oneaxis.frames import (
-    Description,
     Reader,
     Report,
     command,
@@ -25,7 +24,6 @@ if sys.platform == "win32":
     pytest.skip("its library is made as on POSIX", allow_module_level=True)
 
 from tests.drivers.oneaxis.firmware import (
-    COUNTS,
     LIMIT,
     RAMP,
     SOURCES,
@@ -119,37 +117,6 @@ def test_it_starts_along_a_ramp_and_so_it_does_after_a_silence() -> None:
         assert currents == sorted(currents)
         assert max(b - a for a, b in pairwise(currents)) <= 2  # mA in a millisecond
         assert currents.index(300) == pytest.approx(300, abs=2)  # of 500 mA in 500 ms
-    rig.close()
-
-
-def test_a_report_tells_where_it_is_when_and_what_was_given() -> None:
-    rig, reader = Rig(), Reader()
-    drive_fully(rig)
-    rig.press(True)
-    rig.goal(-0.02)
-    for _ in range(2000):
-        rig.step(1.0, 1e-3)
-    (told,) = reader.take(rig.receive(command(7, -0.2), 1.001))
-    assert isinstance(told, Report)
-    assert (told.sequence, told.time, told.current, told.button) == (7, 1.001, -0.2, True)
-    assert told.counts == rig.counts < -900
-    assert not told.tripped
-    assert not told.limited
-    (told,) = reader.take(rig.receive(command(8, 2.0), 1.2))
-    assert isinstance(told, Report)
-    assert told.tripped
-    assert told.limited
-    assert told.current == 0.0
-    rig.close()
-
-
-def test_who_it_is_can_be_asked_and_that_feeds_no_watchdog() -> None:
-    rig, reader = Rig(), Reader()
-    drive_fully(rig)
-    (told,) = reader.take(rig.receive(identify(1), 1.0499))
-    assert told == Description(1, 0.5, 1.0, 0.05, 0.5, COUNTS)
-    assert rig.drive(1.0499) == LIMIT
-    assert rig.drive(1.0502) == 0
     rig.close()
 
 

@@ -2,24 +2,15 @@ from __future__ import annotations
 
 import struct
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_drivers.oneaxis.frames import Reader, Report, command, crc16, identify
+from cohaptic_drivers.oneaxis.frames import Reader, Report, command, crc16
 
 
 def report(sequence: int, counts: int, time: int = 5, flags: int = 0) -> bytes:
     body = struct.pack("<BBBIih", ord("R"), sequence, flags, time, counts, -100)
     return b"\xc5" + body + crc16(body).to_bytes(2, "little")
-
-
-def test_a_command_is_seven_bytes_and_a_question_five() -> None:
-    assert (
-        command(3, -0.25).hex()
-        == "c54603" + "06ff" + crc16(b"F\x03\x06\xff").to_bytes(2, "little").hex()
-    )
-    assert len(identify(0)) == 5
 
 
 @given(st.floats(allow_nan=True, allow_infinity=True))
@@ -59,14 +50,3 @@ def test_a_changed_byte_is_found(at: int, change: int) -> None:
     reader = Reader()
     assert reader.take(bytes(frame) + bytes(24)) == []
     assert reader.skipped > 0
-
-
-@pytest.mark.parametrize("flag", ["faulty", "tripped", "limited", "button"])
-def test_flags(flag: str) -> None:
-    bit = {"faulty": 1, "tripped": 2, "limited": 4, "button": 8}[flag]
-    (told,) = Reader().take(report(9, -3, time=2**32 - 1, flags=bit))
-    assert isinstance(told, Report)
-    assert (told.sequence, told.counts, told.current) == (9, -3, -0.1)
-    assert told.time == pytest.approx(4294.967295)
-    flags = {name: getattr(told, name) for name in ("faulty", "tripped", "limited", "button")}
-    assert flags == {name: name == flag for name in flags}

@@ -68,13 +68,6 @@ class Scene:
         return self.handle.read(self.now).position[1]
 
 
-def test_where_it_is_at_first_is_its_middle() -> None:
-    scene = Scene()
-    assert scene.after(0.001, 400) == 0.0
-    assert scene.after(0.001, 500) == pytest.approx(0.001)
-    assert Scene(replace(UNIT, sensor_direction=-1.0)).after(0.001, 500) == pytest.approx(-0.001)
-
-
 @pytest.mark.parametrize("time", [100.0, LAST - 0.05])
 def test_its_velocity_goes_by_the_boards_clock_that_runs_over(time: float) -> None:
     scene = Scene(time=time)
@@ -144,16 +137,6 @@ def test_what_it_gives_is_the_least_of_unit_and_board() -> None:
     assert Scene().handle.info.max_force == pytest.approx(2.5)
     assert Scene(replace(UNIT, max_force=2.0)).handle.info.max_force == 2.0
     assert Scene(replace(UNIT, torque_constant=0.0)).handle.info.force_axes == 0
-
-
-def test_it_can_be_closed_twice_and_is_then_closed() -> None:
-    scene = Scene()
-    scene.handle.close()
-    scene.handle.close()
-    assert scene.link.ends == 1
-    for call in (lambda: scene.handle.read(9.0), lambda: scene.handle.write(ZERO)):
-        with pytest.raises(DeviceError, match="closed"):
-            call()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its library is made as on POSIX")

@@ -217,12 +217,6 @@ def test_two_boards_at_once(bench: Bench) -> None:
     bench.press(two, right)
 
 
-def test_a_port_that_another_program_has(bench: Bench) -> None:
-    board = bench.board()
-    bench.open(board)
-    assert f"{board.path} is used by another program; quit that program" in bench.complaint(board)
-
-
 def test_something_else_at_the_port(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link, "FIRST_ANSWER", SHORT)
     board = bench.board()
@@ -232,14 +226,6 @@ def test_something_else_at_the_port(bench: Bench, monkeypatch: pytest.MonkeyPatc
     board.instead = b""
     monkeypatch.setattr(link, "FIRST_ANSWER", LONG)
     bench.open(board)
-
-
-def test_a_board_that_says_nothing(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(link, "FIRST_ANSWER", SHORT)
-    board = bench.board()
-    board.silent = True
-    assert "does not answer as such a board does; see that it has power" in bench.complaint(board)
-    assert board.rig.most == 0.0
 
 
 def _description(version: int, watchdog: int) -> bytes:
@@ -264,15 +250,6 @@ def test_firmware_that_is_not_known_or_holds_on_is_refused(
     assert words in bench.complaint(board)
 
 
-def test_a_board_that_says_who_it_is_and_then_nothing(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(link, "FIRST_ANSWER", SHORT)
-    board = bench.board()
-    board.instead = _description(1, 50)
-    assert "says who it is, and then nothing" in bench.complaint(board)
-
-
 def test_no_port(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     board = bench.board()
     board.unplug()
@@ -289,13 +266,3 @@ def test_no_port(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(oneaxis_kind, "find_ports", found)
         with pytest.raises(DeviceError, match=words):
             open_device(replace(CONFIG.device, choice=read_device("oneaxis")))
-
-
-def test_ports_of_other_makers_are_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    ports = [SimpleNamespace(vid=vid) for vid in (0x0403, 0x16C0, None, 0x2341, 0x046D)]
-
-    def listed(_name: str) -> list[SimpleNamespace]:
-        return ports
-
-    monkeypatch.setattr(link, "list_ports", listed)
-    assert [port.vid for port in link.find_ports()] == [0x0403, 0x2341]

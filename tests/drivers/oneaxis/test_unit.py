@@ -37,13 +37,6 @@ def test_a_file_may_say_everything(tmp_path: Path) -> None:
     path.write_text("\n".join(f"{each.name} = 1" for each in fields(Unit) if each.name in NEEDED))
 
 
-def test_what_a_force_needs_cannot_be_left_out(tmp_path: Path) -> None:
-    for line in NEEDED.splitlines():
-        told = refused(tmp_path, NEEDED.replace(line, ""))
-        assert line.split(" ")[0] in told
-        assert "a force needs it" in told
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -59,8 +52,3 @@ def test_a_file_that_cannot_be_is_told(tmp_path: Path, line: str, words: str) ->
     keys = line.split(" ")[0]
     kept = "\n".join(each for each in NEEDED.splitlines() if not each.startswith(keys))
     assert words in refused(tmp_path, f"{kept}\n{line}\n")
-
-
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(SettingError, match="a file that can be read"):
-        read_unit(str(tmp_path / "none.toml"))

@@ -12,7 +12,6 @@ import pytest
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO
 from cohaptic_client.loop.running.watchdog import Watchdog
-from cohaptic_drivers.vendor import forcedimension
 from tests.client.devices.until import until
 from tests.drivers.vendor.vendor_bench import CLOCK, PUSH, Bench, make_bench
 
@@ -85,18 +84,6 @@ def test_two_devices(bench: Bench) -> None:
     two.read(CLOCK.now())
 
 
-def test_devices_that_the_library_sees_are_found_and_not_opened(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(forcedimension, "_FILES", {"": str(bench.path)})
-    assert [each.choice for each in forcedimension.find_forcedimension()] == [
-        "forcedimension:number=1"
-    ]
-    bench.set("count", 0)
-    assert forcedimension.find_forcedimension() == []
-    assert bench.get("opened") == 0
-
-
 def test_its_firmware_switches_the_forces_off_when_the_program_is_gone(bench: Bench) -> None:
     """The only thing that does after `kill -9`: the library holds the last force for ever."""
     device = bench.open()
@@ -150,12 +137,6 @@ def test_what_keeps_it_from_use_is_told(bench: Bench) -> None:
     bench.set("count", 1)
     bench.set("gone", 1)
     assert "it cannot be opened (communication error)" in bench.complaint()
-
-
-def test_without_the_library_it_says_where_to_get_it(bench: Bench, tmp_path: Path) -> None:
-    bench.path = tmp_path / "none.so"
-    told = bench.complaint()
-    assert "cannot be loaded; install the Force Dimension SDK" in told
 
 
 def test_another_library_at_the_address_is_refused(bench: Bench) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -51,29 +49,3 @@ def test_what_the_library_itself_needs_and_has_not_is_named(tmp_path: Path) -> N
     words = refusal(file)
     assert "(libneeded.so: cannot open shared object file" in words
     assert "install" not in words
-
-
-def test_a_library_for_another_processor_is_named_so(tmp_path: Path) -> None:
-    file = make_library(tmp_path, "maker")
-    code = bytearray(file.read_bytes())
-    code[18] ^= 0x55  # e_machine, of the ELF header
-    file.write_bytes(code)
-    words = refusal(file)
-    assert f"(it is not made for this processor, {platform.machine()}); see to that" in words
-
-
-def test_a_text_and_a_folder_are_told_as_the_loader_tells_them(tmp_path: Path) -> None:
-    text = tmp_path / "libHD.so"
-    text.write_text("moved to /opt/OpenHaptics\n")
-    assert "(/" in refusal(text)
-    assert "file too short" in refusal(text)
-    text.write_text("moved to /opt/OpenHaptics\n" * 100)
-    assert "invalid ELF header" in refusal(text)
-    assert "irectory" in refusal(tmp_path)
-
-
-@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may read all")
-def test_a_library_that_may_not_be_read_is_told_so(tmp_path: Path) -> None:
-    file = make_library(tmp_path, "maker")
-    file.chmod(0)
-    assert "Permission denied" in refusal(file)

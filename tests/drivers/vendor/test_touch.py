@@ -120,11 +120,6 @@ def test_what_keeps_it_from_use_is_told(bench: Bench) -> None:
     assert "the servo thread of OpenHaptics does not start" in bench.complaint()
 
 
-def test_without_the_library_it_says_where_to_get_it(bench: Bench, tmp_path: Path) -> None:
-    bench.path = tmp_path / "none.so"
-    assert "cannot be loaded; install OpenHaptics" in bench.complaint()
-
-
 def test_another_library_at_the_address_is_refused(bench: Bench) -> None:
     bench.path = Path("libc.so.6")
     with pytest.raises(DeviceError, match="has no function hdInitDevice"):

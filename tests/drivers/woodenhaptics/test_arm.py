@@ -64,15 +64,6 @@ def test_a_command_waits_for_the_answer_to_the_one_before_and_not_for_long() -> 
     assert port.sent == [command_line(PUSH)] * 2
 
 
-def test_no_currents_wait_for_no_answer() -> None:
-    port, link, _ = linked()
-    link.give(PUSH)
-    link.give(ZERO)
-    assert port.sent == [command_line(PUSH), command_line(ZERO)]
-    link.give(ZERO)  # it has been said
-    assert len(port.sent) == 2
-
-
 def test_another_thread_says_zero_at_once_whatever_was_said_before() -> None:
     port, link, _ = linked()
     link.give(PUSH)

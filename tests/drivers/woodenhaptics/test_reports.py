@@ -29,13 +29,6 @@ def test_a_command_is_one_line_that_the_firmware_takes(wanted: tuple[float, floa
     assert [int(each) for each in text[1:].split(b",")] == [round(each) for each in wanted]
 
 
-@given(st.integers(1, 3), st.lists(st.integers(-(2**31), 2**31 - 1), min_size=6, max_size=6))
-def test_an_answer_is_read(model: int, counts: list[int]) -> None:
-    listed = ",".join(map(str, counts))
-    told = read_answer(f"[{model},{listed},0]\r".encode())
-    assert told == Told((counts[0], counts[1], counts[2]), model=model)
-
-
 @pytest.mark.parametrize(("error", "told"), [(1, 0), (7, 0), (8, 8), (129, 128), (1031, 1024)])
 def test_errors_of_the_wrist_are_no_errors_of_the_tip(error: int, told: int) -> None:
     answer = read_answer(f"[3,1,2,3,0,0,0,{error}]".encode())
@@ -61,25 +54,6 @@ def test_a_report_is_read_and_a_command_is_its_like(name: str, a: int, b: int, c
     assert len(command) == reports.size + 1
     assert struct.unpack_from("<3h", command, 1) == (1000, -2000, 3000)
     assert not any(command[7:])
-
-
-@pytest.mark.parametrize(("wrist", "button"), [(12, False), (10012, True), (-300, False)])
-def test_the_button_hides_in_a_count(wrist: int, button: bool) -> None:
-    body = struct.pack("<7h", 1, 2, 3, wrist, 0, 0, 0)
-    told = GENERATIONS["h2"].decode(body)
-    assert told is not None
-    assert told.button is button
-
-
-def descriptor(size: int) -> bytes:
-    """Vendor-defined reports of some bytes, both ways, as such boards describe them."""
-    fields = bytes([0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08, 0x95, size])
-    return b"\x06\x00\xff\x09\x01\xa1\x01" + fields + b"\x09\x01\x81\x02\x09\x02\x91\x02\xc0"
-
-
-@pytest.mark.parametrize("size", [8, 14, 64])
-def test_the_length_of_a_report_is_in_its_descriptor(size: int) -> None:
-    assert input_size(descriptor(size)) == size
 
 
 @given(st.binary(max_size=100))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 
@@ -14,7 +13,6 @@ from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.catalogue import open_device, read_device
 from cohaptic_client.devices.device import Device
 from cohaptic_drivers.woodenhaptics import arm, serial_link
-from cohaptic_drivers.woodenhaptics.serial_link import may_be_board
 from tests.client.devices.until import SteadyClock, until
 from tests.client.plane import CONFIG
 
@@ -27,8 +25,6 @@ pytestmark = pytest.mark.live
 
 CLOCK = SteadyClock()
 PUSH: Vec3 = (0.5, -1.0, 2.0)
-# mA in the home pose for PUSH, by the Jacobian of `test_kinematics.py`
-HOME: Vec3 = (0.025, -0.205, 0.0)
 
 
 class Bench:
@@ -124,10 +120,6 @@ def test_a_force_that_motors_cannot_give_is_less_and_never_none(bench: Bench) ->
     assert board.currents[0] == pytest.approx(1182.4 / 2364.9 * 3000.0, abs=1.0)
 
 
-def test_a_port_that_swallows_the_first_calls_is_called_again(bench: Bench) -> None:
-    bench.open(bench.board(swallow=3))
-
-
 def test_unplugged_in_contact(bench: Bench) -> None:
     board = bench.board()
     device = bench.open(board)
@@ -219,22 +211,6 @@ def test_a_haply_at_the_address_is_refused(bench: Bench) -> None:
     assert "--device haply" in told
 
 
-@pytest.mark.parametrize(
-    ("vid", "pid", "product", "is_board"),
-    [
-        (0x16C0, 0x0483, "USB Serial", True),
-        (0x16C0, 0x0483, "Haply inverse3", False),
-        (0x2341, 0x0043, "Arduino Uno", False),
-        (None, None, None, False),
-    ],
-)
-def test_ports_of_other_devices_are_left_alone(
-    vid: int | None, pid: int | None, product: str | None, is_board: bool
-) -> None:
-    port = SimpleNamespace(vid=vid, pid=pid, product=product, description="", manufacturer=None)
-    assert may_be_board(port) is is_board
-
-
 def test_two_boards_at_once(bench: Bench) -> None:
     left, right = bench.board(), bench.board()
     right.counts = (1000.0, 0.0, 0.0)
@@ -246,16 +222,3 @@ def test_two_boards_at_once(bench: Bench) -> None:
     left.unplug()
     bench.end_of(one)
     bench.press(two, right)
-
-
-def test_a_port_that_another_program_has(bench: Bench) -> None:
-    board = bench.board()
-    bench.open(board)
-    assert f"{board.path} is used by another program; quit that program" in bench.complaint(board)
-
-
-def test_no_port(bench: Bench) -> None:
-    board = bench.board()
-    board.unplug()
-    bench.boards.clear()
-    assert "there is no port" in bench.complaint(board)

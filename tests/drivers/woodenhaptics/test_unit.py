@@ -8,12 +8,6 @@ from cohaptic.errors import SettingError
 from cohaptic_drivers.woodenhaptics.unit import UNITS, read_unit
 
 
-def test_without_a_file_a_unit_is_as_its_kind_is_built_and_not_confirmed() -> None:
-    for kind, unit in UNITS.items():
-        assert read_unit(kind, "") == unit
-        assert not unit.confirmed
-
-
 def test_a_file_changes_what_it_names_and_no_more(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("directions = [-1, -1, 1]\ntorque_constants = [0.3, 0.06, 0.06]\n")
@@ -46,8 +40,3 @@ def test_a_wrong_file_is_one_sentence(tmp_path: Path, text: str, words: str) -> 
     with pytest.raises(SettingError) as caught:
         read_unit("woodenhaptics", str(path))
     assert words in str(caught.value)
-
-
-def test_no_file(tmp_path: Path) -> None:
-    with pytest.raises(SettingError, match="a file that can be read"):
-        read_unit("polhem", str(tmp_path / "none.toml"))

@@ -18,17 +18,6 @@ workspaces = st.builds(
 )
 
 
-@given(workspaces)
-def test_the_origin_lies_on_the_center(workspace: Workspace) -> None:
-    assert workspace.position(workspace.origin) == workspace.center
-
-
-@given(workspaces, points, points)
-def test_distances_grow_by_the_scale(workspace: Workspace, a: Vec3, b: Vec3) -> None:
-    apart = norm(sub(workspace.position(a), workspace.position(b)))
-    assert apart == pytest.approx(workspace.scale * norm(sub(a, b)), abs=TIGHT)
-
-
 @given(workspaces, points, points)
 def test_velocity_is_the_change_of_position(workspace: Workspace, p: Vec3, v: Vec3) -> None:
     moved = sub(workspace.position(add(p, v)), workspace.position(p))
@@ -64,9 +53,3 @@ def test_a_point_can_be_put_anywhere(workspace: Workspace, p: Vec3, to: Vec3, v:
     moved = workspace.holding(p, to)
     assert moved.position(p) == pytest.approx(to, abs=TIGHT)
     assert moved.velocity(v) == workspace.velocity(v)
-
-
-def test_a_turn_is_counterclockwise_from_above() -> None:
-    assert Workspace((0, 0, 0), (0, 0, 0), turn=0.5 * math.pi).position((1.0, 0.0, 0.5)) == (
-        pytest.approx((0.0, 1.0, 0.5))
-    )

@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cohaptic.vec import ZERO, norm
-from cohaptic_client.loop.memory import SAMPLE, LoopMemory
+from cohaptic_client.loop.memory import LoopMemory
 from cohaptic_client.loop.running import haptic_loop
 from cohaptic_client.loop.running.haptic_loop import status_json
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, SAFETY_FADE_RATE
@@ -35,14 +35,6 @@ def test_each_period_reads_then_writes_and_leaves_one_row(parent: Parent) -> Non
     assert [row.tick for row in rows] == [0] + [PLANE.tick] * (len(rows) - 1)
     assert all(a.t < b.t for a, b in pairwise(rows))
     assert all(row.late >= 0.0 for row in rows)
-
-
-def test_the_newest_sample_is_the_last_row(parent: Parent) -> None:
-    _, rows = parent.run(Rig(parent.stop_after(50)))
-    raw = parent.memory.sample.read()
-    assert raw is not None
-    last = rows[-1]
-    assert SAMPLE.unpack(raw) == (last.t, last.tick, *last[1:7], False, *ZERO, False, 0.0)
 
 
 def test_told_to_stop_it_fades_to_zero_force_and_ends(parent: Parent) -> None:
@@ -111,34 +103,6 @@ def test_a_period_that_takes_too_long_is_counted_and_the_phase_is_kept(
         cycles = (row.t - row.late - rows[0].t + rows[0].late) / period
         # Time in days resolves some picoseconds; a thousandth of a period is far above.
         assert cycles == pytest.approx(round(cycles), abs=1e-3)
-
-
-def test_the_start_is_left_out_of_the_statistics(parent: Parent) -> None:
-    loop, rows = parent.run(Rig(parent.stop_after(100)))
-    assert rows[-1].t - rows[0].t < haptic_loop.WARM_UP
-    assert loop.statistics.periods == len(rows)
-    assert loop.statistics.late.count == loop.statistics.cost.count == 0
-
-
-def test_without_a_recording_the_newest_row_is_left_from_time_to_time_and_at_the_end(
-    parent: Parent,
-) -> None:
-    parent.config = replace(parent.config, every_row=False)
-    rig = Rig(parent.stop_after(150))
-    _, rows = parent.run(rig)
-    # One at the first look at commands, one at each later one, one when the force has faded.
-    assert 3 <= len(rows) <= 2 + (rows[-1].t - rows[0].t) / haptic_loop.HOUSEKEEPING
-    assert (rows[-1].fx, rows[-1].fy, rows[-1].fz) == rig.forces[-1] == ZERO
-
-
-def test_it_reports_how_it_does(parent: Parent) -> None:
-    parent.run(Rig(parent.stop_after(100)))
-    status = parent.status()
-    assert set(status) == {
-        "loop_hz", "warm_up", "late_p50", "late_p99", "cost_p50", "cost_p99", "missed", "wavers",
-        "mode", "fault", "faults", "last_fault", "device_silent", "scheduling",
-    }  # fmt: skip
-    assert (status["mode"], status["fault"], status["scheduling"]) == ("engaged", "", "as it was")
 
 
 def test_a_fault_is_in_the_report(parent: Parent) -> None:

@@ -49,13 +49,6 @@ def test_a_force_goes_along_the_ramp_and_zero_is_written_twice_and_the_device_cl
     assert took == pytest.approx(FAULT_RELEASE_TIME)
 
 
-def test_without_a_force_there_is_no_ramp() -> None:
-    for force in (ZERO, (float("nan"), 0.0, 0.0)):
-        rig, took = released(lambda _: 0.0, force)
-        assert rig.log == [ZERO] * ZEROS + ["close"]
-        assert took == 0.0
-
-
 @pytest.mark.parametrize("takes", [0.002, 0.004, 0.008, 0.05])
 def test_a_slow_device_is_at_zero_no_later_than_a_fast_one(takes: float) -> None:
     """But for the write that is under way."""
@@ -90,13 +83,6 @@ def test_a_write_that_hangs_in_the_ramp_is_the_last_with_a_force() -> None:
     assert sum(force != ZERO for force in rig.forces) == 4
     assert rig.log[at + 1 :] == [ZERO] * ZEROS + ["close"]
     assert rig.dog.since == math.inf
-
-
-def test_many_short_writes_are_no_hang() -> None:
-    clock = ManualClock()
-    rig = Watched(clock, lambda _: 0.012)
-    Release(rig, clock, PERIOD, rig.dog)(FORCE)
-    assert "release" not in rig.log
 
 
 def test_what_the_watchdog_has_taken_away_is_not_given_again() -> None:
