@@ -5,8 +5,6 @@ import sys
 
 import pytest
 
-from cohaptic_server.process_memory import own_peak, peak_memory
-
 pytestmark = [
     pytest.mark.live,
     pytest.mark.skipif(sys.platform == "win32", reason="it says no peak of memory"),
@@ -20,13 +18,6 @@ room = bytearray({SIZE})
 room[::4096] = b"x" * len(room[::4096])
 sys.exit(subprocess.run([sys.executable, "-c", {PEAK!r}]).returncode)
 """
-
-
-def test_what_was_given_back_counts() -> None:
-    room = bytearray(SIZE)
-    room[::4096] = b"x" * len(room[::4096])
-    del room
-    assert peak_memory() >= own_peak() > SIZE
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the system counts each by itself")
@@ -66,26 +57,3 @@ def test_a_factorisation_begins_without_what_was_let_go_before() -> None:
     if kept < full - 10**8:
         pytest.skip("this C library keeps nothing")
     assert factored < full - 2.5 * 10**8
-
-
-KEPT = """
-import gc, weakref
-from cohaptic_server.process_memory import keep_what_there_is
-
-class Loop:
-    def __init__(self):
-        self.self = self
-
-one = Loop()
-gone = weakref.ref(one)
-keep_what_there_is()
-del one
-keep_what_there_is()
-assert gone() is not None
-keep_what_there_is(anew=True)
-assert gone() is None
-"""
-
-
-def test_what_is_kept_is_looked_at_only_when_that_is_asked_for() -> None:
-    subprocess.run([sys.executable, "-c", KEPT], check=True)

@@ -6,16 +6,14 @@ import asyncio
 import contextlib
 from collections.abc import AsyncGenerator
 from contextlib import AbstractAsyncContextManager
-from importlib.metadata import EntryPoint
 
 import pytest
 
-from cohaptic import extensions
 from cohaptic.errors import SettingError
 from cohaptic.extensions import ExtensionError
 from cohaptic_server import routes
 from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.routes import Route, Serving, loaded, opened, read_wanted
+from cohaptic_server.routes import Route, Serving, loaded, opened
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.server import CohapticServer
@@ -46,33 +44,6 @@ def notes(into: list[str], name: str, line: str = "") -> Route:
 
 def fails(_serving: Serving, _text: str) -> AbstractAsyncContextManager[str]:
     raise SettingError("port", 80, "one of your own")
-
-
-def test_all_are_open_in_the_block_and_one_without_a_line_says_nothing() -> None:
-    noted: list[str] = []
-
-    async def run() -> None:
-        both = {"a": notes(noted, "a", "a is here"), "b": notes(noted, "b")}
-        async with opened(both, {"a": "", "b": ""}, serving()) as lines:
-            assert lines == ["a is here"]
-            assert noted == ["a opens", "b opens"]
-
-    asyncio.run(run())
-    assert noted[:2] == ["a opens", "b opens"]
-    assert sorted(noted[2:]) == ["a ends", "b ends"]
-
-
-def test_where_one_cannot_be_opened_those_before_it_end() -> None:
-    noted: list[str] = []
-
-    async def run() -> None:
-        both = {"a": notes(noted, "a"), "b": Route(fails)}
-        async with opened(both, {"a": "", "b": ""}, serving()):
-            pytest.fail("it was open")
-
-    with pytest.raises(SettingError, match="port is 80"):
-        asyncio.run(run())
-    assert noted == ["a opens", "a ends"]
 
 
 @contextlib.asynccontextmanager
@@ -148,23 +119,6 @@ def test_without_a_check_no_text_can_be_used() -> None:
     with pytest.raises(SettingError, match="it takes none"):
         Route(fails).check("9100")
     Route(fails).check("")
-
-
-def test_ours_have_options_of_their_own_and_are_checked_like_others() -> None:
-    for name in ("admin", "upload"):
-        with pytest.raises(SettingError, match="ours have options of their own"):
-            read_wanted([name])
-    with pytest.raises(SettingError, match="--admin is 'nowhere'"):
-        loaded({"admin": "nowhere"})
-
-
-def test_an_installation_that_has_lost_one_of_ours_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    def none(_group: str) -> dict[str, tuple[EntryPoint, ...]]:
-        return {}
-
-    monkeypatch.setattr(extensions, "entries", none)
-    with pytest.raises(ExtensionError, match=r"admin.*install cohaptic anew"):
-        loaded({"admin": "9100"})
 
 
 def test_whatever_the_code_of_another_package_raises_names_the_package(

@@ -3,16 +3,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic_server.settings import ServerSettings
-
-
-@given(st.floats(10.0, 200.0))
-def test_the_simulation_period_is_that_of_the_rate(hz: float) -> None:
-    assert ServerSettings(simulation_hz=hz).simulation_period * hz == pytest.approx(1.0)
 
 
 def test_a_server_nobody_told_anything_listens_to_this_machine_only() -> None:
@@ -26,18 +19,6 @@ def test_a_rate_out_of_range_is_refused_with_its_limits(hz: float) -> None:
         ServerSettings(simulation_hz=hz)
 
 
-@pytest.mark.parametrize("port", [-1, 65536])
-def test_a_port_that_cannot_be_is_refused_with_its_limits(port: int) -> None:
-    with pytest.raises(SettingError, match=f"port is {port}; it must be from 0 to 65535"):
-        ServerSettings(port=port)
-
-
-@pytest.mark.parametrize("users", [0, 65])
-def test_an_absurd_crowd_is_refused_with_its_limits(users: int) -> None:
-    with pytest.raises(SettingError, match=f"max_users is {users}; it must be from 1 to 64"):
-        ServerSettings(max_users=users)
-
-
 @pytest.mark.parametrize(
     "frame",
     ["", "*", "lab.example", "https://*.example", "https://a b", "https://a;x", "https://a/b",
@@ -48,17 +29,7 @@ def test_a_frame_that_would_say_more_than_one_origin_is_refused(frame: str) -> N
         ServerSettings(allow_frames=(frame,))
 
 
-@pytest.mark.parametrize("frame", ["https://lab.example", "http://[::1]:80", "http://localhost:1"])
-def test_origins_may_be_frames(frame: str) -> None:
-    assert ServerSettings(allow_frames=(frame,)).allow_frames == (frame,)
-
-
 @pytest.mark.parametrize("host", ["", "lab.example:8765", "http://lab", "a b", "*", "[::1]:80"])
 def test_a_host_that_no_browser_would_name_is_refused(host: str) -> None:
     with pytest.raises(SettingError, match="it must be a name or an address without a port"):
         ServerSettings(allow_hosts=(host,))
-
-
-@pytest.mark.parametrize("host", ["lab.example", "lab", "192.0.2.7", "[2001:db8::7]"])
-def test_names_and_addresses_may_be_hosts(host: str) -> None:
-    assert ServerSettings(allow_hosts=(host,)).allow_hosts == (host,)

@@ -1,23 +1,10 @@
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import pytest
 
 from cohaptic_server.side_by_side import both, cores, processors
-from tests.patience import PATIENCE
-
-
-def test_it_returns_what_both_return() -> None:
-    assert both(lambda: 1, lambda: "two") == (1, "two")
-
-
-@pytest.mark.skipif(cores() < 2, reason="there is one core")
-def test_two_threads_work_at_a_time() -> None:
-    """Each waits in its part for the other one to come into its own."""
-    meeting = threading.Barrier(2, timeout=PATIENCE)
-    assert sorted(both(meeting.wait, meeting.wait)) == [0, 1]
 
 
 def test_parts_that_ask_for_help_themselves_wait_for_nobody() -> None:

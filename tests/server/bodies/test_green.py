@@ -20,8 +20,6 @@ from cohaptic_server.bodies.green import (
 )
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.spring import Spring
-from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats
 from cohaptic_server.shell.http import GreenBlocks
@@ -59,22 +57,6 @@ def test_the_response_is_the_sum_of_green_functions(kind: str, small_balloon: Ba
     assert np.abs(got - want).max() <= close * np.abs(want).max() + 1e-15
 
 
-def test_asking_a_solid_leaves_the_ticks_columns_alone() -> None:
-    body = solid()
-    source = green_source(body)
-    assert source is not None
-    found = body.columns.solved
-    source.green(3)
-    assert body.columns.solved == found
-
-
-@pytest.mark.parametrize(
-    "body", [Spring(), Balloon(BalloonSettings(subdivisions=2), damping=0.5)], ids=["plate", "slow"]
-)
-def test_a_body_that_is_no_sum_of_them_has_none(body: Body) -> None:
-    assert green_source(body) is None
-
-
 def test_the_name_is_the_bodys_content() -> None:
     def name(body: Body) -> str:
         source = green_source(body)
@@ -92,28 +74,6 @@ def test_the_name_is_the_bodys_content() -> None:
     ]
     assert len({first, *others}) == 6
     assert all(len(model) == 32 for model in others)
-
-
-def test_the_name_of_a_solid_takes_no_solve_and_not_even_its_factor() -> None:
-    """Each reads a factor of up to gigabytes, and a server listens only afterwards."""
-    body = solid()
-    _ = body.far_field
-
-    class Untouched:
-        bytes = body.factor_bytes
-
-        def read(self) -> Factor:
-            raise AssertionError("the factor was read")
-
-        def problem(self) -> str:
-            return ""
-
-    body.columns.given = Untouched()
-    source = green_source(body)
-    assert source is not None
-    same = green_source(solid())
-    assert same is not None
-    assert model_name(source) == model_name(same)
 
 
 greens = hnp.arrays(

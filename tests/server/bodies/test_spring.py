@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.body import Load, Response
 from cohaptic_server.bodies.spring import Spring, SpringSettings
-from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.world.contact import locate
-from tests.server.fields import free_of
 
 
 def press(body: Spring, y: float, z: float, force: float) -> Load:
@@ -22,20 +20,6 @@ def press(body: Spring, y: float, z: float, force: float) -> Load:
 
 def depth(response: Response) -> float:
     return -float(response.displacement[0, 0])
-
-
-def test_the_plate_is_flat_and_faces_the_hand() -> None:
-    body = Spring(SpringSettings(side=0.3, cells=7))
-    areas = face_area_vectors(body.mesh.vertices, body.mesh.faces)
-    assert areas[:, 0].min() > 0.0
-    assert np.abs(areas[:, 1:]).max() == 0.0
-    assert areas[:, 0].sum() == pytest.approx(0.09)
-
-
-def test_a_contact_anywhere_presses_along_the_normal() -> None:
-    load = press(Spring(), 0.03, -0.05, 1.0)
-    assert load.direction == pytest.approx([-1.0, 0.0, 0.0])
-    assert load.weights.sum() == pytest.approx(1.0)
 
 
 @given(
@@ -52,28 +36,6 @@ def test_it_moves_as_eq_9_says(k_o: float, b_o: float, forces: list[float]) -> N
         assert depth(response) == pytest.approx(x, rel=1e-9, abs=1e-15)
         # Rigid: no vertex moves otherwise than the first.
         assert np.ptp(response.displacement, axis=0).max() == 0.0
-
-
-def test_without_damping_it_forgets_where_it_was() -> None:
-    body = Spring(SpringSettings(k_o=250.0))
-    pressed = body.respond([press(body, 0.0, 0.0, 5.0)])
-    assert depth(pressed) == pytest.approx(0.02)
-    assert depth(body.respond([], pressed)) == 0.0
-
-
-def test_with_damping_it_comes_back_slowly() -> None:
-    body = Spring(SpringSettings(k_o=200.0, b_o=300.0))
-    pressed = body.respond([press(body, 0.0, 0.0, 5.0)])
-    assert depth(body.respond([], pressed)) == pytest.approx(0.6 * depth(pressed))
-
-
-def test_all_contacts_share_one_compliance() -> None:
-    body = Spring(SpringSettings(k_o=200.0, b_o=50.0))
-    response = body.respond([press(body, 0.05, 0.0, 2.0), press(body, -0.06, 0.03, 3.0)])
-    assert response.compliance == pytest.approx(np.full((2, 2), 1.0 / 250.0))
-    assert depth(response) == pytest.approx(5.0 / 250.0)
-    # Free of the first force there is only the second, at every vertex.
-    assert free_of(response, 0, 2.0)[:, 0] == pytest.approx(-3.0 / 250.0)
 
 
 @given(st.lists(st.floats(0.0, 20.0), min_size=1, max_size=30), st.floats(0.0, 300.0))

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic_server.bodies.body import Load, LoadArrays, Loads
-from cohaptic_server.bodies.superposition import seen_by, subtract_own, superpose
+from cohaptic_server.bodies.superposition import seen_by, superpose
 from cohaptic_server.numeric import Floats, Narrow
 
 N = 9  # vertices
@@ -47,18 +47,6 @@ def test_a_field_is_c_times_the_load_and_a_contact_sees_its_mean(sizes: list[int
     assert seen == pytest.approx(F @ C.astype(np.float64) @ F.T, rel=1e-12, abs=1e-12)
 
 
-def test_loads_as_arrays_lie_one_after_the_other() -> None:
-    on = loads([2, 1, 3])
-    found = LoadArrays.of(on)
-    assert found.starts.tolist() == [0, 2, 3]
-    assert found.ends.tolist() == [2, 3, 6]
-    for i, load in enumerate(on):
-        own = slice(found.starts[i], found.ends[i])
-        assert found.vertices[own].tolist() == load.vertices.tolist()
-        assert found.weights[own].tolist() == load.weights.tolist()
-    assert found.forces.tolist() == [load.force for load in on]
-
-
 def test_arrays_become_the_same_loads_and_those_of_one_contact_share_their_places() -> None:
     on = loads([2, 3])
     once = LoadArrays.of(on)
@@ -76,16 +64,3 @@ def test_arrays_become_the_same_loads_and_those_of_one_contact_share_their_place
     assert found[0].vertices is found[1].vertices
     assert found[0].weights is found[1].weights
     assert found[2:] == [found[2], found[3]]
-
-
-def test_what_is_left_without_a_load_is_what_the_others_do() -> None:
-    C, on = compliance(), loads([3, 2])
-    fields = np.array([nodal(load) @ C for load in on])
-    forces = np.array([load.force for load in on])
-    whole, left = (forces @ fields).reshape(N, 3), np.empty((7, 3))
-    # Two users with one load each, and the vertices that either asks for.
-    spans, starts, at = np.arange(3), np.array([0, 4, 7]), np.array([0, 3, 4, 8, 1, 3, 8])
-    subtract_own(whole, fields.reshape(2, N, 3), spans, forces, starts, at, left)
-    for user, own in enumerate((slice(0, 4), slice(4, 7))):
-        others = (forces[1 - user] * fields[1 - user]).reshape(N, 3)
-        assert left[own] == pytest.approx(others[at[own]], rel=1e-5)

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.errors import SettingError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Response
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.bodies.viscous import Viscous, ViscousResponse
 from cohaptic_server.testing.blocks import block
 from tests.examples_of_laws import examples
@@ -77,23 +75,3 @@ def test_a_probe_that_lets_go_is_free_of_its_own_force_only() -> None:
     free = first.without(slice(0, 1), np.array([2.0]), every)
     assert free == pytest.approx(first.displacement - end.displacement, abs=1e-9)
     assert first.at(every[:5]) == pytest.approx(first.displacement[:5])
-
-
-def test_hands_that_slide_do_not_pile_up() -> None:
-    body, response = Viscous(solid(), 2.0), None
-    for tick in range(200):
-        angle = 0.05 * tick
-        loads = [press(solid(), (np.cos(angle), np.sin(angle), 1.0), 1.0)]
-        response = body.respond(loads, response)
-        assert len(response.carried) <= 20
-        assert response.compliance.shape == (1, 1)
-
-
-def test_it_is_the_body_that_it_wraps() -> None:
-    body = Viscous(solid(), 0.5)
-    assert (body.name, body.mesh) == (solid().name, solid().mesh)
-    assert body.contact_radius == solid().contact_radius
-    assert vertex_compliance(body) == pytest.approx(solid().vertex_compliance())
-    body.prefetch(np.array([3, 4]))
-    with pytest.raises(SettingError, match="damping"):
-        Viscous(solid(), 5.0)

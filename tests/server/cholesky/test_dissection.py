@@ -5,10 +5,10 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.cholesky.symbolic import Part, dissect, graph_of
+from cohaptic_server.cholesky.symbolic import Part, dissect
 from cohaptic_server.numeric import Ints
 from tests.examples_of_laws import examples
-from tests.server.cholesky.block_problem import grid, problem
+from tests.server.cholesky.block_problem import grid
 
 
 def subtree(parts: list[Part], k: int) -> Ints:
@@ -34,9 +34,3 @@ def test_halves_do_not_touch_and_every_node_is_in_one_part(n: int, leaf: int) ->
         if part.children:
             one, other = (subtree(parts, child) for child in part.children)
             assert graph[one][:, other].nnz == 0
-
-
-def test_a_block_is_cut_by_one_layer_of_nodes() -> None:
-    K, points = problem()
-    parts = dissect(points, graph_of(K))
-    assert len(parts[-1].own) == 8 * 7  # the block has 8 x 8 x 7 free nodes

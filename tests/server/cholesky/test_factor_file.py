@@ -48,14 +48,6 @@ def test_a_multiple_of_a_matrix_has_a_part_of_the_displacement_also_after_storin
         from_arrays(without)
 
 
-@pytest.mark.parametrize("multiple", [0.0, -1.0, np.inf, np.nan])
-def test_no_multiple_that_a_stiffness_cannot_have(multiple: float) -> None:
-    matrix, points = problem()
-    arrays = to_arrays(factorise(matrix, points, on_surface(points)))
-    with pytest.raises(BodyError, match="times a matrix"):
-        from_arrays({**arrays, "multiple": np.array(multiple)})
-
-
 @pytest.mark.parametrize("damage", ["values", "border", "parent", "own", "front_of", "gone"])
 def test_arrays_that_do_not_fit_together_are_no_factor(damage: str) -> None:
     matrix, points = problem()
@@ -73,16 +65,3 @@ def test_arrays_that_do_not_fit_together_are_no_factor(damage: str) -> None:
         arrays[damage] = arrays[damage] + 10 * len(points)
     with pytest.raises(BodyError, match="this is no factor"):
         from_arrays(arrays)
-
-
-def test_what_lies_in_one_array_is_not_copied() -> None:
-    matrix, points = problem()
-    made = factorise(matrix, points, on_surface(points))
-    values = to_arrays(made, np.float64)["values"]
-    assert np.shares_memory(values, made.fronts[-1].lower)
-    again = from_arrays(to_arrays(made, np.float64))
-    for ours, theirs in zip(made.fronts, again.fronts, strict=True):
-        assert np.array_equal(ours.lower, theirs.lower)
-        assert np.array_equal(ours.carry, theirs.carry)
-    single = from_arrays(to_arrays(made))
-    assert np.shares_memory(to_arrays(single)["values"], single.fronts[-1].lower)

@@ -8,9 +8,8 @@ import scipy.sparse.linalg
 from cohaptic_server.cholesky import factorise as factorising
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factorise import factorise
-from cohaptic_server.cholesky.values import AnyFloats
 from cohaptic_server.numeric import Floats
-from tests.server.cholesky.block_problem import in_single, on_surface, problem
+from tests.server.cholesky.block_problem import on_surface, problem
 
 PRESSES = 40
 
@@ -55,46 +54,3 @@ def test_a_press_alone_has_what_it_has_among_others() -> None:
     for press in range(0, PRESSES, 9):
         alone = factorising.self_compliance(factor(), sp.csr_array(shares()[:, [press]]))
         assert alone[0] == pytest.approx(together[press], rel=1e-12)
-
-
-def test_no_press_is_no_compliance() -> None:
-    none = sp.csr_array((len(problem()[1]), 3))
-    assert not factorising.self_compliance(factor(), none).any()
-    assert not factorising.mutual_compliance(factor(), none).any()
-
-
-def test_a_factor_in_single_precision_serves_too() -> None:
-    exact = factorising.self_compliance(factor(), shares())
-    rounded = factorising.self_compliance(in_single(factor()), shares())
-    assert np.abs(rounded - exact).max() < 1e-4 * np.abs(exact).max()
-
-
-def test_progress_rises_to_its_end() -> None:
-    told: list[float] = []
-    factorising.self_compliance(factor(), shares(), told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
-    assert len(told) > 1
-
-
-def test_a_press_costs_the_fronts_on_its_path_and_no_way_back(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Work, counted: in a front each press that reaches it, on its way from its nodes to the root.
-    A solve for displacements visits every front on its way back."""
-    one, loads = factor(), shares()
-    monkeypatch.setattr(Factor, "solve", None)
-    done = list[int]()
-    inner = factorising.solve_lower
-
-    def solve_lower(lower: AnyFloats, right: AnyFloats) -> AnyFloats:
-        done.append(right.size)
-        return inner(lower, right)
-
-    monkeypatch.setattr(factorising, "solve_lower", solve_lower)
-    factorising.self_compliance(one, loads)
-    table = loads.toarray()
-    paths = [one.path(np.flatnonzero(table[:, press])) for press in range(PRESSES)]
-    assert sum(done) == sum(3 * len(one.fronts[k].own) for path in paths for k in path)
-    everything = PRESSES * sum(3 * len(front.own) for front in one.fronts if front.retained)
-    assert sum(done) < 0.7 * everything

@@ -32,18 +32,6 @@ def test_it_solves_as_the_factor_in_single_precision_does(factor: Factor) -> Non
     assert shared.bytes == factor.bytes // 2
 
 
-def test_a_multiple_is_shared_too(factor: Factor) -> None:
-    shared = SharedFactor(factor.times(4.0), multiprocessing.get_context("spawn")).read()
-    assert (4.0 * shared.solve(NODES, FORCES) == in_single(factor).solve(NODES, FORCES)).all()
-
-
-def test_blocks_lie_as_they_did(factor: Factor) -> None:
-    shared = SharedFactor(factor, multiprocessing.get_context("spawn")).read()
-    for ours, theirs in zip(factor.fronts, shared.fronts, strict=True):
-        assert theirs.lower.flags.f_contiguous == ours.lower.flags.f_contiguous
-        assert theirs.carry.flags.c_contiguous == ours.carry.flags.c_contiguous
-
-
 def test_another_process_maps_it(factor: Factor) -> None:
     context = multiprocessing.get_context("spawn")
     shared = SharedFactor(factor, context)

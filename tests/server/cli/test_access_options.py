@@ -30,8 +30,3 @@ def test_a_session_ends_so_long_after_its_invitation_as_is_said(
 def test_what_is_no_time_is_a_sentence(keys: Path, said: str) -> None:
     with pytest.raises(SettingError, match=r"--session-valid.*from 0s to 400d"):
         AccessOptions(keys=keys, session_valid=said).protection(HERE)
-
-
-def test_where_there_are_no_invitations_none_ends() -> None:
-    with pytest.raises(SettingError, match="given with --keys"):
-        AccessOptions(session_valid="1h").protection(HERE)

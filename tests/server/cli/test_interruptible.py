@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -36,20 +35,7 @@ def in_a_callback() -> None:
     del thing
 
 
-def forget(_problem: sys.UnraisableHookArgs) -> None:
-    pass
-
-
 FORGOTTEN = pytest.mark.parametrize("comes", [in_a_finaliser, in_a_callback])
-
-
-@FORGOTTEN
-def test_python_forgets_what_is_raised_there(
-    comes: Callable[[], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The premise: without the block nothing ends."""
-    monkeypatch.setattr(sys, "unraisablehook", forget)
-    comes()
 
 
 @FORGOTTEN
@@ -70,12 +56,6 @@ def test_the_next_check_ends_the_work(
         work()
     assert after == ["the line after it"]
     assert capsys.readouterr().err == ""
-
-
-@FORGOTTEN
-def test_the_end_of_the_block_does_too(comes: Callable[[], None]) -> None:
-    with pytest.raises(KeyboardInterrupt), interruptible():
-        comes()
 
 
 @FORGOTTEN
@@ -122,48 +102,6 @@ def test_anywhere_else_it_ends_at_once() -> None:
     with pytest.raises(KeyboardInterrupt):
         work()
     assert after == []
-
-
-def test_afterwards_ctrl_c_means_what_it_meant() -> None:
-    hook = sys.unraisablehook
-    with interruptible():
-        assert signal.getsignal(signal.SIGINT) is not signal.default_int_handler
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    assert sys.unraisablehook is hook
-
-
-def test_other_faults_of_a_finaliser_are_told_as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[type[BaseException]] = []
-
-    def note(problem: sys.UnraisableHookArgs) -> None:
-        told.append(problem.exc_type)
-
-    monkeypatch.setattr(sys, "unraisablehook", note)
-
-    class Faulty:
-        def __del__(self) -> None:
-            raise ValueError
-
-    thing = Faulty()
-    with interruptible():
-        del thing
-    assert told == [ValueError]
-
-
-def test_where_it_means_something_else_already_nothing_is_changed() -> None:
-    heard: list[int] = []
-
-    def note(number: int, _frame: object) -> None:
-        heard.append(number)
-
-    before = signal.signal(signal.SIGINT, note)
-    try:
-        with interruptible() as check:
-            signal.raise_signal(signal.SIGINT)
-            check()
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert heard == [signal.SIGINT]
 
 
 def test_another_thread_works_on() -> None:

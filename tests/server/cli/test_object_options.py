@@ -3,13 +3,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import pytest
 import typer
 from hypothesis import given
 from typer.testing import CliRunner
 
-from cohaptic.errors import SettingError
-from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.cli.object_options import ObjectOptions, takes_object
 from cohaptic_server.objects.object_file import ObjectFile
 from tests.server.objects.given_options import GIVEN
@@ -37,26 +34,6 @@ def run(*arguments: str) -> tuple[int, ObjectFile, bool]:
     return seen[-1]
 
 
-def test_without_options_it_is_the_plain_object() -> None:
-    assert run() == (1, ObjectFile(Path("a.stl")), False)
-
-
-def test_every_option_reaches_the_object_and_back() -> None:
-    source = ObjectFile(
-        Path("a.stl"),
-        "",
-        0.01,
-        0.07,
-        True,
-        SolidSettings(1e4, 0.3, 0.01, 1),
-        Path("bone.stl"),
-        500,
-        0.002,
-    )
-    arguments = ["--first", "2", *source.to_arguments(), "--last"]
-    assert run(*arguments) == (2, source, True)
-
-
 @given(GIVEN)
 def test_the_arguments_of_any_object_are_of_the_same_object(options: dict[str, Any]) -> None:
     source = ObjectFile.of(Path("a.stl"), options)
@@ -68,21 +45,8 @@ def test_the_arguments_of_any_object_are_of_the_same_object(options: dict[str, A
     assert seen[-1] == (1, source, False)
 
 
-def test_the_options_stand_where_the_parameter_stood() -> None:
-    app = typer.Typer()
-    app.command()(command)
-    names = [parameter.name for parameter in typer.main.get_command(app).params]
-    assert names[:2] == ["first", "young"]
-    assert names.index("auto") + 1 == names.index("last")
-
-
 def test_with_auto_a_preparation_has_less_memory_and_time_unless_they_are_given() -> None:
     _, source, _ = run("--auto", "--max-time", "1800")
     assert (source.max_memory, source.max_time) == (2e9, 1800.0)
     _, source, _ = run("--auto", "--max-memory", "6")
     assert (source.max_memory, source.max_time) == (6e9, 120.0)
-
-
-def test_an_option_out_of_range_is_refused() -> None:
-    with pytest.raises(SettingError, match="--edge"):
-        run("--edge", "3")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import signal
 import socket
 import subprocess
@@ -17,28 +16,8 @@ from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live
 
-TORUS = Path(__file__).parents[3] / "examples" / "torus.stl"
 SERVE = [sys.executable, "-m", "cohaptic", "serve"]
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-
-
-def test_help_says_what_can_be_told(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as end:
-        main(["serve", "--help"])
-    out, err = capsys.readouterr()
-    assert (end.value.code, err) == (0, "")
-    out = re.sub(r"\x1b\[[0-9;]*m", "", out)  # colours, where the environment asks for them
-    for word in (
-        "--host",
-        "--port",
-        "--simulation-hz",
-        "--body",
-        "--max-users",
-        "balloon",
-        "--nonlinear",
-    ):
-        assert word in out
-    assert "--lifeline" not in out  # for programs
 
 
 @pytest.mark.parametrize(
@@ -79,28 +58,11 @@ def test_a_setting_out_of_range_is_one_sentence(
     assert capsys.readouterr() == ("", sentence)
 
 
-def test_an_unknown_body_is_one_sentence_with_those_that_exist() -> None:
-    done = refused("--port", "0", "--body", "liver")
-    assert (
-        done.stderr == "cohaptic: body is 'liver'; it must be one of: balloon, spring, or a file\n"
-    )
-
-
 def test_a_file_that_is_no_object_is_one_sentence(tmp_path: Path) -> None:
     path = tmp_path / "liver.stl"
     path.write_bytes(b"")
     done = refused("--port", "0", "--body", str(path), "--fix", "z < 10%")
     assert done.stderr == f"cohaptic: {path}: the file is empty\n"
-
-
-def test_an_object_held_nowhere_is_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # What is said of one that is in the store already is another sentence.
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-    done = refused("--port", "0", "--body", str(TORUS))
-    words = 'nothing says what of it is held, and it would float away. With --fix "z < '
-    assert done.stderr.startswith(f"cohaptic: {TORUS}: {words}")
 
 
 def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:

@@ -33,10 +33,6 @@ def test_every_module_of_the_code_is_drawn_bright_on_black(address: str) -> None
     assert rows[: len(expected)] == expected
 
 
-def test_a_terminal_that_is_too_narrow_gets_none() -> None:
-    assert qr_code(ADDRESS, 20) == ""
-
-
 def test_the_address_for_others_is_drawn_on_a_terminal_and_the_log_has_all(
     caplog: pytest.LogCaptureFixture,
 ) -> None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -66,13 +65,3 @@ def test_after_the_wait_that_was_told_it_can_be_spent(
         bucket = spend(bucket, 1.0, budget, now) or bucket
     later = now + wait(bucket, 1.0, budget, now)
     assert spend(bucket, 1.0, budget, later + 1e-9) is not None
-
-
-def test_a_budget_says_itself_in_words() -> None:
-    assert str(Budget(4, 40)) == "4 a second and 40 at once"
-
-
-@pytest.mark.parametrize("now", [0.0, -1e9, 1e9])
-def test_a_fresh_bucket_is_full_at_any_time(now: float) -> None:
-    assert spend(FULL, 10.0, Budget(1.0, 10.0), now) is not None
-    assert spend(FULL, 10.1, Budget(1.0, 10.0), now) is None

@@ -9,7 +9,6 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cohaptic_server.http.routes import (
-    NOT_BUILT,
     POLICY,
     Answer,
     BlockNeeded,
@@ -42,17 +41,6 @@ def header(answer: Answer, name: str) -> str | None:
     found = [value for key, value in answer.headers if key == name]
     assert len(found) <= 1
     return found[0] if found else None
-
-
-def test_the_page_and_its_files() -> None:
-    for target in ("/", "/index.html", "/?touch=1", "/index.html#top"):
-        answer = ask(target)
-        assert (answer.status, answer.body) == (200, HTML)
-        assert header(answer, "Content-Type") == "text/html; charset=utf-8"
-        assert header(answer, "Cache-Control") == "no-cache"
-    asset = ask("/assets/app-0a1b.js")
-    assert (asset.status, asset.body) == (200, b"1")
-    assert header(asset, "Cache-Control") == "public, max-age=31536000, immutable"
 
 
 @pytest.mark.parametrize(
@@ -157,20 +145,6 @@ def test_blocks() -> None:
     assert header(busy, "Cache-Control") == "no-store"
     bare = Site(PAGE, None, 42)
     assert "no sum" in ask(request.target, site=bare).body.decode()
-
-
-def test_health_is_that_of_the_tick() -> None:
-    answer = SITE.answer(Request("GET", "/healthz"), ticking=False)
-    assert isinstance(answer, Answer)
-    assert answer.status == 503
-
-
-def test_without_a_page_it_says_how_to_build_one(tmp_path: Path) -> None:
-    page = load_page(tmp_path / "page")
-    assert not has_page(page)
-    answer = ask("/", site=Site(page, None, 42))
-    assert (answer.status, answer.body.decode()) == (200, NOT_BUILT)
-    assert "make page" in NOT_BUILT
 
 
 def test_a_folder_becomes_a_page(tmp_path: Path) -> None:

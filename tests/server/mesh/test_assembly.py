@@ -34,21 +34,3 @@ def test_a_matrix_does_to_the_whole_what_its_blocks_do_to_the_parts(seed: int) -
     whole = scatter_matrix(blocks, FACES, N) @ u.ravel()
     # Six faces of three corners meet at a vertex: rounding of a sum of 54 products.
     assert whole == pytest.approx(scatter_vector(parts, FACES, N), abs=1e-12)
-
-
-@given(seeds)
-@settings(max_examples=examples(20), deadline=None)
-def test_symmetric_blocks_give_a_symmetric_matrix(seed: int) -> None:
-    half = np.random.default_rng(seed).normal(size=(M, 9, 9))
-    blocks = (half + half.transpose(0, 2, 1)).reshape(M, 3, 3, 3, 3)
-    K = scatter_matrix(blocks, FACES, N)
-    assert abs(K - K.T).max() < 1e-12
-
-
-def test_vertices_without_a_common_face_are_not_coupled() -> None:
-    K = scatter_matrix(np.ones((M, 3, 3, 3, 3)), FACES, N).toarray().reshape(N, 3, N, 3)
-    together = np.zeros((N, N), dtype=bool)
-    for face in FACES:
-        together[np.ix_(face, face)] = True
-    assert ((K != 0.0).all(axis=(1, 3)) == together).all()
-    assert ((K != 0.0).any(axis=(1, 3)) == together).all()

@@ -87,11 +87,3 @@ def test_there_are_never_more_than_there_may_be(seed: int, most: int) -> None:
     assert len(found.tets.tets) <= max(most, len(mesh.tets))
     # What was reached is reached everywhere.
     assert longest_edges(found.tets).max() <= 0.009 * found.excess * (1.0 + 1e-12)
-
-
-def test_where_nothing_is_wanted_nothing_changes() -> None:
-    mesh = shaken(1)
-    found = with_shorter_edges(mesh, even(mesh, np.inf), NO_LIMIT)
-    assert found.excess == 0.0
-    assert found.tets is mesh
-    assert np.array_equal(found.parent, np.arange(len(mesh.tets)))

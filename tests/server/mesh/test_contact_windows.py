@@ -11,7 +11,6 @@ from cohaptic_server.numeric import Floats, union
 from tests.examples_of_laws import examples
 from tests.server.windows import choose
 
-OUT = np.array([1.0, 0.0, 0.0])
 MOST = 40  # vertices that are carried: fewer than are near, so that the bound is met
 
 
@@ -45,20 +44,3 @@ def test_a_window_is_what_lies_near_and_what_is_carried(
     assert (found.vertices[found.carried] == touch.vertices[found.touched]).all()
     assert len(found.touched) <= (MOST if carries else 0)
     assert (np.diff(found.touched) > 0).all()
-
-
-def test_the_nearest_to_the_path_are_carried(touched: TouchedBody) -> None:
-    foot = np.array([0.1, 0.0, 0.0])
-    found = choose(touched, foot, OUT, 0.01, 0.01, (np.zeros(3), 0.0, 0.2), MOST)
-    distance = np.linalg.norm(touched.mesh.points - foot, axis=1)
-    assert len(found.touched) == MOST
-    assert distance[found.touched].max() < np.delete(distance, found.touched).min()
-
-
-def test_one_window_leaves_nothing_for_the_next(touched: TouchedBody) -> None:
-    path = (np.array([0.0, 1.0, 0.0]), 0.05, 0.05)
-    one, two = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.0, 0.1])
-    first = choose(touched, one, OUT, 0.03, 0.05, path, MOST)
-    choose(touched, two, OUT, 0.04, 0.02, path, MOST)
-    again = choose(touched, one, OUT, 0.03, 0.05, path, MOST)
-    assert all((a == b).all() for a, b in zip(first, again, strict=True))

@@ -18,12 +18,6 @@ def shaken(seed: int) -> Floats:
     return np.asarray(X + 0.005 * rng.normal(size=X.shape))
 
 
-def test_a_corner_has_the_volume_of_a_corner() -> None:
-    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.3]])
-    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    assert volume(corners, faces) == pytest.approx(0.1 * 0.2 * 0.3 / 6.0)
-
-
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=examples(30), deadline=None)
 def test_derivatives_match_differences(seed: int) -> None:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import trimesh
 
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
@@ -29,13 +28,3 @@ def test_a_finer_icosphere_is_rounder_by_a_factor_of_four() -> None:
     missing = [sphere - volume(*icosphere(level, 0.1)) for level in (1, 2, 3)]
     assert missing[0] / missing[1] == pytest.approx(4.0, rel=0.1)
     assert missing[1] / missing[2] == pytest.approx(4.0, rel=0.1)
-
-
-@pytest.mark.parametrize("subdivisions", [0, 1, 2, 3])
-def test_it_is_the_icosphere_of_trimesh(subdivisions: int) -> None:
-    x, faces = icosphere(subdivisions, 0.1)
-    theirs = trimesh.creation.icosphere(  # pyright: ignore[reportUnknownMemberType]
-        subdivisions=subdivisions, radius=0.1
-    )
-    assert (faces == theirs.faces).all()
-    assert np.abs(x - theirs.vertices).max() < 1e-15

@@ -54,12 +54,6 @@ def test_edges_are_the_shorter_the_thinner_a_part_is_down_to_a_share(
     assert longest_wanted(scale * t, scale * LENGTH) == pytest.approx(scale * h)
 
 
-def test_edges_fade_into_those_of_what_is_not_thin() -> None:
-    """A finer edge must not make a plate coarser: where it stops being thin, 1.9 is fTetWild's."""
-    h = longest_wanted(np.array([THIN, FADES * THIN]) * LENGTH, LENGTH)
-    assert h == pytest.approx(np.array([SHORT, FADES * SHORT]) * LENGTH, rel=0.02)
-
-
 @given(st.floats(0.0, 2.0 * np.pi), st.floats(0.2, 3.0))
 @settings(max_examples=examples(20), deadline=None)
 def test_a_gap_is_not_thin_and_what_is_beside_it_neither(angle: float, gap: float) -> None:
@@ -89,9 +83,3 @@ def test_only_the_thin_part_is_made_finer() -> None:
     assert (counts[x < middle - 2.0 * LENGTH] == 1).all()
     assert (counts[x > middle] > 1).all()
     assert found.excess == 1.0
-
-
-def test_an_object_that_has_many_elements_stays_as_it_is() -> None:
-    mesh = plate(0.005)
-    assert finer_where_thin(mesh, LENGTH, len(mesh.tets)).tets is mesh
-    assert len(finer_where_thin(mesh, LENGTH, 10 * len(mesh.tets)).parent) > len(mesh.tets)

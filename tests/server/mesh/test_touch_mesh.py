@@ -15,14 +15,10 @@ from cohaptic.control.mesh_fit import RestSurface
 from cohaptic.control.mesh_surface import MeshSurface
 from cohaptic.protocol.neighbourhood import MAX_VERTICES
 from cohaptic.vec import ZERO, Vec3, dot, scale, unit
-from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh, face_area_vectors
-from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.mesh.touch_mesh import TouchMesh, thinned
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.testing.soft_ring import ring
 from tests.neighbourhoods import facts
 
 RADIUS = 0.1  # m
@@ -44,12 +40,6 @@ def handles(mesh: TouchMesh) -> float:
     return 1.0 - 0.5 * (len(mesh.vertices) - 0.5 * len(mesh.faces))
 
 
-def test_a_mesh_that_is_coarse_enough_is_taken_as_it_is(balloon: Balloon) -> None:
-    mesh = TouchedBody(balloon).mesh
-    assert mesh.vertices.tolist() == list(range(len(balloon.mesh.vertices)))
-    assert (mesh.faces == balloon.mesh.faces).all()
-
-
 @pytest.mark.slow
 @given(distances)
 def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
@@ -61,13 +51,6 @@ def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
     assert 0.9 * apart < mesh.spacing < 1.6 * apart
     assert holes(mesh.faces) == 0
     assert handles(mesh) == 0.0
-
-
-@given(distances)
-def test_its_triangles_look_outwards(apart: float) -> None:
-    mesh = thinned(BALL, apart)
-    vectors = face_area_vectors(mesh.points, mesh.faces)
-    assert (np.einsum("fi,fi->f", vectors, mesh.points[mesh.faces].mean(axis=1)) > 0.0).all()
 
 
 @pytest.mark.slow
@@ -91,17 +74,6 @@ def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     sight = surface.look(scale(there, RADIUS - 0.005))
     assert sight.depth == pytest.approx(0.005, abs=1e-4)
     assert dot(sight.normal, there) > 0.9999
-
-
-def test_a_ring_stays_a_ring() -> None:
-    solid = ring(88, 48)
-    faces = boundary(solid.tets)
-    used = np.unique(faces)
-    whole = SurfaceMesh(solid.vertices[used], np.searchsorted(used, faces))
-    mesh = thinned(whole, 0.009)
-    assert len(mesh.vertices) < 0.5 * len(whole.vertices)
-    assert holes(mesh.faces) == 0
-    assert handles(mesh) == 1.0
 
 
 def plate(side: float, thick: float, count: int) -> SurfaceMesh:

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError
 from cohaptic_server.bodies.rubber_solid import rubber_solid
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, tick_seconds
-from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.mesh.enclosed_volume import volume as volume_of
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import quadratic
@@ -116,47 +115,6 @@ def test_a_leaflet_is_no_lump_of_the_same_volume(tmp_path: Path) -> None:
     told = "mm from a part of the surface|are in .* pieces|of the volume|is there an inside"
     with pytest.raises(VolumeLostError, match=told):
         load_or_prepare(ObjectFile(path, "z < 15%", edge=0.15, simplify=4000))
-
-
-def test_a_second_core_affords_more_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = list[float]()
-    for count in (1, 2, 16):
-        monkeypatch.setattr(rubber_solid, "cores", lambda count=count: count)
-        found.append(tick_seconds(1500))
-    assert found[0] > 1.0 / 60.0 > found[1] == found[2]
-
-
-def test_a_volume_mesh_is_taken_as_it_is_or_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
-    path = volume(tmp_path / "block.vtk", 2)
-    body = build_body(str(path), ObjectFile(path, "z <= 0%"), nonlinear=True)
-    assert isinstance(body, RubberSolid)
-    assert len(body.shape.tets.tets) == 48
-    path = volume(tmp_path / "fine.vtk", 6)  # 2,197 nodes
-    with pytest.raises(BodyError, match="a coarser mesh or --order 1 or --simulation-hz 30"):
-        build_body(str(path), ObjectFile(path, "z <= 0%"), nonlinear=True)
-    slow = build_body(
-        str(path),
-        ObjectFile(path, "z <= 0%"),
-        nonlinear=True,
-        demand=Demand(hz=21.0, nonlinear=True),
-    )
-    assert isinstance(slow, RubberSolid)
-
-
-def test_a_linear_one_can_be_viscous_too(tmp_path: Path) -> None:
-    path = volume(tmp_path / "block.vtk", 2)
-    body = build_body(str(path), ObjectFile(path, "z < 10%"), damping=1.0)
-    assert isinstance(body, Viscous)
-    assert body.damping == 1.0
-
-
-def test_nothing_held_is_refused(tmp_path: Path) -> None:
-    path = volume(tmp_path / "block.vtk", 2)
-    with pytest.raises(SettingError, match="--fix is not given"):
-        build_body(str(path), ObjectFile(path), nonlinear=True)
 
 
 @pytest.mark.live

@@ -7,17 +7,6 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.objects.catalogue import build_body
-from cohaptic_server.touchable import names
-
-
-def test_an_unknown_body_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(SettingError, match=r"body is 'liver'; it must be one of: balloon"):
-        build_body("liver")
-
-
-@pytest.mark.parametrize("name", names())
-def test_every_body_has_its_own_name(name: str) -> None:
-    assert build_body(name).name == name
 
 
 @pytest.mark.usefixtures("kernels")

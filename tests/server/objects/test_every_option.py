@@ -53,10 +53,6 @@ def with_other(plain: ObjectFile, name: str) -> ObjectFile:
     return ObjectFile.of(plain.path, {"fix": plain.fix, name: OTHER[name]})
 
 
-def test_each_option_is_tried() -> None:
-    assert list(OTHER) == [option.name for option in OPTIONS]
-
-
 def test_no_field_of_an_object_is_without_an_option() -> None:
     plain = ObjectFile(Path("a.stl"))
     expected = {one.name for one in fields(plain)} - {"path", "material", "parts", "inertia"}

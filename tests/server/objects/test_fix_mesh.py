@@ -23,16 +23,6 @@ def test_a_value_says_what_its_text_says(name: str, unit: str, axes: str) -> Non
     assert FixMesh.of(Path(str(said))) == said
 
 
-@given(names, st.sampled_from(list(UNITS)), st.sampled_from(AXES), st.data())
-def test_order_and_case_do_not_matter(name: str, unit: str, axes: str, data: st.DataObject) -> None:
-    words = data.draw(st.permutations([unit, axes]))
-    upper = data.draw(st.lists(st.booleans(), min_size=2, max_size=2))
-    text = ":".join(
-        [name, *(word.upper() if up else word for word, up in zip(words, upper, strict=True))]
-    )
-    assert FixMesh.of(Path(text)) == FixMesh(Path(name), unit, axes)
-
-
 @pytest.mark.parametrize(
     ("text", "path", "unit", "axes"),
     [
@@ -64,13 +54,6 @@ def test_a_file_that_exists_is_taken_by_its_whole_name(tmp_path: Path) -> None:
     assert FixMesh.of(Path(f"{odd}:cm:lps")) == FixMesh(odd, "cm", "lps")
 
 
-@pytest.mark.parametrize("rest", ["mm:cm", "mm:mm", "ras:lps", "lps:mm:LPS"])
-def test_a_unit_or_axes_said_twice_are_refused(tmp_path: Path, rest: str) -> None:
-    for path in (tmp_path / "none.stl", write(tmp_path / "bone.stl", *icosphere(1, 1.0))):
-        with pytest.raises(SettingError, match=r"FILE\[:UNIT\]\[:AXES\].*each once at most"):
-            FixMesh.of(Path(f"{path}:{rest}"))
-
-
 @pytest.mark.parametrize("rest", ["km", "mm:las", "m m", "", "mm:", "millimetre:lps", ":mm"])
 def test_rubbish_behind_a_file_that_exists_is_named(tmp_path: Path, rest: str) -> None:
     path = write(tmp_path / "bone.stl", *icosphere(1, 1.0))
@@ -79,18 +62,6 @@ def test_rubbish_behind_a_file_that_exists_is_named(tmp_path: Path, rest: str) -
     for word in KNOWN:
         assert word in caught.value.limit
     assert caught.value.limit.endswith(" is neither")
-
-
-def test_words_of_a_user_are_kept_by_a_value_that_says_more() -> None:
-    said = FixMesh(Path("a.stl"), "mm")
-    assert FixMesh(Path("a.stl"), "mm", "lps").keeps(said)
-    assert not FixMesh(Path("a.stl"), "cm", "lps").keeps(said)
-    assert not said.keeps(FixMesh(Path("a.stl"), "mm", "ras"))
-
-
-def test_an_option_is_quoted_where_its_path_has_spaces() -> None:
-    assert FixMesh(Path("a b.stl"), "mm").option == '--fix-mesh "a b.stl:mm"'
-    assert FixMesh(Path("a.stl"), "", "lps").option == "--fix-mesh a.stl:lps"
 
 
 def header(kind: str, words: str) -> bytes:
@@ -127,14 +98,6 @@ def test_axes_are_found_where_a_file_says_them(
     path = tmp_path / f"a.{kind}"
     path.write_bytes(header(kind, words))
     assert said_axes(path) == expected
-
-
-def test_axes_are_looked_for_at_the_start_alone(tmp_path: Path) -> None:
-    path = tmp_path / "a.obj"
-    path.write_bytes(b"# " + b"x" * 1024 + b" SPACE=LPS\n")
-    assert said_axes(path) == ""
-    for missing in (tmp_path / "none.stl", tmp_path):
-        assert said_axes(missing) == ""
 
 
 def test_bytes_that_are_no_text_say_nothing(tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,13 +56,6 @@ def test_a_tube_is_not_inside_of_a_ring_that_it_goes_through() -> None:
     x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.1], [0.0, 0.5, 0.0]])
     found = inside(np.asarray(ring.vertices), np.asarray(ring.faces, dtype=np.int64), x)
     assert found.tolist() == [False, True, True, False]
-
-
-def test_triangles_are_summed_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    y, faces = icosphere(3, 0.06)
-    whole = inside(y, faces, X)
-    monkeypatch.setattr(fix_surface, "_PAIRS_PER_BLOCK", 100)
-    assert np.array_equal(inside(y, faces, X), whole)
 
 
 def bone(radius: float = 0.03) -> tuple[Floats, Ints]:
@@ -122,15 +114,6 @@ def slicer(path: Path, y: Floats, faces: Ints, space: str) -> Path:
     return path
 
 
-def test_a_surface_has_the_unit_of_an_object_whose_file_says_none(tmp_path: Path) -> None:
-    y, faces = bone()
-    path = write(tmp_path / "bone.stl", 1e3 * y, faces)
-    assert np.array_equal(held(source(MESH, path, scale=0.001)), EXPECTED)
-    assert np.array_equal(held(source(MESH, path, ":mm", scale=0.02)), EXPECTED)
-    with pytest.raises(SettingError, match="given without --fix"):
-        hold(replace(source(MESH, path), fix="z < 10%"), BLOCK)
-
-
 @pytest.mark.parametrize("kind", ["glb", "3mf"])
 def test_a_file_that_says_its_unit_has_it_beside_any_object(tmp_path: Path, kind: str) -> None:
     y, faces = bone()
@@ -138,27 +121,6 @@ def test_a_file_that_says_its_unit_has_it_beside_any_object(tmp_path: Path, kind
     path = write(tmp_path / f"bone.{kind}", y if kind == "glb" else 1e3 * y, faces)
     for body, scale in ((MESH, 0.001), (MESH, 1.0), (SCAN, 1.0)):
         assert np.array_equal(held(source(body, path, ":ras", scale=scale)), EXPECTED)
-
-
-def test_a_3mf_file_takes_no_other_unit(tmp_path: Path) -> None:
-    y, faces = bone()
-    path = write(tmp_path / "bone.3mf", 1e3 * y, faces)
-    with pytest.raises(SettingError, match=r"must be without a unit, since a \.3mf file says"):
-        held(source(SCAN, path, ":mm"))
-    small = write(tmp_path / "small.3mf", y, faces)  # a thousandth as large, about the origin
-    assert refused(source(MESH, small)).ways == ()
-
-
-@pytest.mark.parametrize("body", [SCAN, Path("a.glb")])
-@pytest.mark.parametrize("kind", ["stl", "glb"])
-def test_the_scale_of_an_object_whose_unit_is_known_enlarges_its_surface_too(
-    tmp_path: Path, body: Path, kind: str
-) -> None:
-    y, faces = bone()
-    path = write(tmp_path / f"bone.{kind}", 500.0 * y, faces)
-    assert np.array_equal(held(source(body, path, ":mm:ras", scale=2.0)), EXPECTED)
-    path = write(tmp_path / f"half.{kind}", 0.5 * y, faces)
-    assert np.array_equal(held(source(body, path, ":ras", scale=2.0)), EXPECTED)
 
 
 def said(caplog: pytest.LogCaptureFixture) -> list[str]:
@@ -181,44 +143,6 @@ def test_axes_that_a_file_says_are_believed_and_said_once(
         f"bone.stl: it says SPACE={space}: {change} the axes of scan.nii.gz, and it is in"
         " millimetres"
     )
-
-
-def test_a_unit_beside_axes_that_a_file_says_is_the_users(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    y, faces = bone()
-    path = slicer(tmp_path / "bone.stl", 100.0 * y * TURN, faces, "LPS")
-    assert np.array_equal(held(source(SCAN, path, ":cm")), EXPECTED)
-    assert "millimetres" not in said(caplog)[0]
-
-
-def test_axes_that_the_user_says_go_before_those_of_the_file(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    y, faces = bone()
-    path = slicer(tmp_path / "bone.stl", 1e3 * y, faces, "LPS")
-    assert np.array_equal(held(source(SCAN, path, ":ras")), EXPECTED)
-    assert said(caplog) == [f"{path}: it says SPACE=LPS, and is read as RAS, as --fix-mesh says"]
-
-
-def test_axes_that_a_file_says_leave_it_the_unit_of_an_object_whose_file_says_none(
-    tmp_path: Path,
-) -> None:
-    y, faces = bone()
-    path = slicer(tmp_path / "bone.stl", 100.0 * y, faces, "RAS")
-    assert np.array_equal(held(source(MESH, path, scale=0.01)), EXPECTED)
-
-
-def test_two_files_that_say_the_same_axes_are_not_turned(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    y, faces = bone()
-    body = slicer(tmp_path / "block.stl", *icosphere(1, 50.0), "LPS")
-    same = slicer(tmp_path / "same.stl", 1e3 * y, faces, "LPS")
-    other = slicer(tmp_path / "other.stl", 1e3 * y * TURN, faces, "RAS")
-    for path, rest in ((same, ""), (same, ":lps"), (other, ""), (other, ":ras")):
-        assert np.array_equal(held(source(body, path, rest, scale=0.001)), EXPECTED)
-    assert "same.stl: it says SPACE=LPS: these are also the axes of block.stl" in said(caplog)[0]
 
 
 def test_axes_are_not_turned_where_the_object_says_none(
@@ -264,15 +188,6 @@ def across_the_axis() -> tuple[Floats, Ints]:
     return y + np.array([20.0, 20.0, 80.0]), faces
 
 
-def test_where_both_axes_would_hold_something_both_are_named(tmp_path: Path) -> None:
-    path = write(tmp_path / "bone.stl", *across_the_axis())
-    wanted = source(SCAN, path)
-    assert ways(wanted) == [":mm:ras", ":mm:lps"]
-    told = str(refused(wanted))
-    assert f"with --fix-mesh {path}:mm:ras or --fix-mesh {path}:mm:lps some of it" in told
-    assert "Surfaces of 3D Slicer and ITK are lps, those with the axes of NIfTI ras" in told
-
-
 def test_axes_that_nothing_says_and_that_matter_are_told(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -283,34 +198,6 @@ def test_axes_that_nothing_says_and_that_matter_are_told(
     (line,) = said(caplog)
     assert "they are taken as right-anterior-superior (RAS), those of scan.nii.gz" in line
     assert line.endswith(f"would hold another place: --fix-mesh {path}:mm:lps")
-
-
-def test_axes_that_do_not_matter_are_not_told(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    y, faces = bone()
-    held(source(SCAN, write(tmp_path / "bone.stl", 1e3 * y, faces), ":mm"))
-    held(source(MESH, write(tmp_path / "other.stl", *icosphere(2, 0.06))))
-    assert said(caplog) == []
-
-
-def test_an_object_without_axes_is_offered_units_first_and_turned_last(tmp_path: Path) -> None:
-    y, faces = bone()
-    path = write(tmp_path / "bone.stl", 1e3 * y, faces)
-    assert ways(source(MESH, path)) == [":mm"]
-    path = write(tmp_path / "turned.stl", 1e3 * y * TURN, faces)
-    assert ways(source(MESH, path)) == [":mm:lps"]
-    assert ways(source(MESH, path, scale=0.001)) == [":lps"]
-    assert ways(source(MESH, path, ":in:lps")) == [":mm:lps"]
-
-
-def test_several_units_that_fit_are_named_with_their_sizes(tmp_path: Path) -> None:
-    y, faces = icosphere(3, 10.0)
-    wanted = source(MESH, write(tmp_path / "bone.stl", y + 4.0, faces))
-    assert ways(wanted) == [":mm", ":cm"]
-    told = str(refused(wanted))
-    assert "bone.stl:mm (20 mm long) or --fix-mesh" in told
-    assert "bone.stl:cm (200 mm long) some of it would be" in told
 
 
 @pytest.mark.parametrize("rest", ["", ":mm", ":lps"])
@@ -327,15 +214,6 @@ def test_a_surface_that_no_choice_puts_there_has_both_boxes_in_its_error(
         assert "--fix-mesh" not in error.limit
 
 
-def test_a_surface_that_holds_everything_is_offered_a_smaller_unit(tmp_path: Path) -> None:
-    y, faces = icosphere(2, 60.0)
-    path = write(tmp_path / "all.stl", y + 20.0, faces)
-    error = refused(source(MESH, path))
-    assert "leaves something free to move" in str(error)
-    assert error.problem.startswith("all of it lies within all.stl, which has x ")
-    assert [str(way) for way in error.ways] == [f"{path}:mm"]
-
-
 def test_a_surface_within_the_object_is_not_refused_by_the_objects_surface(tmp_path: Path) -> None:
     """No vertex of the outside lies in a bone: those of the tetrahedra are not known yet."""
     y, faces = icosphere(2, 30.0)
@@ -347,14 +225,6 @@ def test_a_surface_within_the_object_is_not_refused_by_the_objects_surface(tmp_p
         FixSurface.of(source(MESH, path)).fixed(X[used], outside.reshape(-1, 3))
     assert [str(way) for way in caught.value.ways] == [f"{path}:mm"]
     assert hold(source(MESH, path, ":mm"), BLOCK).fixed.any()
-
-
-def test_a_surface_between_the_vertices_asks_for_smaller_elements(tmp_path: Path) -> None:
-    y, faces = icosphere(2, 0.004)
-    path = write(tmp_path / "small.stl", y + X[BLOCK.tets[0]].mean(axis=0), faces)
-    assert not held(source(MESH, path)).any()
-    with pytest.raises(SettingError, match="no vertex of the mesh lies in it; take a smaller"):
-        hold(source(MESH, path), BLOCK)
 
 
 def test_a_surface_that_cannot_hold_says_why(

@@ -18,8 +18,6 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.build import build_solid
-from cohaptic_server.objects.build_rubber import build_rubber_solid
-from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.gate import FARTHEST, FARTHEST_SINGLE, checked_cells
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.room.body_frames import BodyFrames, describe
@@ -87,13 +85,6 @@ def test_a_rule_for_the_held_region_is_in_the_frame_of_the_file(tmp_path: Path) 
     held = in_file(body)[body.shape.held]
     assert held[:, 0].max() == pytest.approx(11.98, abs=2e-5)  # where the bisection ends
     assert held[:, 0].min() == pytest.approx(11.97)
-
-
-def test_a_nonlinear_object_is_served_about_its_middle_too(tmp_path: Path) -> None:
-    source = moved(tmp_path / "there.vtu", (12.0, 0.0, 0.0))
-    body = build_rubber_solid(source, demand=Demand(nonlinear=True))
-    assert np.abs(body.mesh.vertices).max() <= 0.0301
-    assert body.mesh.origin == pytest.approx((12.0, 0.0, 0.03))
 
 
 @pytest.mark.parametrize(

@@ -63,12 +63,6 @@ def test_what_is_no_object_is_one_sentence(x: np.ndarray, cells: np.ndarray, wor
     assert "\n" not in str(error.value)
 
 
-def test_a_flat_sheet_is_a_surface() -> None:
-    """`--shell` gives it a thickness."""
-    x, _ = checked_cells(FILE, X * [1.0, 1.0, 0.0], FACES)
-    assert len(x) == 4
-
-
 def test_a_triangle_without_area_among_others_stays() -> None:
     """Programs close seams by such triangles; without them the surface would be open."""
     x, faces = icosphere(1, 1.0)

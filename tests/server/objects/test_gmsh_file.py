@@ -79,14 +79,6 @@ def test_version_4_0_is_the_same(tmp_path: Path, binary: bool) -> None:
     assert np.bincount(found.parts.of).tolist() == [12, 12]
 
 
-@pytest.mark.parametrize("count", [b"2147483648", b"-1"])
-def test_results_behind_the_mesh_are_not_looked_at(tmp_path: Path, count: bytes) -> None:
-    """A library looped over this count; a field of results decides nothing about the shape."""
-    path = in_4_0(tmp_path / "a.msh", binary=True)
-    path.write_bytes(path.read_bytes() + b"$ElementData\n" + count + b"\n$EndElementData\n")
-    assert len(read_volume(path).tets) == 24
-
-
 @pytest.mark.parametrize("version", ["1", "3.0", "4.2", "\x1b[2J"])
 def test_another_version_is_named(tmp_path: Path, version: str) -> None:
     (tmp_path / "a.msh").write_text(newer().replace("4.1", version))
@@ -150,11 +142,6 @@ def test_what_has_no_group_is_the_rest_and_the_first_of_several_counts(
     assert "1 of its volumes are in several groups" in caplog.text
 
 
-def test_without_any_group_there_are_no_parts(tmp_path: Path) -> None:
-    (tmp_path / "a.msh").write_text(newer("0"))
-    assert read_volume(tmp_path / "a.msh").parts is None
-
-
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_the_newer_version_in_binary_is_the_same(tmp_path: Path, order: str) -> None:
     """Written by hand from the specification, in both orders of bytes."""
@@ -214,13 +201,6 @@ def test_a_damaged_file_is_refused(tmp_path: Path, change: tuple[str, str], word
     assert str(error.value).startswith(f"{tmp_path / 'a.msh'}: ")
 
 
-def test_a_name_that_is_taken_is_not_that_of_what_has_no_group(tmp_path: Path) -> None:
-    (tmp_path / "a.msh").write_text(newer("1 1").replace('"liver"', '"rest"'))
-    found = read_volume(tmp_path / "a.msh").parts
-    assert found is not None
-    assert sorted(found.names) == ["rest", "rest without a group"]
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -248,21 +228,6 @@ def test_a_section_that_is_there_twice_is_refused(name: str, tmp_path: Path) -> 
     again = text[text.index(f"${name}") : text.index(f"$End{name}")] + f"$End{name}\n"
     (tmp_path / "a.msh").write_text(text + again)
     with pytest.raises(BodyError, match=f"it has two sections {name}"):
-        read_volume(tmp_path / "a.msh")
-
-
-def test_an_empty_block_is_no_damage(tmp_path: Path) -> None:
-    text = newer("1 1").replace("$Elements\n3 13", "$Elements\n4 13")
-    (tmp_path / "a.msh").write_text(text.replace("$EndElements", "3 2 5 0\n$EndElements"))
-    assert len(read_volume(tmp_path / "a.msh").tets) == 12
-
-
-def test_a_mesh_of_triangles_says_what_to_do(tmp_path: Path) -> None:
-    text = newer("1 1").replace("3 13 1 13", "3 1 1 13")
-    text = text.replace("3 1 4 6", "3 1 4 0").replace("3 2 4 6", "3 2 4 0")
-    start, end = text.index("3 1 4 0"), text.index("$EndElements")
-    (tmp_path / "a.msh").write_text(text[:start] + "3 1 4 0\n3 2 4 0\n" + text[end:])
-    with pytest.raises(BodyError, match=r"no tetrahedron in it, only: triangle\. Mesh its volume"):
         read_volume(tmp_path / "a.msh")
 
 

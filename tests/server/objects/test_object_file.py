@@ -8,9 +8,7 @@ import pytest
 
 from cohaptic.errors import SettingError
 from cohaptic_server.bodies.solid.shape import SolidSettings
-from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import ObjectFile
-from cohaptic_server.objects.parts.materials import PartMaterials
 
 
 def test_its_arguments_name_every_option_once() -> None:
@@ -34,21 +32,6 @@ def test_its_arguments_name_every_option_once() -> None:
     bone = ObjectFile(Path("a.stl"), fix_mesh=Path("bone.stl:mm:lps")).to_arguments()
     assert bone[-2:] == ["--fix-mesh", "bone.stl:mm:lps"]
     assert "--fix" not in bone
-
-
-def test_its_arguments_name_parts_and_a_density_only_where_there_are_some() -> None:
-    parts = PartMaterials((("a=b", 1e4), ("c", 2e4)), (("c", 0.1),), every_nu=True)
-    inertia = Inertia(900.0, (("c", 1100.0),), 0.3)
-    arguments = ObjectFile(Path("a.stl"), parts=parts, inertia=inertia).to_arguments()
-    assert arguments[:10] == [
-        "--young", "20000.0", "--young", "a=b=10000.0", "--young", "c=20000.0",
-        "--poisson", "c=0.1", "--order", "2",
-    ]  # fmt: skip
-    start = arguments.index("--density")
-    assert arguments[start : start + 6] == [
-        "--density", "900.0", "--density", "c=1100.0", "--damping-ratio", "0.3",
-    ]  # fmt: skip
-    assert "--damping-ratio" not in ObjectFile(Path("a.stl")).to_arguments()
 
 
 @pytest.mark.parametrize(

@@ -35,16 +35,3 @@ def test_what_hangs_on_a_corner_or_an_edge_is_left_out_if_it_is_a_crumb(shared: 
 def test_what_hangs_so_and_is_none_stays() -> None:
     x, tets = with_one_more(2, 0.1)
     assert len(largest_piece(x, tets)) == len(tets)
-
-
-def test_a_block_is_in_one_piece() -> None:
-    assert face_pieces(BLOCK.tets).max() == 0
-    assert np.array_equal(largest_piece(BLOCK.vertices, BLOCK.tets), BLOCK.tets)
-
-
-def test_of_pieces_that_are_all_small_none_is_left_out() -> None:
-    count = 200
-    x = np.array([[0.0, 0.0, 0.0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    many = np.concatenate([x + np.array([3.0 * k, 0.0, 0.0]) for k in range(count)])
-    tets = np.arange(4 * count).reshape(count, 4)
-    assert len(largest_piece(many, tets)) == count

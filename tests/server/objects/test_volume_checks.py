@@ -71,11 +71,6 @@ def test_points_of_each_cell_are_one_point_where_they_meet(
     assert "165 points lie at the place of another" in caplog.text
 
 
-def test_blocks_that_share_a_face_but_no_point_are_one_solid(tmp_path: Path) -> None:
-    two = joined(block((2, 2, 2)), block((2, 2, 2), (1, 0, 0), (2, 1, 1)))
-    assert volume(read(tmp_path / "a.vtu", two)) == pytest.approx(2.0)
-
-
 def test_what_is_inside_out_is_turned_and_said(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -166,14 +161,6 @@ def test_a_sound_mesh_is_left_as_it_is(tmp_path: Path, caplog: pytest.LogCapture
     assert not caplog.text
 
 
-def test_many_points_that_are_nearly_one_are_one(tmp_path: Path) -> None:
-    x, tets = block((12, 12, 12))
-    apart = np.pi * x[tets].reshape(-1, 3)
-    apart += 1e-9 * np.random.default_rng(1).uniform(-1.0, 1.0, apart.shape)
-    found = read(tmp_path / "a.vtu", (apart, np.arange(len(apart)).reshape(-1, 4)))
-    assert len(found.x) == 13**3
-
-
 def test_faces_too_many_to_compare_are_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -207,13 +194,3 @@ def test_a_crumb_beside_the_object_is_left_out_by_those_who_ask(
     auto = find_problems(ObjectFile(path))
     assert auto.source.repair
     assert any("2 pieces" in one.problem and one.option == "--repair" for one in auto.remedies)
-
-
-def test_of_two_halves_neither_is_the_object(tmp_path: Path) -> None:
-    path = tmp_path / "a.vtu"
-    halves = joined(block((1, 1, 1)), block((1, 1, 1), (2, 0, 0), (3, 1, 1)))
-    for largest in (False, True):
-        with pytest.raises(PiecesError, match=r"2 pieces.*or take one of them out"):
-            read(path, halves, largest=largest)
-    with pytest.raises(PiecesError):
-        find_problems(ObjectFile(path))

@@ -159,15 +159,3 @@ def test_a_file_of_many_small_arrays_takes_no_longer_than_its_size(tmp_path: Pat
     text = TEXT.replace("DATASET", f"FIELD FieldData {count}\n{arrays}DATASET", 1)
     (tmp_path / "a.vtk").write_text(text + " " * 5_000_000)
     assert volume(read_volume(tmp_path / "a.vtk")) == pytest.approx(VOLUME)
-
-
-def test_a_second_mesh_behind_the_first_is_refused(tmp_path: Path) -> None:
-    again = TEXT[TEXT.index("CELLS") :]
-    (tmp_path / "a.vtk").write_text(TEXT + again)
-    with pytest.raises(BodyError, match="two sections CELLS"):
-        read_volume(tmp_path / "a.vtk")
-
-
-def test_values_for_another_number_of_cells_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BodyError, match="values for 95 cells, and 96 cells"):
-        Vtk().mesh().line("CELL_DATA 95").read(tmp_path)

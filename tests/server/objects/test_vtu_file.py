@@ -93,21 +93,6 @@ def test_cells_that_two_pieces_share_count_once(tmp_path: Path) -> None:
     assert volume(mesh) == pytest.approx(VOLUME, rel=1e-9)
 
 
-def test_cells_that_are_marked_as_hidden_are_left_out_and_said(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    """Marks of VTK: 1 for a cell that another piece has, too, and 32 for one that is hidden."""
-    mesh = read(tmp_path, VtuWriter().written([piece(ALL, vtkGhostType=32 * FAR + 1)]))
-    assert volume(mesh) == pytest.approx(0.5 * VOLUME)
-    assert "48 of 96 tetrahedra are marked as hidden (vtkGhostType)" in caplog.text
-
-
-def test_pieces_that_do_not_touch_are_no_solid(tmp_path: Path) -> None:
-    near, far = halves()
-    away = Piece(far.x + np.array([0.05, 0.0, 0.0]), far.cells, far.types)
-    refused(tmp_path, VtuWriter().written([near, away]), "the solid is in 2 pieces")
-
-
 # VTK's type, number of points, and the words for it.
 SOLIDS = ((11, 8, "voxel"), (12, 8, "hexahedron"), (13, 6, "wedge"), (14, 5, "pyramid"),
           (15, 10, "pentagonal prism"), (16, 12, "hexagonal prism"), (25, 20, "quadratic hexa"),
@@ -149,31 +134,6 @@ def test_of_curved_tetrahedra_the_corners_are_taken(kind: int, nodes: int, tmp_p
 
 
 TEXT = VtuWriter().written(halves()).decode()
-
-
-@pytest.mark.parametrize("header", ["<I", "<Q"])
-def test_a_length_may_be_coded_for_itself(header: str, tmp_path: Path) -> None:
-    """Some programs code the length of an array apart, with the padding that it then has."""
-    types = bytes([10] * 48)
-    coded = base64.b64encode(struct.pack(header, 48)) + base64.b64encode(types)
-    array = r'(Name="types" NumberOfComponents="1" format=)"ascii">[^<]*'
-    text = re.sub(array, rf'\1"binary">{coded.decode()}', TEXT)
-    text = text.replace("UInt32", f"UInt{8 * struct.calcsize(header)}", 1)
-    assert volume(read(tmp_path, text.encode())) == pytest.approx(VOLUME)
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_what_paraview_adds_is_no_part_of_the_arrays(form: str, tmp_path: Path) -> None:
-    """Ranges within arrays, the time of a step, and arrays of words."""
-    data = VtuWriter(form).written(halves())
-    key = b'<InformationKey name="R" location="a" length="1"><Value index="0">9</Value>'
-    data = data.replace(b'"/>', b'">' + key + b"</InformationKey></DataArray>")
-    data = data.replace(b"\n</DataArray>", b"\n" + key + b"</InformationKey>\n</DataArray>")
-    words = b'<Array type="String" Name="who" format="ascii">1 2 0</Array>'
-    time = b'<FieldData><DataArray type="Float64" Name="TimeValue" format="ascii">1</DataArray>'
-    data = data.replace(b"\n</CellData>", words + b"\n</CellData>")
-    data = data.replace(b"<UnstructuredGrid>", b"<UnstructuredGrid>" + time + b"</FieldData>")
-    assert volume(read(tmp_path, data)) == pytest.approx(VOLUME)
 
 
 @pytest.mark.parametrize(

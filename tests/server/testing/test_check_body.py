@@ -1,18 +1,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
-from cohaptic_server.bodies.body import Body, is_linear
+from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.bodies.spring import Spring, SpringSettings
+from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.testing import check_body
 from cohaptic_server.testing.blocks import block
@@ -68,30 +67,3 @@ def test_each_law_is_seen_to_fail(law: str) -> None:
 def test_no_law_is_without_a_body_that_breaks_it() -> None:
     assert {law.__name__ for law in LAWS} == set(BROKEN)
     check_body(Changed(unchanged))
-
-
-def test_a_nonlinear_body_is_not_a_linear_one() -> None:
-    with pytest.raises(BrokenLawError):
-        check_body(RubberBalloon(SMALL), linear=True)
-
-
-def test_a_body_that_does_not_say_whether_it_is_linear_is_refused_and_counts_as_not_linear() -> (
-    None
-):
-    class Silent:
-        name, mesh, contact_radius = "silent", BALLOON.mesh, BALLOON.contact_radius
-        respond = BALLOON.respond
-
-    silent: Any = Silent()
-    with pytest.raises(BrokenLawError, match="no attribute `linear: bool`"):
-        check_body(silent)
-    assert not is_linear(silent)
-    assert is_linear(BALLOON)
-    silent.linear = 1
-    assert not is_linear(silent)
-
-
-def test_the_compliance_of_the_damped_plate_is_that_of_one_tick() -> None:
-    """Unlike all other bodies it reports 1 / (K_o + B_o), as eqs. (9) and (10) have it."""
-    with pytest.raises(BrokenLawError, match="compliance_is_the_steady_tangent"):
-        check_body(Spring(SpringSettings(b_o=100.0)), linear=False)

@@ -8,13 +8,11 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.balloon import BalloonSettings, inflate
 from cohaptic_server.bodies.balloon.rubber_balloon import (
     ConstantVolumeFactor,
-    order_from_base,
 )
 from cohaptic_server.bodies.hyperelastic import IndefiniteTangentError
 from cohaptic_server.cholesky.refactor import Workspace
 from cohaptic_server.cholesky.symbolic import analyse
 from cohaptic_server.mesh.enclosed_volume import volume_hessian
-from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
 from tests.examples_of_laws import examples
 from tests.server.cholesky.block_problem import blocks_of, grid, shifted
@@ -66,13 +64,3 @@ def test_a_negative_mode_that_the_water_forbids_does_no_harm_and_others_are_foun
     follower = volume_hessian(inflated.x, inflated.faces)[dof][:, dof].toarray()
     with pytest.raises(IndefiniteTangentError):
         factor(K - 2.0 * inflated.pressure * follower, elements, points, g, cap)
-
-
-def test_the_order_begins_at_the_base_and_names_every_free_vertex_once() -> None:
-    x, faces = icosphere(2, 1.0)
-    free = x[:, 2] > -0.8
-    order = order_from_base(faces, free)
-    assert sorted(order.tolist()) == np.flatnonzero(free).tolist()
-    height = x[order, 2]
-    assert height[:20].mean() < -0.4
-    assert height[-20:].mean() > 0.6

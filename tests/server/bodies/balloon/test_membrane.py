@@ -20,12 +20,6 @@ def shaken(seed: int, size: float = 0.003) -> Floats:
     return np.asarray(X + size * np.random.default_rng(seed).normal(size=X.shape))
 
 
-def test_the_unstretched_sheet_stores_nothing_and_holds_itself() -> None:
-    rest = X / 1.5
-    assert SHEET.energy(rest) == pytest.approx(0.0, abs=1e-15)
-    assert np.abs(SHEET.gradient(rest)).max() < 1e-12
-
-
 def test_a_stretched_sphere_has_the_energy_of_the_formula() -> None:
     """Equal stretch s in both directions: W = mu h / 2 (2 s^2 + s^-4 - 3) per rest area."""
     s = 1.5

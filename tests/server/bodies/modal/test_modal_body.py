@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.modal.modal_body import ModalBody, ModalResponse, Modes
+from cohaptic_server.bodies.modal.modal_body import ModalResponse
 from cohaptic_server.testing import check_body
 from tests.examples_of_laws import examples
 from tests.server.bodies.modal.jelly import DT, jelly, modes, solid
@@ -46,13 +46,6 @@ def test_let_go_it_swings_at_its_natural_frequency_and_rests() -> None:
     assert abs(path[-60:]).max() < 1e-2 * abs(start)
 
 
-def test_a_force_moves_it_at_once_by_what_is_not_in_its_modes() -> None:
-    body, load = jelly(), press(solid(), SIDE, 0.05)
-    first = body.respond([load], body.respond([]))
-    end = body.respond([load])
-    assert 0.0 < abs(swayed(first)) < 0.2 * abs(swayed(end))
-
-
 def test_hands_are_shown_a_share_of_the_swing_and_everybody_sees_all_of_it() -> None:
     body, load = jelly(), press(solid(), SIDE, 0.05)
     some = np.arange(0, len(solid().mesh.vertices), 7)
@@ -77,8 +70,3 @@ def test_two_halves_of_a_force_are_the_force(forces: list[float], damping: float
         halves = body.respond([press(solid(), SIDE, 0.5 * force)] * 2, halves)
     assert halves.displacement == pytest.approx(whole.displacement, abs=1e-9)
     assert halves.energy == pytest.approx(whole.energy, rel=1e-6, abs=1e-12)
-
-
-def test_modes_of_another_mesh_are_refused() -> None:
-    with pytest.raises(ValueError, match="mesh"):
-        ModalBody(solid(), Modes(np.ones(1), np.zeros((1, 4, 3))), DT)

@@ -60,17 +60,6 @@ def test_results_are_those_of_one_thread_to_the_last_bit(monkeypatch: pytest.Mon
         assert (one.fields == other.fields).all()
 
 
-def test_halves_are_those_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same without any halves, as nearly as steps agree that single precision solves."""
-    found = slide(large())
-    monkeypatch.setattr(refactor, "_WORTH_TWO_THREADS", 10**9)
-    monkeypatch.setattr(rubber_tetrahedra, "_WORTH_TWO_THREADS", 10**9)
-    for one, other in zip(found, slide(large()), strict=True):
-        most = np.abs(one.displacement).max()
-        assert one.displacement == pytest.approx(other.displacement, abs=1e-6 * most)
-        assert one.compliance == pytest.approx(other.compliance, rel=1e-6)
-
-
 def test_it_comes_to_equilibrium_and_the_compliance_is_its_derivative() -> None:
     """The contact's own compliance by a finite difference of settled states: not understated."""
     body = large()

@@ -73,14 +73,3 @@ def test_a_column_of_some_places_is_read_where_it_was_found(reach: float | None)
     moved = read(columns.store, vertex, rows)
     assert moved[here] == pytest.approx(true[here], rel=1e-5, abs=1e-9)
     assert not moved[~here].any()
-
-
-def test_a_column_keeps_what_is_within_reach() -> None:
-    body = soft_ring()
-    x, reach = body.mesh.vertices, 0.04
-    columns = GreenColumns(body.columns.factor, body.shape.free_index, x, 2**28)
-    columns.keep(reach)
-    for vertex in range(0, len(x), 97):
-        kept = columns.store.places_of(np.array([vertex]))
-        near = body.mesh.near(x[vertex], reach)
-        assert np.isin(columns.places.rank[near] // PLACE, kept).all()

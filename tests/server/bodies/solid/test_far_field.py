@@ -12,10 +12,9 @@ from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid.far_field import FarField, build_far_field
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.mesh.surface import pressure, spread_over
+from cohaptic_server.mesh.surface import pressure
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.accept import nearest_point
-from cohaptic_server.testing.blocks import block
 from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 from tests.examples_of_laws import examples
 
@@ -63,20 +62,6 @@ def by_samples(vertices: Ints, weights: Floats, direction: Floats) -> Floats:
     return np.asarray(np.tensordot(direction, per_force, axes=1))
 
 
-def test_loads_keep_their_place() -> None:
-    body, found = soft_ring(), far_field()
-    free = body.shape.free_index >= 0
-    x = body.mesh.vertices
-    assert found.carries[free].sum(axis=1) == pytest.approx(1.0, abs=1e-12)
-    above = x[:, 2] > 0.0
-    centre = np.einsum("vk,vki->vi", found.carries, x[found.samples][found.near])
-    # On a curved surface samples that spread their force lie off along the normal.
-    normals = body.mesh.normals
-    off = centre - x
-    off -= np.einsum("vi,vi->v", off, normals)[:, None] * normals
-    assert np.linalg.norm(off, axis=1)[above].max() < 0.0005
-
-
 @given(places, places, directions, directions)
 @settings(max_examples=examples(30), deadline=None)
 def test_far_away_it_agrees_with_the_solid(
@@ -110,19 +95,6 @@ def test_a_contact_is_as_soft_as_the_contacts_round_it(place: Place) -> None:
     assert found.self_compliance(vertices, weights, -n) == pytest.approx(true, rel=0.06)
 
 
-def test_every_vertex_carries_itself_where_all_are_places() -> None:
-    mesh = block((0.1, 0.1, 0.1), (3, 3, 3))
-    few = Solid(mesh, mesh.vertices[:, 2] < 0.01)
-    whole = few.far_field
-    assert len(whole.samples) == len(few.mesh.vertices)
-    free = np.flatnonzero(few.shape.free_index >= 0)
-    for v in free[::17].tolist():
-        spread = whole.spread(np.array([v]), np.ones(1))
-        assert whole.samples[np.flatnonzero(spread)].tolist() == [v]
-    held = np.flatnonzero(few.shape.free_index < 0)
-    assert not whole.at(np.ones((len(whole.samples), 3)), held).any()
-
-
 def test_it_comes_back_from_arrays() -> None:
     found = far_field()
     again = FarField.from_arrays(found.to_arrays())
@@ -136,13 +108,3 @@ def test_it_comes_back_from_arrays() -> None:
     del arrays["near"]
     with pytest.raises(BodyError, match="near"):
         FarField.from_arrays(arrays)
-
-
-def test_places_are_far_from_each_other() -> None:
-    x = soft_ring().mesh.vertices
-    chosen = spread_over(x, 100)
-    assert len(np.unique(chosen)) == 100
-    gaps = np.linalg.norm(x[chosen][:, None] - x[chosen][None], axis=2) + np.eye(100)
-    # No point of the surface is further from a place than places are from each other.
-    lonely = np.linalg.norm(x[:, None] - x[chosen][None], axis=2).min(axis=1).max()
-    assert lonely <= gaps.min() + 1e-12

@@ -12,8 +12,6 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from cohaptic_server.bodies.solid import far_field
-from cohaptic_server.bodies.solid.far_field import build_far_field
 from cohaptic_server.bodies.solid.parts import stiffness_of
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
@@ -124,32 +122,6 @@ def test_free_vertices_are_never_held_and_held_ones_never_free(name: str) -> Non
     held = np.flatnonzero(~free)
     moves = [bool(free[contact(solid, k)[0]].any()) for k in held.tolist()]
     assert ((table[held] > 0.0) == moves).all()
-
-
-def test_a_vertex_has_the_compliance_of_the_sample_that_it_is() -> None:
-    far_field = body("fin").far_field
-    m = len(far_field.samples)
-    blocks = far_field.compliance.reshape(m, 3, m, 3)[np.arange(m), :, np.arange(m)]
-    own = far_field.own[far_field.samples].reshape(m, 3, 3)
-    assert np.abs(blocks - own).max() < 1e-6 * np.abs(own).max()
-
-
-def test_batches_make_no_difference_and_progress_rises(monkeypatch: pytest.MonkeyPatch) -> None:
-    solid = body("ring")
-    told: list[float] = []
-    monkeypatch.setattr(far_field, "_BATCH", 100)
-    again = build_far_field(
-        solid.mesh,
-        solid.contact_radius,
-        solid.columns.factor,
-        solid.shape.free_index,
-        told.append,
-        count=50,
-    )
-    assert again.own == pytest.approx(solid.far_field.own, rel=1e-9, abs=1e-18)
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1.0)
-    assert len(told) > len(solid.mesh.vertices) / 100
 
 
 @pytest.mark.parametrize("name", CASES)

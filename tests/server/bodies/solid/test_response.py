@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.body import Load
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns
 from cohaptic_server.bodies.solid.parts import SolidParts
-from cohaptic_server.bodies.solid.solid import FADE_IN_TICKS, MIN_TOUCH_TICKS, Solid, SolidResponse
+from cohaptic_server.bodies.solid.solid import FADE_IN_TICKS, Solid, SolidResponse
 from cohaptic_server.numeric import Floats
 from tests.examples_of_laws import examples
 from tests.server.bodies.solid.test_far_field import Place, far_field, places, soft_ring, touch
@@ -112,34 +112,6 @@ def test_a_finger_that_slides_meets_no_step_whatever_columns_come() -> None:
     assert over.max() < 0.01 * np.max(true)
 
 
-def test_without_a_load_there_are_only_the_others() -> None:
-    body = background()
-    loads = [press((0.0, 1.0), 2.0), press((0.4, 1.5), 1.0), press((2.0, 1.0), 3.0)]
-    both = serve(body, loads)
-    others = body.respond([loads[0], loads[2]])
-    at = np.arange(0, len(body.mesh.vertices), 7)
-    free = both.without(slice(1, 2), np.array([1.0]), at)
-    assert free == pytest.approx(others.at(at), abs=1e-12)
-    part = both.without(slice(1, 2), np.array([0.25]), at)
-    mine = body.respond([loads[1]]).at(at)
-    assert part == pytest.approx(others.at(at) + 0.75 * mine, abs=1e-9)
-
-
-def test_vertices_ahead_are_requested_after_those_touched() -> None:
-    body = background()
-    ahead = press((2.0, 1.0), 0.0).vertices
-    body.prefetch(ahead)
-    load = press((0.0, 1.0), 1.0)
-    body.respond([load])
-    assert set(body.missing) == set(ahead.tolist())  # a finger may be on its way across
-    for _ in range(MIN_TOUCH_TICKS):
-        body.respond([load])
-    assert set(body.missing[: len(load.vertices)]) == set(load.vertices.tolist())
-    assert set(body.missing[len(load.vertices) :]) == set(ahead.tolist())
-    heaviest = load.vertices[load.weights.argmax()]
-    assert body.missing[0] == heaviest
-
-
 @given(places, st.lists(st.tuples(places, st.floats(0.1, 5.0)), min_size=2, max_size=4))
 @settings(max_examples=examples(10), deadline=None)
 def test_loads_of_one_contact_are_as_those_of_several(
@@ -161,11 +133,3 @@ def test_loads_of_one_contact_are_as_those_of_several(
     assert one.without(slice(0, 1), forces, at) == pytest.approx(
         other.without(slice(0, 1), forces, at), abs=1e-12
     )
-
-
-def test_a_vertex_that_does_not_exist_is_refused() -> None:
-    body = background()
-    response = body.respond([press((0.0, 1.0), 1.0)])
-    for absent in (-1, len(body.mesh.vertices)):
-        with pytest.raises(IndexError):
-            response.at(np.array([0, absent]))

@@ -26,10 +26,3 @@ def test_it_finds_what_scipy_finds(seed: int, count: int, distance: float) -> No
     found = np.zeros(count, dtype=np.int64)
     within = found[: tree.within(x, y, z, radius, found)]
     assert sorted(within.tolist()) == sorted(reference.query_ball_point(place, radius))
-
-
-def test_points_in_one_place_are_all_found() -> None:
-    tree = point_tree(np.ones((100, 3)))
-    found = np.zeros(100, dtype=np.int64)
-    assert tree.within(1.0, 1.0, 1.0, 0.0, found) == 100
-    assert sorted(found.tolist()) == list(range(100))

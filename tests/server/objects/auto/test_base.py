@@ -26,27 +26,11 @@ def test_a_box_rests_on_the_whole_of_each_side() -> None:
             assert flat_share(x, faces, Side(axis, sign)) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("kind", "rule"), [(".stl", "z < 3%"), (".glb", "y < 3%"), (".obj", "y < 3%")]
-)
-def test_a_box_is_held_at_its_base_and_where_that_is_depends_on_the_file(
-    kind: str, rule: str
-) -> None:
-    assert likely_base(*box((1.0, 1.0, 1.0)), kind) == (rule, "its base is held")
-
-
 def test_half_a_ball_is_held_at_its_flat_side_wherever_that_is() -> None:
     x, faces = icosphere(3, 1.0)
     x[:, 0] = np.minimum(x[:, 0], 0.3)  # flat towards +x
     rule, words = likely_base(x, faces, ".stl")
     assert (rule[:3], words) == ("x >", "its flattest side is held")
-
-
-@pytest.mark.parametrize("kind", [".stl", ".obj"])
-def test_what_is_held_is_neither_nothing_nor_most(kind: str) -> None:
-    x, faces = icosphere(3, 1.0)
-    fixed = fixed_by_rule(likely_base(x, faces, kind)[0], x)
-    assert 0.02 < fixed.mean() < 0.2
 
 
 def test_a_table_is_held_at_its_feet() -> None:

@@ -33,11 +33,6 @@ def used(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return x[numbers], renamed.reshape(-1, 3)
 
 
-def test_a_closed_ball_only_lacks_a_hold() -> None:
-    found = diagnose(SOURCE, one(*icosphere(2, 0.05)))
-    assert [remedy.option for remedy in found.remedies] == [f'--fix "{found.source.fix}"']
-
-
 def test_what_is_given_is_not_found_again() -> None:
     source = ObjectFile(Path("a.stl"), "z < 10%", 0.5, repair=True, simplify=500, shell=0.01)
     x, faces = icosphere(4, 30.0)
@@ -64,12 +59,6 @@ def test_everything_is_found_at_once() -> None:
     assert [remedy.option.split()[0] for remedy in found.needed] == ["--scale", "--repair", "--fix"]
 
 
-def test_the_users_own_scale_stays() -> None:
-    x, faces = icosphere(2, 1.0)  # two metres: possible, and perhaps meant
-    assert diagnose(SOURCE, one(x, faces)).source.scale == pytest.approx(0.1)
-    assert diagnose(SOURCE, one(x, faces), scale_given=True).source.scale == 1.0
-
-
 def test_half_a_ball_is_a_sheet_and_a_ball_with_a_hole_is_not() -> None:
     x, faces = icosphere(3, 0.05)
     height = x[faces].mean(axis=1)[:, 2]
@@ -86,9 +75,3 @@ def test_two_balls_need_repair_whether_they_cross_or_not(gap: float) -> None:
     words = " ".join(remedy.problem for remedy in found.remedies)
     assert ("cross" in words) == (gap < 0.0)
     assert "in 2 pieces" in words
-
-
-def test_tetrahedra_are_taken_as_they_are() -> None:
-    x, faces = icosphere(5, 60.0)
-    found = diagnose(SOURCE, one(x, faces[:-3]), is_volume=True)
-    assert [remedy.option.split()[0] for remedy in found.remedies] == ["--scale", "--fix"]

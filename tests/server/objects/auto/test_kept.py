@@ -60,17 +60,3 @@ def test_one_of_two_balls_is_not_taken_for_both_unasked(
         resolve(source, demand=demand)
     asked = resolve(replace(source, repair=True), demand=demand)
     assert load_or_prepare(asked.source).tets.volume > 0.0
-
-
-@pytest.mark.live
-def test_a_tassel_goes_and_the_user_is_told(tmp_path: Path) -> None:
-    source = ObjectFile(
-        turned(tmp_path / "tassel.stl", (0.0, -0.03), *ball(0.0, 0.03)[:-1], (THREAD, 0.03),
-               (THREAD, 0.04), (0.0, 0.04)),
-        "z < 0", edge=0.1,
-    )  # fmt: skip
-    found = resolve(source)
-    kept = load_or_prepare(found.source)
-    assert kept.tets.volume == pytest.approx(np.pi * 4 / 3 * 0.03**3, rel=0.1)
-    assert kept.deviation > 0.005
-    assert "--repair" in found.options

@@ -6,14 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohaptic.errors import BodyError, CohapticError, SettingError
+from cohaptic.errors import BodyError, SettingError
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.objects import cost, prepare
+from cohaptic_server.objects import cost
 from cohaptic_server.objects.auto import resolve as module
-from cohaptic_server.objects.auto.resolve import find_problems, resolve
+from cohaptic_server.objects.auto.resolve import resolve
 from cohaptic_server.objects.build import build, expected_cost
-from cohaptic_server.objects.build_rubber import affordable
-from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store.store import load_or_prepare
 from tests.server.objects.files import write
@@ -36,20 +34,6 @@ def test_a_bowl_in_millimetres_becomes_a_shell_that_can_be_touched(tmp_path: Pat
     thickness = found.source.shell
     assert made.prepared.tets.volume == pytest.approx(2 * np.pi * 0.06**2 * thickness, rel=0.1)
     assert made.solid.shape.fixed.any()
-
-
-@pytest.mark.live
-def test_the_second_time_it_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1)
-    first = resolve(source)
-
-    def again(*_: object, **__: object) -> None:
-        raise AssertionError("the file was looked at again")
-
-    monkeypatch.setattr(module, "find_problems", again)
-    assert resolve(source) == first
-    with pytest.raises(AssertionError):
-        resolve(replace(source, edge=0.2))
 
 
 @pytest.mark.live
@@ -93,37 +77,3 @@ def test_parts_that_do_not_touch_are_refused_in_a_sentence(tmp_path: Path) -> No
     path = write(tmp_path / "two.stl", both, np.concatenate([faces, faces + len(x)]))
     with pytest.raises(BodyError, match=r"two.stl: the solid is in 2 pieces.*join them"):
         resolve(ObjectFile(path, edge=0.15))
-
-
-@pytest.mark.live
-def test_a_crumb_beside_the_object_is_left_out(tmp_path: Path) -> None:
-    x, faces = icosphere(2, 0.05)
-    crumb = 0.2 * x + np.array([0.1, 0.0, 0.0])
-    both = np.concatenate([x, crumb])
-    path = write(tmp_path / "crumb.stl", both, np.concatenate([faces, faces + len(x)]))
-    tets = load_or_prepare(resolve(ObjectFile(path, edge=0.1)).source).tets
-    assert tets.vertices[:, 0].max() < 0.07
-
-
-@pytest.mark.parametrize("name", ["none.stl", "a.txt"])
-def test_what_is_no_file_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(CohapticError):
-        find_problems(ObjectFile(tmp_path / name))
-
-
-@pytest.mark.live
-def test_rubber_is_filled_once_and_not_made_coarser_for_a_linear_solids_memory(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(cost, "_PROGRAM", 5e8)  # bytes: all that there are
-    path = write(tmp_path / "ball.stl", *icosphere(3, 0.05))
-    source = ObjectFile(path, "z < 10%", max_memory=5e8)
-    demand = Demand(nonlinear=True)
-    found = resolve(source, demand=demand)
-    assert found.source == source
-
-    def fill(*_: object, **__: object) -> None:
-        raise AssertionError("it was filled again")
-
-    monkeypatch.setattr(prepare, "tetrahedralise", fill)
-    affordable(found.source, demand, lambda phase, share: None)

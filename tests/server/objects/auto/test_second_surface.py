@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cohaptic.errors import SettingError
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.resolved_object import what_is_lacking
 from cohaptic_server.mesh.icosphere import icosphere
@@ -98,14 +97,6 @@ def test_a_unit_that_is_left_open_is_chosen(
     assert f"With --fix-mesh {path}{taken}: taken in millimetres" in what_is_lacking(found)
 
 
-def test_what_the_user_says_is_not_replaced(cube: Path, tmp_path: Path) -> None:
-    y, faces = icosphere(2, 20.0)
-    path = write(tmp_path / "bone.stl", y + 40.0, faces)
-    assert find_problems(ObjectFile(cube, fix_mesh=path)).source.fix_mesh == Path(f"{path}:mm")
-    with pytest.raises(SettingError, match=r"bone\.stl:cm; .* with --fix-mesh .*bone\.stl:mm some"):
-        find_problems(ObjectFile(cube, fix_mesh=Path(f"{path}:cm")))
-
-
 def test_what_the_files_say_is_not_replaced(cube: Path, tmp_path: Path) -> None:
     """A cube at one side, whose file says its axes: only turned round the surface would hold it."""
     mesh = block((0.1, 0.1, 0.1), (4, 4, 4))
@@ -127,15 +118,6 @@ def test_what_the_files_say_is_not_replaced(cube: Path, tmp_path: Path) -> None:
     assert str(caught.value).endswith(f"; with --fix-mesh {path}:ras some of it would be")
 
 
-def test_the_unit_of_the_object_that_is_found_is_that_of_its_surface(tmp_path: Path) -> None:
-    body = write(tmp_path / "ball.stl", *icosphere(3, 80.0))
-    y, faces = icosphere(2, 40.0)
-    path = write(tmp_path / "bone.stl", y + np.array([0.0, 0.0, 70.0]), faces)
-    found = find_problems(ObjectFile(body, fix_mesh=path))
-    assert [remedy.option for remedy in found.remedies] == ["--scale 0.001"]
-    assert found.source.fix_mesh == path
-
-
 def test_auto_takes_the_one_choice_and_knows_it_the_next_time(
     cube: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,9 +136,3 @@ def test_auto_takes_the_one_choice_and_knows_it_the_next_time(
         assert resolve(options.of(cube)) == first
     write(path, 0.1 * (y + 40.0), faces)
     assert resolve(options.of(cube)).source.fix_mesh == Path(f"{path}:cm")
-
-
-def test_a_surface_that_is_missing_is_named(cube: Path, tmp_path: Path) -> None:
-    for ask in (find_problems, resolve):
-        with pytest.raises(Exception, match=r"none\.stl: there is no such file"):
-            ask(ObjectFile(cube, fix_mesh=tmp_path / "none.stl"))

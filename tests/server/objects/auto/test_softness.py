@@ -14,14 +14,10 @@ from cohaptic_server.bodies.solid import parts
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import vertex_compliance
-from cohaptic_server.cli.object_options import ObjectOptions
-from cohaptic_server.cli.resolved_object import resolved
 from cohaptic_server.objects.auto import softness
 from cohaptic_server.objects.auto.resolve import resolve
 from cohaptic_server.objects.auto.softness import MATERIALS, fitting_young, softness_words
 from cohaptic_server.objects.build import build
-from cohaptic_server.objects.build_rubber import build_affordable
-from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.store import store
 from cohaptic_server.testing.blocks import block
@@ -44,21 +40,11 @@ def middle(solid: Solid) -> float:
     return 1.0 / float(np.median(table[table > 0.0]))
 
 
-def test_the_softness_does_not_depend_on_the_one_that_it_is_found_with() -> None:
-    assert fitting_young(tower(), YOUNG) == fitting_young(tower(3e6), 3e6)
-
-
 def test_a_usual_place_then_has_the_stiffness_of_a_press_of_a_few_newtons() -> None:
     wanted = softness.PRESS / softness.DENT
     for held in (0.0, 0.06):  # a part that is held is not pressed
         fitting = fitting_young(tower(held=held), YOUNG)
         assert middle(tower(fitting, held=held)) == pytest.approx(wanted, rel=0.1)
-
-
-def test_a_small_object_is_dented_by_a_share_of_its_size() -> None:
-    small = tower(size=0.3)
-    fitting = fitting_young(small, YOUNG)
-    assert middle(tower(fitting, size=0.3)) > 1.2 * softness.PRESS / softness.DENT
 
 
 def test_what_sways_on_thin_legs_is_made_harder_than_what_stands_on_its_foot() -> None:
@@ -118,25 +104,3 @@ def test_auto_chooses_it_tells_it_and_factors_once(
     assert middle(solid) == pytest.approx(softness.PRESS / softness.DENT, rel=0.1)
     assert resolve(volume, softness=True) == found  # from the store
     assert resolve(volume).source.material.young == YOUNG
-
-
-def test_a_softness_that_is_given_stays(volume: ObjectFile) -> None:
-    told: list[str] = []
-    given = {"fix": "z < 5%", "order": 1}
-    for young, more in ((None, {}), (5e3, {"young": ["5e3"]})):
-        options = ObjectOptions({**given, **more}, auto=True)
-        source = resolved(volume.path, options, lambda phase, share: None, told.append)
-        assert (source.material.young == young) == (young is not None)
-    assert sum("--young" in sentence for sentence in told) == 1
-
-
-@pytest.mark.usefixtures("kernels")
-def test_rubber_is_as_soft_at_rest(volume: ObjectFile) -> None:
-    demand = Demand(nonlinear=True)
-    found = resolve(volume, softness=True, demand=demand)
-    assert found.source.material.young != YOUNG
-    _, rubber = build_affordable(found.source, demand=demand)
-    anew = type(rubber)(
-        rubber.shape.tets, rubber.shape.fixed, found.source.material, moduli=rubber.shape.moduli
-    )
-    assert rubber.vertex_compliance() == pytest.approx(anew.vertex_compliance(), rel=1e-9)

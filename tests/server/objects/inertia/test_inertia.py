@@ -10,12 +10,6 @@ from cohaptic_server.objects.parts.parts import Parts
 PARTS = Parts(("organ", "tumour"), np.array([0, 0, 1]))
 
 
-def test_nothing_given_is_no_mass() -> None:
-    assert not Inertia().given
-    assert Inertia(900.0).given
-    assert Inertia(densities=(("tumour", 1100.0),)).given
-
-
 def test_each_tetrahedron_has_the_density_of_its_part() -> None:
     inertia = Inertia(densities=(("tumour", 1100.0),))
     assert inertia.of_elements(PARTS, 3).tolist() == [WATER, WATER, 1100.0]

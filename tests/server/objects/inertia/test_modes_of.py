@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError
 from cohaptic_server.bodies.body import elastic_of
 from cohaptic_server.bodies.modal.modal_body import HIGHEST, MOST, ModalBody
 from cohaptic_server.bodies.solid.shape import SolidSettings
@@ -47,26 +47,6 @@ def test_a_soft_object_with_a_density_swings(jelly: ObjectFile) -> None:
     assert heavy.modes.frequency[0] == pytest.approx(0.5 * body.modes.frequency[0], rel=1e-5)
 
 
-def test_a_stiff_one_follows_a_hand_at_once(jelly: ObjectFile) -> None:
-    stiff = replace(jelly, material=SolidSettings(6e6))
-    assert isinstance(build_body(str(jelly.path), stiff), Solid)
-    assert isinstance(build_body(str(jelly.path), replace(jelly, inertia=Inertia())), Solid)
-
-
-def test_modes_are_found_once(jelly: ObjectFile, monkeypatch: pytest.MonkeyPatch) -> None:
-    built = build(jelly)
-    first = with_inertia(built, jelly, 60.0)
-    assert isinstance(first, ModalBody)
-    with monkeypatch.context() as patched:
-        patched.setattr(modes_of, "natural_modes", None)
-        again = with_inertia(built, replace(jelly, inertia=Inertia(1000.0, (), 0.3)), 60.0)
-        assert isinstance(again, ModalBody)
-        assert again.modes.shapes == pytest.approx(first.modes.shapes, abs=1e-6)
-        assert again.modes.damping == 0.3
-        with pytest.raises(TypeError):  # of another density they are others
-            with_inertia(built, replace(jelly, inertia=Inertia(900.0)), 60.0)
-
-
 def test_damaged_modes_are_found_again(jelly: ObjectFile, monkeypatch: pytest.MonkeyPatch) -> None:
     built = build(jelly)
     kept: list[Path] = []
@@ -83,15 +63,6 @@ def test_damaged_modes_are_found_again(jelly: ObjectFile, monkeypatch: pytest.Mo
     assert isinstance(first, ModalBody)
     assert isinstance(again, ModalBody)
     assert again.modes.frequency == pytest.approx(first.modes.frequency)
-
-
-def test_what_does_not_go_with_a_density_is_said(jelly: ObjectFile) -> None:
-    with pytest.raises(SettingError, match=r"given with --relaxation; .* without --relaxation"):
-        build_body(str(jelly.path), jelly, damping=0.5)
-    with pytest.raises(SettingError, match=r"--density is given for bone"):
-        build_body(str(jelly.path), replace(jelly, inertia=Inertia(densities=(("bone", 2e3),))))
-    with pytest.raises(SettingError, match=r"a file, for options that describe a file"):
-        build_body("balloon", ObjectFile(Path("balloon"), inertia=Inertia(1000.0)))
 
 
 def test_modes_that_take_too_much_memory_are_refused(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Ints
 from cohaptic_server.objects.build import build
@@ -41,24 +41,6 @@ def vtu(path: Path, values: Any, name: str = "MaterialIds") -> Path:
     cells = [("tetra", BAR.tets)]
     meshio.write(path, meshio.Mesh(BAR.vertices, cells, cell_data={name: [values]}))
     return path
-
-
-def test_physical_groups_have_their_names(tmp_path: Path) -> None:
-    parts = read_volume(gmsh(tmp_path / "a.msh")).parts
-    assert parts is not None
-    assert parts.names == ("near", "far")
-    assert np.array_equal(parts.of, FAR)
-    numbered = read_volume(gmsh(tmp_path / "b.msh", named=False)).parts
-    assert numbered is not None
-    assert numbered.names == ("7", "8")
-
-
-def test_cell_data_of_a_vtu_numbers_parts(tmp_path: Path) -> None:
-    parts = read_volume(vtu(tmp_path / "a.vtu", 4.0 * FAR)).parts
-    assert parts is not None
-    assert parts.names == ("0", "4")
-    assert read_volume(vtu(tmp_path / "b.vtu", 4.0 * FAR, "temperature")).parts is None
-    assert read_volume(vtu(tmp_path / "c.vtu", 0 * FAR)).parts is None
 
 
 @pytest.mark.parametrize(
@@ -106,9 +88,3 @@ def test_a_change_of_one_material_is_prepared_anew(tmp_path: Path) -> None:
     ]
     assert softest[1] > 2.0 * softest[0]
     assert softest[2] == pytest.approx(softest[0], rel=1e-12)
-
-
-def test_a_wrong_name_is_told_before_anything_is_factored(tmp_path: Path) -> None:
-    materials = PartMaterials((("nose", 1e4),))
-    with pytest.raises(SettingError, match=r"given for nose; it must be for .*: near, far"):
-        build(ObjectFile(gmsh(tmp_path / "a.msh"), "x < 10%", parts=materials))

@@ -103,17 +103,3 @@ def test_parts_that_touch_become_one_body(tmp_path: Path) -> None:
     sizes = dict(zip(made.parts.names, made.parts.volumes(made.tets), strict=True))
     assert sizes["a"] == pytest.approx(0.06 * 0.04 * 0.02, rel=0.01)
     assert sizes["b"] == pytest.approx(0.06 * 0.04 * 0.03, rel=0.01)
-
-
-@pytest.mark.live
-def test_parts_apart_are_refused_in_one_sentence(tmp_path: Path) -> None:
-    path = scene(tmp_path / "a.glb", {"a": box(0.0, 0.02), "b": box(0.03, 0.05)})
-    with pytest.raises(BodyError, match="the solid is in 2 pieces, and it must be one"):
-        prepare(ObjectFile(path, edge=0.15))
-
-
-@pytest.mark.live
-def test_a_part_that_others_cover_is_named(tmp_path: Path) -> None:
-    nodes = {"a": ball(OUTER), "b": ball(INNER), "c": ball(INNER)}
-    with pytest.raises(BodyError, match=r"no tetrahedron belongs to [bc]: smaller"):
-        prepare(ObjectFile(scene(tmp_path / "a.glb", nodes), edge=0.15))

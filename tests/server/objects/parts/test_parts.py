@@ -12,9 +12,3 @@ def test_names_of_any_file_become_distinct_and_can_be_written(names: list[str]) 
     assert len(found) == len(names) == len(set(found))
     assert all(name.strip() and name.isprintable() for name in found)
     assert all(len(name) <= MAX_NAME + 4 for name in found)
-
-
-def test_a_second_one_gets_a_number() -> None:
-    assert distinct(["lung", "lung.2", "lung", "", "a\nb"]) == (
-        "lung", "lung.2", "lung.3", "part", "a b",
-    )  # fmt: skip

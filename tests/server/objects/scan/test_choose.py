@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from cohaptic.errors import BodyError, SettingError
-from cohaptic_server.objects.scan.choose import chosen_labels, labels_together, region_of
+from cohaptic.errors import SettingError
+from cohaptic_server.objects.scan.choose import chosen_labels, region_of
 from cohaptic_server.objects.scan.label_map import LabelMap
 
 PATH = Path("scan.nii")
@@ -28,14 +28,6 @@ def values() -> npt.NDArray[np.uint8]:
 MAP = LabelMap.of(PATH, values(), AFFINE, {2: "vessel"})
 
 
-def test_labels_are_found_by_number_and_name_and_named_anew() -> None:
-    chosen = chosen_labels(PATH, MAP, ("1=organ", "vessel"))
-    assert [label.value for label in chosen.labels] == [1, 2]
-    assert chosen.names == ("organ", "vessel")
-    only = LabelMap.of(PATH, np.where(values() == 9, 9, 0), AFFINE, {})
-    assert chosen_labels(PATH, only, ()).names == ("9",)
-
-
 @pytest.mark.parametrize(
     ("wanted", "words"),
     [
@@ -49,12 +41,6 @@ def test_labels_that_are_not_there_are_told_with_those_that_are(
 ) -> None:
     with pytest.raises(SettingError, match=words):
         chosen_labels(PATH, MAP, wanted)
-
-
-def test_of_several_labels_one_must_be_chosen() -> None:
-    with pytest.raises(BodyError, match=r"it has 3 labels: 1 .* Choose with --label 1, once for"):
-        chosen_labels(PATH, MAP, ())
-    assert [label.value for label in labels_together(MAP)] == [1, 2]
 
 
 def test_specks_are_left_out_and_pinholes_filled() -> None:

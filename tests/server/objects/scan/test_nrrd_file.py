@@ -49,12 +49,6 @@ def test_a_segmentation_of_slicer_is_read(tmp_path: Path, packed: bool) -> None:
     )
 
 
-def test_one_layer_of_segments_is_a_label_map(tmp_path: Path) -> None:
-    head = HEAD.replace("dimension: 3", "dimension: 4").replace("sizes: 3", "sizes: 1 3")
-    head = head.replace("directions: ", "directions: none ").replace("kinds: ", "kinds: list ")
-    assert read_nrrd(nrrd(tmp_path / "a.nrrd", head)).labels[0].voxels == 8
-
-
 def layered(
     path: Path, layers: list[npt.NDArray[np.int16]], segments: str, kind: str = "list"
 ) -> Path:
@@ -89,20 +83,6 @@ def test_of_segments_that_overlap_the_last_counts(
     turned = "\n".join(TWO.splitlines()[::-1]) + "\n"
     again = read_nrrd(layered(tmp_path / "b.seg.nrrd", [VALUES, OTHER], turned))
     assert np.array_equal(again.numbers, found.numbers)
-
-
-def test_segments_keep_values_that_are_their_own(tmp_path: Path) -> None:
-    """Two in one layer, and one in another, whose value is its own."""
-    values = VALUES.copy()
-    values[0, 0, 0] = 9
-    said = TWO.replace("Segment1_LabelValue:=2", "Segment1_LabelValue:=5")
-    said += "Segment2_LabelValue:=9\nSegment2_Layer:=0\n"
-    found = read_nrrd(layered(tmp_path / "a.seg.nrrd", [values, OTHER * 5 // 2], said))
-    assert [(one.value, one.name, one.voxels) for one in found.labels] == [
-        (2, "kidney", 6),
-        (5, "cyst", 3),
-        (9, "9", 1),
-    ]
 
 
 @pytest.mark.parametrize(
@@ -157,28 +137,6 @@ def test_what_a_header_says_twice_or_not_at_all_is_told(
     found = read_nrrd(nrrd(tmp_path / "a.nrrd", head))
     assert re.search(words, caplog.text)
     assert found.spacing == pytest.approx([1e-3, 2e-3, 3e-3])
-
-
-@pytest.mark.parametrize(
-    "more", ["", "spacings: 1 2 3\n", 'space units: "mm" "mm" "mm"\n', "spacings: 1.001 2 3\n"]
-)
-@pytest.mark.parametrize("space", ["LPS", "RAS", "right-anterior-superior", "LAS"])
-def test_nothing_is_told_of_a_header_that_is_clear(
-    more: str, space: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    head = HEAD.replace("left-posterior-superior", space).replace(PLACED, PLACED + more)
-    read_nrrd(nrrd(tmp_path / "a.nrrd", head))
-    assert not caplog.text
-
-
-def test_units_of_axes_count_where_there_is_no_space(tmp_path: Path) -> None:
-    head = "NRRD0004\ntype: short\ndimension: 3\nsizes: 3 4 5\nencoding: raw\nendian: little\n"
-    found = read_nrrd(nrrd(tmp_path / "a.nrrd", head + 'spacings: 1 2 3\nunits: "cm" "cm" "cm"\n'))
-    assert found.spacing == pytest.approx([1e-2, 2e-2, 3e-2])
-    with pytest.raises(BodyError, match="different units: cm, mm"):
-        read_nrrd(nrrd(tmp_path / "b.nrrd", head + 'spacings: 1 2 3\nunits: "cm" "mm" "mm"\n'))
-    plain = read_nrrd(nrrd(tmp_path / "c.nrrd", head))
-    assert plain.spacing == pytest.approx([1e-3] * 3)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.enclosed_volume import volume
-from cohaptic_server.objects.auto.resolve import find_problems
 from cohaptic_server.objects.build import build
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.materials import PartMaterials
@@ -46,33 +45,12 @@ def test_a_surface_round_all_and_one_for_each_further_label(scan: Path) -> None:
     assert any("speck" in words for words in found.words)
 
 
-def test_one_label_is_an_object_without_parts(scan: Path) -> None:
-    (one,) = scan_surfaces(scan, ("3",)).surfaces
-    assert one.name == ""
-
-
-def test_a_label_that_is_a_speck_is_named(scan: Path) -> None:
-    values = labels()[::2, ::2, ::2].copy()
-    values[-1, -1, -1] = 7
-    scan.write_bytes(nifti(values, SPACING))
-    with pytest.raises(BodyError, match="nothing of label 7 is left beside specks"):
-        scan_surfaces(scan, ("1", "7"))
-
-
 def test_a_scan_too_far_away_for_its_numbers_is_refused(scan: Path) -> None:
     data = bytearray(scan.read_bytes())
     struct.pack_into("<f", data, 292, 1e38)  # x of the first voxel [mm]
     scan.write_bytes(data)
     with pytest.raises(BodyError, match=r"lies 1e\+35 units from the origin .* Move it"):
         scan_surfaces(scan, ("3",))
-
-
-def test_what_hangs_together_is_proposed(scan: Path) -> None:
-    pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
-    found = find_problems(ObjectFile(scan))
-    assert found.source.labels == ("1", "2", "3")
-    assert found.remedies[0].option == "--label 1 --label 2 --label 3"
-    assert "it has 3 labels: 1 (" in found.remedies[0].problem
 
 
 @pytest.mark.live

@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohaptic.errors import SettingError
 from cohaptic_server.objects.store import cache
 from cohaptic_server.objects.store.cache import (
     UnkeptError,
-    cache_folder,
     cache_limit,
     entry_path,
     load_entry,
@@ -40,26 +38,6 @@ def test_a_path_depends_on_the_content_alone(folder: Path) -> None:
         entry_path(b"one"),
     ]
     assert len({entry_path(b"one", b"two"), *others}) == 5
-
-
-def test_the_folder_is_the_systems_unless_another_is_chosen(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert cache_folder() == folder
-    monkeypatch.delenv("COHAPTIC_CACHE")
-    assert cache_folder().name == "cohaptic"  # where versions without platformdirs had it
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the XDG base directories are Linux's")
-def test_on_linux_an_existing_cache_is_used_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("COHAPTIC_CACHE", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / "cohaptic"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / ".cache/cohaptic"
 
 
 @pytest.fixture(params=["relative", "unknown"])
@@ -113,39 +91,8 @@ def test_the_least_recently_used_entry_is_deleted_first(
     assert [path.exists() for path in paths] == [True, False, True, True]
 
 
-def test_an_entry_larger_than_the_limit_is_not_stored_and_deletes_nothing(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    save_entry(entry_path(b"small"), "thing", ARRAYS)
-    monkeypatch.setenv("COHAPTIC_CACHE_GB", "1e-6")
-    save_entry(entry_path(b"large"), "factor", ARRAYS)
-    assert "the factor was not stored, the next start takes as long (8e-06 GB" in caplog.text
-    assert load_entry(entry_path(b"small"), "thing") is not None
-    assert load_entry(entry_path(b"large"), "factor") is None
-
-
 def test_files_that_a_killed_process_left_half_written_are_deleted_too(folder: Path) -> None:
     save_entry(entry_path(b"one"), "thing", ARRAYS)
     (folder / "tmpabc.part").write_bytes(bytes(100))
     make_room(folder, int(cache_limit()))
     assert list(folder.iterdir()) == []
-
-
-def test_a_damaged_entry_is_warned_of(folder: Path, caplog: pytest.LogCaptureFixture) -> None:
-    path = entry_path(b"one")
-    assert load_entry(path, "factor") is None
-    assert caplog.text == ""
-    save_entry(path, "factor", ARRAYS)
-    path.write_bytes(path.read_bytes()[:-100])
-    assert load_entry(path, "factor") is None
-    assert "the stored factor cannot be used and is made anew" in caplog.text
-
-
-@pytest.mark.parametrize("setting", ["many", "-1", "nan", "1e9"])
-def test_an_invalid_limit_is_refused(
-    folder: Path, setting: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    del folder
-    monkeypatch.setenv("COHAPTIC_CACHE_GB", setting)
-    with pytest.raises(SettingError, match=r"COHAPTIC_CACHE_GB is '.*'; it must be a number of"):
-        cache_limit()

@@ -73,46 +73,6 @@ def test_a_damaged_entry_is_not_kept_and_made_anew_for_all(
     assert there.read_bytes() == whole
 
 
-def test_what_does_not_fit_here_is_made_here(
-    storage: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    save_entry(entry_path(b"large"), "thing", {"a": np.arange(2000.0)})
-    save_entry(entry_path(b"small"), "thing", ARRAYS)
-    assert len(list(storage.iterdir())) == 2
-    on(tmp_path / "two", monkeypatch)
-    monkeypatch.setenv("COHAPTIC_CACHE_GB", "1e-5")
-    assert load_entry(entry_path(b"large"), "thing") is None
-    assert "the thing cannot be kept here (1.6" in caplog.text
-    # The storage is not to blame.
-    assert load_entry(entry_path(b"small"), "thing") is not None
-
-
-def test_storage_that_takes_nothing_costs_one_warning_and_is_still_read(
-    storage: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    save_entry(entry_path(b"x"), "thing", ARRAYS)
-    moved = storage.rename(tmp_path / "moved")
-    for part in (b"y", b"z"):
-        save_entry(entry_path(part), "thing", ARRAYS)
-        assert load_entry(entry_path(part), "thing") is not None
-    (record,) = caplog.records
-    assert f"the thing cannot be sent to {storage.as_uri()}, and nothing more" in record.message
-    moved.rename(storage)
-    on(tmp_path / "two", monkeypatch)
-    assert load_entry(entry_path(b"x"), "thing") is not None
-
-
-def test_a_cache_that_may_not_be_entered_costs_a_warning(
-    storage: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    save_entry(entry_path(b"x"), "thing", ARRAYS)
-    (tmp_path / "file").touch()
-    on(tmp_path / "file" / "below", monkeypatch)
-    assert load_entry(entry_path(b"x"), "thing") is None
-    save_entry(entry_path(b"x"), "thing", ARRAYS)
-    assert "the thing was not stored" in caplog.text
-
-
 @pytest.mark.parametrize("url", ["nowhere://anna:secret@bucket/x", "s4://bucket/x?sig=secret"])
 def test_a_url_of_no_known_kind_is_refused_without_its_password(
     storage: Path, url: str, monkeypatch: pytest.MonkeyPatch
@@ -186,14 +146,6 @@ def test_an_object_is_prepared_once_for_all_machines_on_s3(
         assert caplog.text.count(f'"PUT {folder}/{name} HTTP') == 1
         assert f"GET {folder}/{name} HTTP" in caplog.text
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
-
-
-@pytest.mark.live
-def test_a_bucket_that_is_not_there_costs_a_warning(bucket: dict[str, str], tmp_path: Path) -> None:
-    ball = tmp_path / "ball.stl"
-    trimesh.creation.icosphere(subdivisions=2, radius=0.05).export(ball)  # pyright: ignore[reportUnknownMemberType]
-    told = _prepare(ball, tmp_path / "one", bucket | {shared.VARIABLE: "s3://nowhere/prepared"})
-    assert told.count("and nothing more until the next start") == 1
 
 
 def _prepare(path: Path, cache: Path, known: dict[str, str]) -> str:

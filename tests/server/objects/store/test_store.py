@@ -5,27 +5,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from cohaptic.errors import BodyError
 from cohaptic_server.bodies.solid import parts as solid_parts
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest
 from cohaptic_server.bodies.solid.parts import SolidParts
-from cohaptic_server.bodies.solid.shape import Moduli, SolidSettings
+from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.cholesky.factor import Factor
-from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.prepare import Prepared
 from cohaptic_server.objects.store import store
-from cohaptic_server.objects.store.cache import load_arrays, save_arrays
+from cohaptic_server.objects.store.cache import save_arrays
 from cohaptic_server.objects.store.store import StoredFactor
 from cohaptic_server.objects.surface.checks import SurfaceReport
 from cohaptic_server.progress import Progress
 from cohaptic_server.testing.blocks import block
 
-Flags = npt.NDArray[np.bool_]
 SETTINGS = SolidSettings(order=1)
 REPORT = SurfaceReport(1, 2, 3, 1, 0.5, 0.25)
 BLOCK = block((0.1, 0.1, 0.1), (2, 2, 2))
@@ -106,11 +102,6 @@ def test_a_store_that_cannot_be_written_changes_nothing(
     assert len(made) == 1
 
 
-def test_a_missing_file_is_a_sentence(tmp_path: Path) -> None:
-    with pytest.raises(BodyError, match="there is no such file"):
-        store.load_or_prepare(ObjectFile(tmp_path / "a.stl"))
-
-
 def quietly(phase: str, share: float) -> None:
     del phase, share
 
@@ -129,15 +120,6 @@ def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     assert np.array_equal(tables[0], tables[1])
     for one, other in zip(*columns, strict=True):
         assert np.array_equal(one.values, other.values)
-
-
-@pytest.mark.parametrize("change", [{"nu": 0.3}, {"order": 2}, {"contact_radius": 0.03}])
-def test_another_material_is_made_anew(made: list[ObjectFile], change: dict[str, Any]) -> None:
-    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
-    store.load_or_make_parts(BLOCK, FOOT, replace(SETTINGS, **change), quietly)
-    assert len(made) == 2
-    store.load_or_make_parts(BLOCK, FOOT, replace(SETTINGS, cache=2**21), quietly)
-    assert len(made) == 2  # memory for columns has no part in it
 
 
 # The file of a factor that is read late stays open.
@@ -164,23 +146,6 @@ def test_an_object_of_another_softness_is_a_multiple_of_the_stored_one(
     assert factor.solve(nodes, forces) == pytest.approx(wanted, rel=1e-4, abs=1e-6 * wanted.max())
 
 
-def test_another_softness_of_one_of_several_materials_is_made_anew(
-    made: list[ObjectFile],
-) -> None:
-    for high in (1e5, 2e5):
-        young = np.where(np.arange(len(BLOCK.tets)) < 9, 1e4, high)
-        moduli = Moduli(young, np.full(len(BLOCK.tets), 0.45))
-        store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly, moduli=moduli)
-    assert len(made) == 2
-
-
-def test_another_hold_or_place_is_made_anew(made: list[ObjectFile]) -> None:
-    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
-    store.load_or_make_parts(BLOCK, BLOCK.vertices[:, 2] >= 0.1, SETTINGS, quietly)
-    store.load_or_make_parts(TetMesh(2.0 * BLOCK.vertices, BLOCK.tets), FOOT, SETTINGS, quietly)
-    assert len(made) == 3
-
-
 def test_parts_of_another_form_are_made_anew_with_a_word(
     made: list[ObjectFile], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -193,18 +158,3 @@ def test_parts_of_another_form_are_made_anew_with_a_word(
     assert "the stored factor cannot be used and is made anew" in caplog.text
     store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
     assert len(made) == 2
-
-
-def test_parts_without_the_compliance_of_vertices_are_made_anew(
-    made: list[ObjectFile], tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    """As an earlier version stored them."""
-    store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
-    (path,) = (tmp_path / "store").iterdir()
-    arrays = load_arrays(path, mapped=False)
-    del arrays["twin/own"]
-    save_arrays(path, arrays)
-    again = store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)
-    assert len(made) == 2
-    assert "a stored object lacks 'own'" in caplog.text
-    assert (again.far_field.own.any(axis=1)).sum() > (~FOOT).sum() / 2

@@ -102,10 +102,6 @@ def test_decimal_commas_are_decimal_points(kind: str, tmp_path: Path) -> None:
     assert is_the_cube(read(tmp_path / f"a{kind}", commas.encode()))
 
 
-def test_capital_keywords_are_keywords(tmp_path: Path) -> None:
-    assert is_the_cube(read(tmp_path / "a.stl", ascii_stl().upper().encode()))
-
-
 @pytest.mark.parametrize("count", [0, 7000, 2**32 - 1])
 def test_a_wrong_count_is_read_by_length_and_said(
     count: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
@@ -129,22 +125,6 @@ def test_triangles_behind_a_count_that_is_too_low_are_read_and_said(
     assert "counts 4 triangles; the 12" in caplog.text
 
 
-def test_several_files_in_one_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BodyError, match="several STL files, one after another"):
-        read(tmp_path / "a.stl", binary_stl() + binary_stl())
-
-
-def test_a_line_before_solid_is_no_reason_to_take_text_for_binary(tmp_path: Path) -> None:
-    assert is_the_cube(
-        read(tmp_path / "a.stl", b"; exported by a program\n" + ascii_stl().encode())
-    )
-
-
-def test_text_of_another_kind_is_no_binary_stl(tmp_path: Path) -> None:
-    with pytest.raises(BodyError, match="neither text that begins with `solid` nor a binary STL"):
-        read(tmp_path / "a.stl", b"a letter about a part that was never drawn\n" * 20)
-
-
 @pytest.mark.parametrize("normal", ["1.#QNAN 1.#QNAN 1.#QNAN", "-nan(ind) nan 1.#IND", "x y z"])
 def test_normals_that_are_no_numbers_do_not_matter(
     normal: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
@@ -154,11 +134,6 @@ def test_normals_that_are_no_numbers_do_not_matter(
     assert is_the_cube(read(tmp_path / "a.stl", text.encode()))
     assert capfd.readouterr() == ("", "")
     assert not caplog.text
-
-
-def test_a_decimal_comma_in_normals_does_not_matter(tmp_path: Path) -> None:
-    text = obj().replace("0.", "0,") + "vn 0,5 0,5 1,0\nvt 0,25 1,0\n"
-    assert is_the_cube(read(tmp_path / "a.obj", text.encode()))
 
 
 @pytest.mark.parametrize(

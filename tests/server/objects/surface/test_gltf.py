@@ -16,7 +16,7 @@ from cohaptic.errors import BodyError
 from cohaptic_server.objects.parts.nodes import read_surfaces
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.surface_file import read_surface
-from tests.server.objects.surface.test_as_they_come import SIDE, cube, is_the_cube
+from tests.server.objects.surface.test_as_they_come import cube, is_the_cube
 
 FLOAT, SHORT, USHORT, UINT = 5126, 5122, 5123, 5125
 
@@ -78,52 +78,6 @@ def test_a_cube_is_a_cube(tmp_path: Path) -> None:
     assert is_the_cube(read_surface(scene().glb(tmp_path / "a.glb")))
 
 
-def test_normalised_integers_are_shares_of_one(tmp_path: Path) -> None:
-    made = scene()
-    whole = np.round(cube()[0] / SIDE * 32767).astype("<i2")
-    padded = np.pad(whole, ((0, 0), (0, 1)))  # to four bytes, as the format asks for
-    made.document["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = made.accessor(
-        padded, SHORT, "VEC3", normalized=True
-    )
-    made.document["bufferViews"][-1]["byteStride"] = 8
-    made.document["nodes"][0]["scale"] = [SIDE, SIDE, SIDE]
-    made.document["extensionsRequired"] = ["KHR_mesh_quantization"]
-    assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
-
-
-def test_sparse_values_replace_those_below(tmp_path: Path) -> None:
-    x, _ = cube()
-    for given in (range(8), (1, 5, 6)):
-        made = scene()
-        rows = np.array(list(given), dtype="<u2")
-        position = made.document["accessors"][0]
-        wrong = x.copy()
-        wrong[rows] += 1.0
-        if len(rows) == 8:
-            del position["bufferView"]  # zeros
-        else:
-            position["bufferView"] = made.view(wrong.astype("<f4"))
-        position["sparse"] = {
-            "count": len(rows),
-            "indices": {"bufferView": made.view(rows), "componentType": USHORT},
-            "values": {"bufferView": made.view(x[rows].astype("<f4"))},
-        }
-        assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
-
-
-def test_each_instance_is_there(tmp_path: Path) -> None:
-    made = scene()
-    moved = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.6, 0.0, 0.0]], dtype="<f4")
-    attributes = {"TRANSLATION": made.accessor(moved, FLOAT, "VEC3")}
-    made.document["nodes"][0]["extensions"] = {
-        "EXT_mesh_gpu_instancing": {"attributes": attributes}
-    }
-    made.document["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
-    parts = read_surfaces(made.glb(tmp_path / "a.glb"))
-    assert [part.x.min(axis=0)[0] for part in parts] == pytest.approx([0.0, 0.3, 0.6])
-    assert all(is_the_cube((part.x, part.faces)) for part in parts)
-
-
 @pytest.mark.parametrize("mode", [5, 6])
 def test_strips_and_fans_are_triangles_that_face_one_way(mode: int, tmp_path: Path) -> None:
     made = Scene()
@@ -162,18 +116,6 @@ def volume(node: Node) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
-def test_without_a_default_scene_the_first_or_all_nodes_are_shown(tmp_path: Path) -> None:
-    made = scene()
-    made.document["nodes"] = [{"mesh": 0}, {"mesh": 0, "translation": [1.0, 0.0, 0.0]}]
-    made.document["scenes"] = [{"nodes": [1]}, {"nodes": [0]}]
-    made.document["scene"] = 1
-    assert one(made, tmp_path).x.max() == pytest.approx(SIDE)
-    del made.document["scene"]
-    assert one(made, tmp_path).x.max() == pytest.approx(1.0 + SIDE)
-    del made.document["scenes"]
-    assert len(read_nodes(made.glb(tmp_path / "a.glb"))) == 2
-
-
 def test_data_beside_a_file_or_in_it_is_found(tmp_path: Path) -> None:
     made = scene()
     encoded = base64.b64encode(made.blob).decode()
@@ -205,12 +147,6 @@ def test_what_cannot_be_read_is_named(change: dict[str, Any], words: str, tmp_pa
     made.document |= change
     with pytest.raises(BodyError, match=words):
         read_surface(made.glb(tmp_path / "a.glb"))
-
-
-def test_an_extension_of_looks_changes_no_shape(tmp_path: Path) -> None:
-    made = scene()
-    made.document["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform"]
-    assert is_the_cube(read_surface(made.glb(tmp_path / "a.glb")))
 
 
 @pytest.mark.parametrize(
@@ -284,13 +220,6 @@ def test_closed_primitives_of_one_mesh_are_parts_named_by_their_materials(tmp_pa
     assert all(is_the_cube((part.x, part.faces)) for part in parts)
 
 
-def test_a_mesh_that_is_cut_where_materials_meet_is_one_surface(tmp_path: Path) -> None:
-    made = scene()
-    two_cubes(made, apart=False)
-    (whole,) = read_surfaces(made.glb(tmp_path / "a.glb"))
-    assert is_the_cube((whole.x, whole.faces))
-
-
 def test_vertices_that_many_nodes_would_read_again_are_read_once(tmp_path: Path) -> None:
     """Of a file of some kilobytes: a long accessor of zeros, two indices, and many nodes."""
     made = scene()
@@ -304,12 +233,6 @@ def test_vertices_that_many_nodes_would_read_again_are_read_once(tmp_path: Path)
     made.document["nodes"] = [{"mesh": k} for k in range(2000)]
     with pytest.raises(BodyError, match=r"the limit is .* for all accessors together"):
         read_surface(made.glb(tmp_path / "a.glb"))
-
-
-def test_bytes_behind_the_declared_length_change_nothing(tmp_path: Path) -> None:
-    path = scene().glb(tmp_path / "a.glb")
-    path.write_bytes(path.read_bytes() + bytes(100))
-    assert is_the_cube(read_surface(path))
 
 
 def test_a_skinned_mesh_whose_size_is_in_its_skin_is_refused(tmp_path: Path) -> None:

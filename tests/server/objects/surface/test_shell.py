@@ -10,7 +10,7 @@ from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.objects.surface.checks import examine
-from cohaptic_server.objects.surface.shell import SHEET, find_rims, in_one_sense, openness, thicken
+from cohaptic_server.objects.surface.shell import SHEET, openness, thicken
 
 
 def grid(n: int = 5, width: float = 1.0) -> tuple[Floats, Ints]:
@@ -29,14 +29,6 @@ def cap_of_sphere(height: float) -> tuple[Floats, Ints]:
     kept = faces[x[faces].mean(axis=1)[:, 2] < height]
     used, renamed = np.unique(kept, return_inverse=True)
     return x[used], renamed.reshape(-1, 3)
-
-
-def test_a_sheet_has_one_rim_and_a_tube_two() -> None:
-    assert find_rims(grid()[1]).loops == 1
-    x, faces = icosphere(3, 1.0)
-    belt = faces[np.abs(x[faces].mean(axis=1)[:, 2]) < 0.5]
-    assert find_rims(belt).loops == 2
-    assert find_rims(faces).loops == 0
 
 
 def test_openness_is_the_area_of_the_holes_over_that_of_the_surface() -> None:
@@ -63,11 +55,3 @@ def test_a_shell_is_closed_outwards_and_has_the_volume_of_its_sheet(
     assert (report.open_edges, report.nonmanifold_edges, report.components) == (0, 0, 1)
     area = float(np.linalg.norm(face_area_vectors(x, faces), axis=1).sum())
     assert volume(*shell) == pytest.approx(area * thickness * scale, rel=0.05)
-
-
-def test_a_sheet_whose_triangles_turn_both_ways_is_put_in_one_sense() -> None:
-    x, faces = grid()
-    mixed = faces.copy()
-    mixed[::3] = mixed[::3, ::-1]
-    areas = face_area_vectors(x, in_one_sense(x, mixed))[:, 2]
-    assert (areas > 0.0).all() or (areas < 0.0).all()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cohaptic.errors import BodyError, SettingError
+from cohaptic.errors import BodyError
 from cohaptic_server.mesh.enclosed_volume import volume
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats, Ints
@@ -41,15 +41,6 @@ def test_what_is_no_mesh_has_none(kind: str, content: bytes, tmp_path: Path) -> 
     path = tmp_path / f"a.{kind}"
     path.write_bytes(content)
     assert count_triangles(path) == 0
-
-
-def test_a_simplified_ball_is_still_a_ball() -> None:
-    pytest.importorskip("fast_simplification", reason="pip install 'cohaptic[objects]'")
-    # Far from the origin, where single precision would have few digits left.
-    x, faces = simplify(BALL[0] + 100.0, BALL[1], 300)
-    assert len(faces) == pytest.approx(300, abs=10)
-    assert examine(x, faces).problems() == []
-    assert volume(x - 100.0, faces) == pytest.approx(volume(*BALL), rel=0.03)
 
 
 def test_millions_are_refused_before_they_are_read(
@@ -89,11 +80,6 @@ def test_at_the_users_word_they_are_simplified(
     assert prepare(ObjectFile(path, edge=0.2, simplify=1000)).simplified <= 1000
 
 
-def test_fewer_than_make_an_object_are_refused() -> None:
-    with pytest.raises(SettingError, match="--simplify is 12; it must be 0, or from 100 to 300,"):
-        ObjectFile(Path("a.stl"), simplify=12)
-
-
 @pytest.mark.parametrize("count", [2000, 4000])
 def test_a_clean_surface_stays_clean(count: int) -> None:
     """In haste a noisy ball folds onto itself."""
@@ -109,22 +95,6 @@ def test_a_clean_surface_stays_clean(count: int) -> None:
     assert after.intersecting + after.nonmanifold_edges < 0.5 * (
         before.intersecting + before.nonmanifold_edges
     )
-
-
-def test_a_surface_too_large_to_be_checked_is_not_blamed_for_what_simplifying_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    x, faces = icosphere(3, 0.05)
-    path = write(tmp_path / "ball.stl", x, faces)
-    monkeypatch.setattr(prepare_module, "MAX_TRIANGLES", 1000)
-    monkeypatch.setattr(accept, "MAX_TRIANGLES", 1000)
-
-    def torn(x: Floats, faces: Ints, count: int) -> tuple[Floats, Ints]:
-        return x, faces[:count]
-
-    monkeypatch.setattr(parts_surfaces, "simplify", torn)
-    with pytest.raises(BodyError, match=r"after --simplify 900, which may have made this, the sur"):
-        prepare(ObjectFile(path, edge=0.2, simplify=900))
 
 
 def test_what_simplifying_leaves_encloses_a_volume(

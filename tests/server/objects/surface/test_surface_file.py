@@ -26,21 +26,6 @@ def test_a_triangle_counts_once_however_often_it_is_there(more: list[tuple[int, 
     assert not examine(x, faces).problems()
 
 
-def test_it_is_said_how_many_are_there_again(caplog: pytest.LogCaptureFixture) -> None:
-    checked(Path("b.obj"), X, np.vstack([FACES, FACES[:3]]))
-    assert "b.obj: 3 of 83 triangles are there more than once" in caplog.text
-    caplog.clear()
-    checked(Path("c.obj"), X, FACES)
-    assert not caplog.text
-
-
-def test_two_sides_of_a_wall_both_count() -> None:
-    """They are a wall without thickness, which is no solid and is found later."""
-    x, faces = checked(FILE, X, np.vstack([FACES, FACES[:1, ::-1]]))
-    assert len(faces) == len(FACES) + 1
-    assert examine(x, faces).problems()
-
-
 def test_points_without_a_triangle_are_left_out() -> None:
     x, faces = checked(FILE, np.vstack([[[9.0, 9.0, 9.0]], X]), FACES + 1)
     assert len(x) == len(X)
