@@ -12,9 +12,8 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_silence import COLOURED, colour, resting_colour
 from tests.browser.test_sizes import OUT
-from tests.browser.visitor import SMALL, Look, Visitor, at_night
+from tests.browser.visitor import Look, Visitor, at_night
 from tests.give_up import give_up
 
 pytestmark = pytest.mark.live
@@ -138,26 +137,3 @@ def test_axe_finds_nothing_in_what_comes_when_it_is_asked_for(
         finally:
             os.kill(room.pid, signal.SIGCONT)
     assert looks.found == {}
-
-
-def test_lost_graphics_come_back_as_they_were(visitors: Open, room: Room) -> None:
-    ann = visitors(SMALL)
-    # Kept before the page asks for its own.
-    ann.page.add_init_script("""
-      const get = HTMLCanvasElement.prototype.getContext;
-      HTMLCanvasElement.prototype.getContext = function (...wanted) {
-        const made = get.apply(this, wanted);
-        if (wanted[0] === "webgl2") window.loses = made?.getExtension("WEBGL_lose_context");
-        return made;
-      };
-    """)
-    ann.visit(room.address)
-    with room.hand("native", "--angle", "-80", "--depth-mm", "30"):
-        ann.until(lambda: colour(ann) > COLOURED, "the dent")
-        before = resting_colour(ann)
-        ann.page.evaluate("window.loses.loseContext()")
-        ann.until(lambda: "graphics" in ann.notice, "word of it")
-        ann.page.wait_for_timeout(500)
-        ann.page.evaluate("window.loses.restoreContext()")
-        ann.until(lambda: ann.notice == "", "the word to go")
-        ann.until(lambda: abs(colour(ann) - before) < 0.1, "the picture to be what it was")

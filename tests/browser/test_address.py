@@ -50,23 +50,3 @@ def test_rubbish_in_the_address_is_no_trouble(visitors: Open, room: Room) -> Non
     ann.press(right=0.1)
     ann.until(lambda: ann.force > 0.3, "a force")
     ann.release()
-
-
-def test_the_first_of_several_names_counts_and_a_script_is_a_name(
-    visitors: Open, room: Room
-) -> None:
-    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
-    bob.visit(room.address)
-    ann.visit(f"{room.address}?name=%3Cb%3Eann%3C/b%3E&name=other")
-    ann.page.click(".touch-button")
-    ann.until(lambda: ann.doing() == "in the air", "the hand")
-    bob.until(lambda: bob.text(".card-name") == "<b>ann</b>", "the name as it was written")
-    assert bob.page.locator(".panel b").count() == 0
-
-
-def test_a_level_that_is_none_leaves_the_visitors_own(visitors: Open, room: Room) -> None:
-    ann = visitors(Look(640, 480, engineer=True))
-    for asked, engineer in (("NaN", True), ("", True), ("people", False), ("engineer", True)):
-        ann.visit(f"{room.address}?view={asked}")
-        level = ann.page.locator(".level")
-        assert level.get_attribute("aria-pressed") == str(engineer).lower(), asked

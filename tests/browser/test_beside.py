@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from pathlib import Path
 
 import pytest
@@ -73,45 +71,6 @@ def test_a_partner_presses_so_that_the_visitor_feels_it(visitors: Open, room: Ro
     ann.release()
 
 
-def test_a_partner_that_cannot_come_says_why(visitors: Open, serve: Serve) -> None:
-    room = serve("--max-users", "1")
-    ann = visitors(DESKTOP)
-    ann.visit(room.address)
-    ann.take_part("ann")
-    press(ann, "Bring a partner")
-    ann.until(lambda: "No partner comes." in ann.words(), "the reason")
-    assert "The room is full" in ann.text(".panel [role=status]")
-    ann.leave()
-    ann.until(lambda: "Nobody is here yet" in ann.words(), "the seat to be free")
-    os.kill(room.pid, signal.SIGSTOP)
-    try:
-        ann.until(lambda: "No word from the server" in ann.notice, "the silence to be seen")
-        press(ann, "Bring a partner")
-        ann.until(lambda: "The server is silent. Your partner" in ann.words(), "the reason")
-    finally:
-        os.kill(room.pid, signal.SIGCONT)
-    ann.until(lambda: "Your partner is simulated" in ann.words(), "the partner, late")
-
-
-def test_a_second_window_is_a_second_visitor(visitors: Open, room: Room) -> None:
-    ann = visitors(DESKTOP)
-    ann.visit(room.address)
-    ann.page.fill(".name", "ann")
-    ann.page.press(".name", "Tab")
-    with ann.page.context.expect_page() as opened:
-        press(ann, "Open a second window")
-    second = Visitor(opened.value)
-    second.until(second.watches, "the second window to watch")
-    for visitor in (ann, second):
-        visitor.page.click(".touch-button")
-    users = room.until(lambda users: len(users) == 2, "both hands")
-    assert len(users) == 2
-    ann.until(lambda: "ann 2" in ann.words(), "the second name")
-    # In company there is nothing to offer.
-    ann.until(lambda: "Open a second window" not in ann.words(), "the offer to go")
-    assert second.problems == []
-
-
 def test_an_invitation_brings_in_a_second_window_and_a_partner_beside_its_visitor(
     visitors: Open, serve: Serve, tmp_path: Path
 ) -> None:
@@ -132,19 +91,6 @@ def test_an_invitation_brings_in_a_second_window_and_a_partner_beside_its_visito
     # On a busy machine the page may just have no word from the server.
     ann.until(lambda: ann.doing() == "in the air", "the hand to have kept its place")
     assert ann.notice == ""
-
-
-def test_no_partner_comes_by_an_invitation_that_was_used(
-    visitors: Open, serve: Serve, tmp_path: Path
-) -> None:
-    link = invited(serve, tmp_path, "--single-use")
-    ann = visitors(DESKTOP)
-    ann.visit(link)
-    ann.take_part("ann")
-    press(ann, "Bring a partner")
-    ann.until(lambda: "No partner comes. The server refused" in ann.words(), "the reason")
-    assert "used before" in ann.text(".panel [role=status]")
-    ann.until(lambda: ann.doing() == "in the air", "the hand to have kept its place")
 
 
 def invited(serve: Serve, folder: Path, *options: str) -> str:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import SMALL, Look, Visitor
@@ -115,33 +113,3 @@ def test_everybody_sees_and_hears_who_points(visitors: Open, room: Room) -> None
         return "ann" in marks_seen(bob)
 
     bob.until(twice, "the mark of two presses")
-
-
-def test_all_of_it_by_keys(visitors: Open, room: Room) -> None:
-    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
-    ann.visit(room.address)
-    ann.take_part("ann")
-    bob.visit(room.address)
-    bob.until(lambda: bob.page.locator(".card-follow").is_visible(), "a view to follow")
-    bob.page.keyboard.press("Tab")  # from the address bar
-    bob.page.keyboard.press("v")
-    bob.until(lambda: bob.text(".pill-words") == "You see what ann sees.", "to follow")
-    ann.page.evaluate(_NOTES_MARKS)
-    bob.page.keyboard.press("p")
-    ann.until(lambda: any(one.endswith("(watching)") for one in marks_seen(ann)), "the mark")
-    bob.page.keyboard.press("v")
-    bob.until(lambda: bob.text(".pill") == "", "the own view")
-    bob.page.keyboard.press("t")
-    bob.until(lambda: bob.doing() == "in the air", "the hand")
-    bob.page.keyboard.down(" ")
-    assert bob.steady_force() > 0.2
-    bob.page.keyboard.up(" ")
-
-
-def test_where_watchers_may_not_point_there_is_no_button(visitors: Open, serve: Serve) -> None:
-    room = serve("--no-watchers-point")
-    bob = visitors(PEOPLE)
-    bob.visit(room.address)
-    bob.until(lambda: bob.text(".company-watching") == "1 watching", "the company")
-    assert not bob.page.locator(".company-point").is_visible()
-    assert re.search(r"Point", bob.text(".company")) is None

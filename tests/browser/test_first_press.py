@@ -36,40 +36,6 @@ def test_who_presses_is_in(visitors: Open, room: Room, look: Look) -> None:
     assert ann.text(".ghost") == ""
 
 
-@pytest.mark.parametrize("look", [NEW, PHONE], ids=["window", "phone"])
-def test_a_frame_round_the_stage_is_for_keys(visitors: Open, room: Room, look: Look) -> None:
-    ann = visitors(look)
-    ann.visit(room.address)
-    framed = "getComputedStyle(document.querySelector('.stage-host')).outlineStyle !== 'none'"
-    focused = "document.activeElement.className"
-    x, y = ann.press()
-    ann.until(lambda: ann.force > 0.5, "a force")
-    assert ann.page.evaluate(focused) == "stage-host"  # keys are for the stage from now on
-    assert not ann.page.evaluate(framed)
-    ann.release()
-    if look.phone:
-        ann.page.locator(".name").focus()
-        ann.page.touchscreen.tap(x, y)
-        assert ann.page.evaluate(focused) == "stage-host"
-        assert not ann.page.evaluate(framed)
-    for key in ("Tab", "Shift+Tab"):
-        ann.page.keyboard.press(key)
-    assert ann.page.evaluate(focused) == "stage-host"
-    assert ann.page.evaluate(framed)
-
-
-def test_a_name_may_be_changed_while_one_touches(visitors: Open, room: Room) -> None:
-    ann = visitors(Look(1440, 900, engineer=False))
-    ann.visit(room.address)
-    ann.press()
-    ann.until(lambda: ann.force > 0.5, "a force")
-    ann.release()
-    ann.page.fill(".name", "ann of somewhere")
-    ann.page.press(".name", "Tab")
-    ann.until(lambda: ann.force_of("ann of somewhere (you)") == 0.0, "the new name")
-    room.until(lambda users: len(users) == 1, "the old name to be gone")
-
-
 def test_by_keys_alone_from_the_address_bar_to_a_force(visitors: Open, room: Room) -> None:
     ann = visitors(NEW)
     ann.visit(room.address)

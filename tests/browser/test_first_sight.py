@@ -58,53 +58,6 @@ def test_whoever_comes_and_goes_no_two_have_one_colour_nor_that_of_the_field(
             assert math.dist(end, swatch) > 60.0, "a person has a colour of the field"
 
 
-def test_the_line_on_top_says_what_it_is_and_no_rate(visitors: Open, room: Room) -> None:
-    ann = visitors(WINDOW)
-    ann.visit(room.address)
-    assert ann.text(".room") == "balloon"
-
-
-def test_stiffness_is_no_scale_of_one_number_and_people_come_first(
-    visitors: Open, room: Room
-) -> None:
-    ann = visitors(Look(1440, 900, engineer=False))
-    ann.visit(room.address)
-    ann.press(right=0.1)
-    ann.until(lambda: ann.force > 0.5, "a force")
-    # From the front the dent is seen from the side: the cut under the own finger.
-    cut = ann.page.locator(".cut")
-    assert cut.is_visible()
-    deep = re.compile(r"[\d.]+\smm deep")
-    ann.until(lambda: deep.search(ann.text(".dock-people")) is not None, "how deep")
-    said = ann.words()
-    for word in ("eq. (15)", "periods late", "coupled", "Kh", "Proportional"):
-        assert word not in said, f"{word} before anything else"
-    ann.release()
-    ann.page.locator(".legend .choice-option", has_text="Stiffness").click()
-    scale: list[str] = []
-
-    def stiff() -> bool:
-        scale[:] = [ann.text(".legend-scale")]
-        return "N/m" in scale[0]
-
-    ann.until(stiff, "a stiffness")
-    low, *more = re.findall(r"\d+", scale[0])
-    assert low not in more, "a scale from a number to the same"
-
-
-def test_in_forced_colours_lamp_choice_and_meter_keep_one(visitors: Open, room: Room) -> None:
-    ann = visitors(WINDOW)
-    ann.visit(room.address)
-    ann.press(right=0.1)
-    ann.until(lambda: ann.force > 0.5, "a force")
-    ann.page.emulate_media(forced_colors="active")
-    (ground, *_) = rgb(ann, "body")
-    for part in (".lamp", ".meter-fill", ".legend .choice-option input:checked + span"):
-        (colour, *_) = rgb(ann, part)
-        assert math.dist(colour, ground) > 60.0, f"{part} cannot be told from the ground"
-    ann.release()
-
-
 def test_words_and_buttons_are_there_before_the_graphics_on_a_slow_line(
     visitors: Open, room: Room
 ) -> None:

@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from tests.browser.conftest import Open, Serve
-from tests.browser.room import Room
 from tests.browser.test_watch import picture
 from tests.browser.visitor import Look, Visitor
 
 pytestmark = pytest.mark.live
 
-OUT = Path(__file__).parents[2] / "out" / "browser"
 NEW = Look(1024, 720, engineer=False)
 TIP, FULL, LONGEST = 0.045, 10.0, 1.2  # radii, N, radii (web/src/view/hands.ts)
 # Still to be read, but not in the picture.
 _BARE = """() => { for (const part of document.querySelectorAll(".stage > :not(.stage-host)"))
   part.style.opacity = "0";
 for (const part of document.querySelectorAll(".label")) part.style.display = "none"; }"""
-
-
-def share(visitor: Visitor, selector: str) -> float:
-    """How much of a bar is full."""
-    style = visitor.page.locator(selector).first.get_attribute("style") or ""
-    (found,) = re.findall(r"scaleX\(([\d.]+)\)", style)
-    return float(found)
 
 
 def ring(visitor: Visitor, x: float, y: float) -> float:
@@ -62,27 +50,3 @@ def test_a_force_that_points_at_the_eye_is_read_by_its_ring(visitors: Open, serv
     first, second = (TIP + LONGEST * force / FULL for force in forces)
     assert second > 1.1 * first
     assert radii[1] / radii[0] == pytest.approx(second / first, rel=0.1)
-
-
-def test_bars_of_one_force_are_equally_full(visitors: Open, room: Room) -> None:
-    ann = visitors(NEW)
-    ann.visit(room.address)
-    ann.take_part("ann")
-    ann.press()
-    force = ann.steady_force()
-    assert share(ann, ".meter-fill") == pytest.approx(force / FULL, abs=0.02)
-    assert share(ann, ".card .bar-fill") == pytest.approx(force / FULL, abs=0.02)
-
-
-@pytest.mark.parametrize("look", [Look(390, 844, True, False), Look(1440, 900, engineer=False)])
-def test_pictures_of_a_press(visitors: Open, room: Room, look: Look) -> None:
-    """To be looked at."""
-    ann = visitors(look)
-    ann.visit(room.address)
-    ann.press()
-    ann.steady_force()
-    OUT.mkdir(parents=True, exist_ok=True)
-    for scheme in ("light", "dark"):
-        ann.prefer(scheme)
-        ann.catch_up()
-        ann.page.screenshot(path=OUT / f"press-{look.width}-{scheme}.png", caret="initial")

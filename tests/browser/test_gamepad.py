@@ -13,14 +13,12 @@ import pytest
 from cohaptic_drivers.dualsense.reports import OFF, SIDES, encode
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_sizes import OUT
-from tests.browser.visitor import Look, Visitor
+from tests.browser.visitor import Visitor
 from tests.drivers.dualsense.pad_reports import pad_report
 
 pytestmark = pytest.mark.live
 
 RIGHT = SIDES["right"]
-LOOKS = [Look(390, 844), Look(820, 1180), Look(1440, 900)]
 # What a test may do: choose what is found, set the trigger, unplug; and read what was sent.
 _STAND_IN = """
 (() => {
@@ -187,41 +185,3 @@ def test_every_failure_has_its_words(visitors: Open, room: Room) -> None:
         return "Bluetooth is not supported" in ann.text("dialog[open] [role=status]")
 
     ann.until(refused, "Bluetooth to be refused")
-
-
-def test_where_the_browser_has_no_way_to_a_gamepad_there_is_no_button(
-    visitors: Open, room: Room
-) -> None:
-    ann = visitors()
-    ann.page.add_init_script("delete Navigator.prototype.hid")
-    ann.visit(room.address)
-    assert ann.page.get_by_role("button", name="Use a gamepad").count() == 0
-
-
-@pytest.mark.parametrize("look", LOOKS, ids=[f"{look.width}" for look in LOOKS])
-def test_its_dialog_fits_and_goes_by_keys(visitors: Open, room: Room, look: Look) -> None:
-    ann = visitors(look)
-    come(ann, room)
-    button = ann.page.get_by_role("button", name="Use a gamepad")
-    button.focus()
-    ann.page.keyboard.press("Enter")
-    ann.until(lambda: ann.page.locator("dialog[open]").is_visible(), "the dialog")
-    OUT.mkdir(parents=True, exist_ok=True)
-    for scheme in ("light", "dark"):
-        ann.prefer(scheme)
-        ann.page.screenshot(path=OUT / f"gamepad-{look.width}-{scheme}.png", caret="initial")
-    for part in ("dialog[open]", "dialog[open] .button.primary"):
-        box = ann.page.locator(part).bounding_box()
-        assert box is not None
-        assert box["x"] >= 0.0
-        assert box["x"] + box["width"] <= look.width
-        assert box["y"] + box["height"] <= look.height
-    for _ in range(6):
-        if ann.page.evaluate("document.activeElement?.textContent") == "Choose a gamepad\u2026":
-            break
-        ann.page.keyboard.press("Tab")
-    ann.page.keyboard.press("Enter")
-    says(ann, "The gamepad is in use")
-    ann.page.screenshot(path=OUT / f"gamepad-{look.width}-used.png", caret="initial")
-    ann.page.keyboard.press("Escape")
-    ann.until(lambda: not ann.page.locator("dialog[open]").is_visible(), "the dialog to close")

@@ -8,11 +8,10 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.visitor import DESKTOP, POLL, Visitor
+from tests.browser.visitor import Visitor
 
 pytestmark = pytest.mark.live
 
-DELAY = ".card input[aria-label='added delay']"
 CONTROL = 2  # of the modifiers in Chromium's protocol
 
 
@@ -73,29 +72,3 @@ def test_keys_of_another_alphabet_and_of_a_german_keyboard_do_as_the_help_says(
     keyboard.press("\u0435", "KeyT")  # is typed
     ann.catch_up()
     assert button.get_attribute("aria-pressed") == "false"
-
-
-def test_a_slider_of_added_delay_counts_every_press_of_a_key(visitors: Open, room: Room) -> None:
-    """Echoes of the first steps come while one is still pressing."""
-    ann = visitors(DESKTOP)
-    ann.visit(room.address)
-    ann.take_part("ann")
-    delay = ann.page.locator(DELAY)
-    jitter = ann.page.locator(".card input[aria-label='added jitter']")
-    ann.until(delay.is_visible, "the slider")
-    delay.focus()
-    for _ in range(10):
-        ann.page.keyboard.press("ArrowRight")
-        ann.page.wait_for_timeout(POLL)  # as a person presses; meanwhile the page writes echoes
-    assert delay.input_value() == "100"
-    jitter.focus()
-    ann.page.keyboard.press("ArrowRight")
-    words = ann.page.locator(".card .card-people")
-    ann.until(lambda: "100\u202fms of it each way" in (words.text_content() or ""), "the server")
-    # What another page sets is shown as soon as nobody presses.
-    bob = visitors(DESKTOP)
-    bob.visit(room.address)
-    bob.until(lambda: bob.page.locator(DELAY).input_value() == "100", "the same on another")
-    bob.page.locator(DELAY).press("Home")
-    ann.until(lambda: delay.input_value() == "0", "what the other page has set")
-    assert jitter.input_value() == "5"

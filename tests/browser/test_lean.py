@@ -16,7 +16,6 @@ pytestmark = pytest.mark.live
 WIDE = Look(1024, 720)
 MOST = 30.0  # degrees (web/src/view/pointing/lean.ts)
 SAME = 1e-3  # m; places are those of the surface as others and the own dent have it
-DRAG = 60  # px
 
 
 def lean(visitor: Visitor) -> float:
@@ -61,12 +60,6 @@ def leant(visitor: Visitor) -> None:
     visitor.until(rests, "the camera to rest")
 
 
-def dragged(visitor: Visitor, room: Room, x: float, y: float) -> UserRecord:
-    """The hand after the pointer has gone a way to the right, in steps as a hand does."""
-    visitor.page.mouse.move(x + DRAG, y, steps=8)
-    return resting(visitor, room)
-
-
 def resting(visitor: Visitor, room: Room) -> UserRecord:
     """The hand once it stays where it is."""
     places = [hand(room)]
@@ -103,28 +96,6 @@ def test_a_press_is_seen_from_beside_and_then_as_before(
     assert gap(hand(room), first) < SAME
     ann.release()
     ann.until(lambda: lean(ann) == 0.0, "the camera to come back")
-
-
-def test_a_drag_moves_the_hand_as_it_would_without(visitors: Open, room: Room) -> None:
-    feet: list[tuple[UserRecord, UserRecord]] = []
-    for still in (True, False):
-        ann = visitors(WIDE)
-        at = pressing(ann, room, still=still)
-        if still:
-            ann.steady_force()
-            assert lean(ann) == 0.0
-        else:
-            leant(ann)
-        first = resting(ann, room)
-        feet.append((first, dragged(ann, room, *at)))
-        assert (lean(ann) > 0.0) != still
-        ann.release()
-        ann.leave()
-        room.until(lambda users: not users, "the hand to leave")
-    (first, second), (as_first, as_second) = feet
-    assert gap(first, second) > 10.0 * SAME
-    assert gap(first, as_first) < 2.0 * SAME
-    assert gap(second, as_second) < 2.0 * SAME
 
 
 def test_the_next_press_goes_where_one_sees_it(visitors: Open, room: Room) -> None:

@@ -67,19 +67,6 @@ def test_a_server_that_dies_and_returns_is_touched_again(visitors: Open, serve: 
         assert ann.page.locator(".notice button", has_text="Reload").is_visible()
 
 
-def test_a_name_that_is_taken_is_said_and_another_one_will_do(visitors: Open, room: Room) -> None:
-    ann, bob = visitors(), visitors()
-    for visitor in (ann, bob):
-        visitor.visit(room.address)
-    ann.take_part("ann")
-    bob.page.fill(".name", "ann")
-    bob.page.press(".name", "Tab")
-    bob.page.click(".touch-button")
-    bob.until(lambda: "That name is taken" in bob.notice, "word of the name")
-    bob.take_part("bob")
-    bob.until(lambda: bob.notice == "", "the notice to go")
-
-
 def test_a_name_is_text_never_markup(visitors: Open, room: Room) -> None:
     ann = visitors()
     ann.visit(room.address)

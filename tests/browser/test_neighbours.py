@@ -99,19 +99,6 @@ def test_rooms_like_this_one_are_counted(visitors: Open, room: Room) -> None:
         assert TABLE["command"] in ann.text(".neighbours-how")
 
 
-def test_a_room_that_the_campaign_does_not_have_has_no_neighbours(
-    visitors: Open, room: Room
-) -> None:
-    with room.hand("rough", "--friction", "0.5"):
-        ann = visitors()
-        ann.visit(room.address)
-        ann.until(lambda: ann.force_of("rough") > 1.0, "it to press")
-        none = "No neighbours: its fingers have no friction."
-        ann.until(lambda: ann.text(WORDS) == none, "the reason")
-    # Without a hand there is no room to be like.
-    ann.until(lambda: not ann.text(WORDS), "nothing")
-
-
 def newest(room: Room) -> Scene:
     with contextlib.closing(room.whole_scenes()) as scenes:
         return next(scenes)

@@ -8,7 +8,6 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_company import view_of
 from tests.browser.test_let_go import WIDE, is_off
 from tests.browser.visitor import Visitor
 
@@ -64,36 +63,6 @@ def test_harder_is_deeper_and_lifted_is_off(visitors: Open, room: Room) -> None:
     pen.say("mouseMoved", "none", 0, 0.0, 8.0)
     ann.page.wait_for_timeout(500)
     assert ann.known_force() == 0.0
-
-
-def test_a_lifted_tip_is_off_while_the_barrel_button_is_held(visitors: Open, room: Room) -> None:
-    ann, pen = held(visitors, room)
-    pen.say("mousePressed", "right", TIP | BARREL, 0.4)
-    pen.say("mouseMoved", "left", TIP | BARREL, 0.4, 2.0)
-    ann.page.wait_for_timeout(300)
-    assert ann.known_force() > 0.3
-    pen.say("mouseReleased", "left", BARREL, 0.0, 2.0)
-    pen.say("mouseMoved", "right", BARREL, 0.0, 4.0)
-    is_off(room)
-    pen.say("mouseReleased", "right", 0, 0.0, 4.0)
-    pen.say("mousePressed", "left", TIP, 0.3)
-    ann.until(lambda: ann.force > 0.3, "a force again")
-    pen.say("mouseReleased", "left", 0, 0.0)
-    is_off(room)
-
-
-def test_its_barrel_button_turns_the_view_and_presses_nothing(visitors: Open, room: Room) -> None:
-    ann, pen = held(visitors, room)
-    pen.say("mouseReleased", "left", 0, 0.0)
-    is_off(room)
-    ann.until(lambda: ann.force == 0.0, "the page to show it")
-    before = view_of(ann)
-    pen.say("mousePressed", "right", BARREL, 0.0)
-    for step in range(1, 9):
-        pen.say("mouseMoved", "right", BARREL, 0.0, 10.0 * step)
-    ann.until(lambda: abs(view_of(ann)[0] - before[0]) > 10.0, "the view to turn")
-    assert ann.known_force() == 0.0
-    pen.say("mouseReleased", "right", 0, 0.0, 80.0)
 
 
 @pytest.mark.parametrize("end", ["pointercancel", "lostpointercapture"])

@@ -9,7 +9,6 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_company import view_of
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
 
@@ -52,28 +51,6 @@ def test_more_contrast_is_more_by_day_and_by_night(
         for words in (line, line.replace("borderLeftColor", "backgroundColor"))
     )
     assert (light + 0.05) / (dark + 0.05) > 3.0, "a line that cannot be seen"
-
-
-def test_less_motion_is_none(visitors: Open, room: Room) -> None:
-    ann = visitors(WINDOW)
-    ann.page.emulate_media(reduced_motion="reduce")
-    ann.visit(room.address)
-    ann.page.click(".touch-button")
-    ann.until(lambda: ann.doing() == "in the air", "the hand")
-    seen: set[float] = set()
-    before = view_of(ann)[0]
-    ann.turn(0.12)
-
-    def turned() -> bool:
-        seen.add(view_of(ann)[0])
-        return view_of(ann)[0] != before
-
-    ann.until(turned, "the view to turn")
-    ann.page.wait_for_timeout(300)
-    turned()
-    assert len(seen - {before}) == 1, "the view turned little by little"
-    moving = "document.getAnimations().filter((one) => one.playState === 'running').length"
-    assert ann.page.evaluate(moving) == 0
 
 
 @pytest.mark.parametrize("engineer", [False, True], ids=["people", "engineer"])

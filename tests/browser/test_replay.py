@@ -21,7 +21,6 @@ from tests.browser.looking_back import (
     whole_picture,
 )
 from tests.browser.room import Room
-from tests.browser.test_sizes import OUT
 from tests.browser.test_watch import difference, picture
 from tests.browser.visitor import Look, Visitor
 
@@ -75,27 +74,6 @@ def test_what_was_seen_is_seen_again_and_life_goes_on_behind_it(visitors: Open, 
         ann.until(lambda: ann.force_of("native") > 0.1, "numbers of now")
 
 
-def test_a_tenth_of_the_pace_is_a_tenth(visitors: Open, room: Room) -> None:
-    ann = visitors()
-    with room.hand("native", *PRESSES):
-        look_back(ann, room, 4.0)
-        ann.page.locator(".replay .choice-option", has_text="1/10").click()
-        ann.page.locator(".stage-host").focus()
-        ann.page.keyboard.press("Home")
-        ann.page.keyboard.press(" ")
-        ann.page.wait_for_timeout(300)
-        # Of its own clock: a slow machine plays on by what its pictures took.
-        ran = ann.page.evaluate("""async () => {
-          const line = document.querySelector(".replay-line");
-          const [from, begin] = [Number(line.value), performance.now()];
-          await new Promise((done) => setTimeout(done, 2500));
-          await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
-          return [Number(line.value) - from, (performance.now() - begin) / 1000];
-        }""")
-        whole = 5.0  # s; the recording is at least as long as it was watched
-        assert 0.0 < ran[0] * whole < 0.2 * ran[1]
-
-
 def test_the_own_hand_lets_go_stays_in_the_room_and_its_force_is_of_now(
     visitors: Open, room: Room
 ) -> None:
@@ -141,48 +119,6 @@ def pressed_at(visitor: Visitor, place: float) -> bool:
     return visitor.force_of("ann (you)") > 0.5
 
 
-def delays(visitor: Visitor, name: str) -> tuple[float, float]:
-    """Of the shown moment: how late a hand is said to arrive, and its loop in its card [ms]."""
-    # In one look: on a busy machine the next moment has another delay.
-    said, loop = visitor.page.evaluate(
-        """(name) => {
-          const card = [...document.querySelectorAll(".card[data-user]")]
-            .find((card) => card.querySelector(".card-name").textContent === name);
-          const facts = [...card.querySelectorAll(".facts div")];
-          const loop = facts.find((fact) => fact.querySelector("dt").textContent === "loop");
-          return [document.querySelector(".replay-delay").textContent,
-            loop.querySelector("dd").textContent];
-        }""",
-        name,
-    )
-    late = re.search(rf"{name} (\d+)\sms", said)
-    assert late is not None, said
-    return float(late[1]), float(loop.split()[0])
-
-
-def test_delay_is_outlined_and_said(visitors: Open, room: Room) -> None:
-    ann = visitors(Look(1440, 900))
-    with room.hand("native", *PRESSES, "--delay-ms", "80"):
-        ann.visit(room.address)
-        ann.until(lambda: ann.force_of("native") > 0.5, "the native hand to press")
-        ann.page.locator(".stage-host").focus()
-        ann.page.keyboard.press("l")
-        ann.until(lambda: "only a replay knows" in ann.text(".replay-delay"), "what it means")
-        ann.take_part("ann")
-        ann.until(lambda: "you " in ann.text(".replay-delay"), "the own delay")
-        ann.page.wait_for_timeout(2500)
-        ann.page.locator(".stage-host").focus()
-        ann.page.keyboard.press("b")
-        ann.until(lambda: replays(ann), "the replay")
-        heard_at(ann, "native")
-        ann.until(lambda: "native " in ann.text(".replay-delay"), "the other's delay")
-        late, loop = delays(ann, "native")
-        assert loop >= 160.0  # ms, 80 each way and what the machine adds
-        assert late == pytest.approx(0.5 * loop, abs=1.0)  # of two rounded numbers
-        OUT.mkdir(parents=True, exist_ok=True)
-        ann.page.screenshot(path=OUT / "replay-delay.png", caret="initial")
-
-
 def test_rubbish(visitors: Open, serve: Serve) -> None:
     """A server that dies, lost graphics, a hundred scrubs a second."""
     room = serve()
@@ -226,26 +162,3 @@ def test_rubbish(visitors: Open, serve: Serve) -> None:
         ann.until(lambda: replays(ann), "the replay of a room that is dead")
         assert ago(ann) > 1.0
         os.kill(room.pid, signal.SIGCONT)
-
-
-def test_another_object_behind_a_replay_is_shown_once_one_is_back(
-    visitors: Open, serve: Serve
-) -> None:
-    first = serve()
-    ann = visitors(Look(1024, 720))
-    ann.away = True
-    with first.hand("native", *RESTS):
-        look_back(ann, first, 2.0)
-        heard_at(ann, "native")
-        before = whole_picture(ann)
-        first.die()
-        ann.until(lambda: ann.notice != "", "word of the loss")
-    second = serve("--body", "spring", port=first.port)
-    ann.until(lambda: ann.notice == "", "the page to be back, behind the replay")
-    looks_of_before(ann)
-    ann.until(lambda: difference(before, picture(ann)) < 0.02, "the picture of before")
-    ann.page.locator(".stage-host").focus()
-    ann.page.keyboard.press("Escape")
-    ann.until(lambda: "spring" in ann.text(".room"), "the object of now")
-    ann.until(lambda: difference(before, picture(ann)) > 0.05, "its picture")
-    second.close()

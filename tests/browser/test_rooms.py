@@ -12,14 +12,13 @@ import urllib.request
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import pytest
 
 from cohaptic_server.shell.listener import page_address
 from cohaptic_tools.demo.processes import Process
 from tests.browser.conftest import Open
-from tests.browser.visitor import Look, Visitor
+from tests.browser.visitor import Visitor
 from tests.patience import PATIENCE
 from tests.server.shell.nginx import NEEDS_NGINX, proxied
 
@@ -28,7 +27,6 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="hands sockets over"),
 ]
 
-OUT = Path(__file__).parents[2] / "out" / "browser"
 CONFIG = """
 port = 0
 [rooms.first]
@@ -86,28 +84,6 @@ def test_a_page_touches_in_its_own_room_and_comes_back_when_that_was_killed(
     ann.until(lambda: users(address) == {"first": 1, "second": 1}, "ann back in the list")
     assert bob.known_force() > 0.5
     assert log.read_text().count("[first] bob joined") == 1
-
-
-@pytest.mark.parametrize("width", [390, 820, 1440])
-def test_the_list_of_rooms_looks_like_the_page_by_day_and_night(
-    server: tuple[str, Path], visitors: Open, width: int
-) -> None:
-    look = Look(width, 700, engineer=False)
-    listed, page = visitors(look), visitors(look)
-    listed.page.goto(server[0])
-    page.visit(f"{server[0]}r/first/")
-    colours = """() => [getComputedStyle(document.body), getComputedStyle(document.querySelector(
-      "a[href] strong, .brand"))].flatMap((style) => [style.backgroundColor, style.color])"""
-    OUT.mkdir(parents=True, exist_ok=True)
-    schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-    for scheme in schemes:
-        page.prefer(scheme)
-        listed.page.emulate_media(color_scheme=scheme)
-        assert listed.page.evaluate(colours) == page.page.evaluate(colours)
-        listed.page.screenshot(path=OUT / f"rooms-{width}-{scheme}.png", caret="initial")
-    assert listed.page.evaluate("document.documentElement.scrollWidth") <= width
-    assert listed.page.locator("script").count() == 0
-    listed.problems.clear()  # the list has a policy of its own
 
 
 def cohaptic(*arguments: str) -> str:

@@ -10,7 +10,7 @@ import pytest
 
 from tests.browser.conftest import Open, Serve
 from tests.browser.test_sizes import OUT
-from tests.browser.visitor import DESKTOP, PHONE, Look, Visitor
+from tests.browser.visitor import DESKTOP, Look, Visitor
 
 pytestmark = pytest.mark.live
 
@@ -66,15 +66,6 @@ def test_the_page_of_this_machine_offers_an_address_that_another_machine_reaches
     assert room.users() == {}
 
 
-def test_where_only_this_machine_comes_in_the_page_says_so(visitors: Open, serve: Serve) -> None:
-    room = serve()
-    ann = visitors(SIZES[-1])
-    ann.visit(room.address)
-    ask(ann)
-    ann.until(lambda: "Only this machine" in ann.text("dialog[open]"), "the words")
-    assert not ann.page.locator(".share-qr").is_visible()
-
-
 def test_the_command_that_the_page_gives_lets_others_in(visitors: Open, serve: Serve) -> None:
     room = serve()
     ann = visitors(DESKTOP)
@@ -96,18 +87,3 @@ def test_the_command_that_the_page_gives_lets_others_in(visitors: Open, serve: S
     ann.until(lambda: ann.watches() and ann.notice == "", "the page to have come back")
     ask(ann)
     ann.until(lambda: ann.page.locator(".share-qr").is_visible(), "an address for others")
-
-
-def test_a_phone_reads_the_whole_command(visitors: Open, serve: Serve) -> None:
-    room = serve()
-    ann = visitors(PHONE)
-    ann.visit(room.address)
-    ask(ann)
-    ann.until(lambda: ann.text(".share-command") != "", "the command")
-    picture(ann, "share-alone")
-    for part in ("dialog[open]", ".share-command"):
-        box = ann.page.locator(part).bounding_box()
-        assert box is not None
-        assert box["x"] >= 0.0
-        assert box["x"] + box["width"] <= PHONE.width
-        assert box["y"] + box["height"] <= PHONE.height

@@ -8,8 +8,7 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_watch import difference, picture
-from tests.browser.visitor import Look, Visitor
+from tests.browser.visitor import Visitor
 
 pytestmark = pytest.mark.live
 
@@ -43,16 +42,6 @@ _COUNTS = """
     counted.shown += 1;
     if (!of.ready && performance.now() - of.since < 1900) counted.early += 1;
   });
-})();
-"""
-# The same graphics by another name, on which the page draws at once.
-BY_ANOTHER_NAME = """
-(() => {
-  const gl = WebGL2RenderingContext.prototype;
-  const get = gl.getParameter;
-  gl.getParameter = function (what) {
-    return what === 0x9246 ? "Stand-in" : get.call(this, what);
-  };
 })();
 """
 
@@ -96,25 +85,3 @@ def test_a_picture_is_on_the_canvas_once_it_is_finished_and_not_before(
     assert counted["canvas"] == 0
     assert counted["beside"] > PICTURES
     assert counted["early"] == 0
-
-
-def test_it_is_the_picture_of_other_graphics(visitors: Open, room: Room) -> None:
-    look = Look(640, 480, engineer=False)
-    soft, other = visitors(look), visitors(look)
-    soft.page.add_init_script(_COUNTS)
-    for script in (_COUNTS, BY_ANOTHER_NAME):
-        other.page.add_init_script(script)
-    for one in (soft, other):
-        one.visit(room.address)
-    begun(soft)
-    for scheme in ("light", "dark"):
-        for one in (soft, other):
-            one.prefer(scheme)
-
-        def alike() -> bool:
-            return difference(picture(soft), picture(other)) < 0.01
-
-        soft.until(alike, "the same picture")
-    assert soft.page.evaluate("counted.beside") > 0
-    assert other.page.evaluate("counted.canvas") > 0
-    assert other.page.evaluate("counted.shown") == 0

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_first_sight import rgb
 from tests.browser.visitor import Look
 
 pytestmark = pytest.mark.live
@@ -22,8 +20,6 @@ LOOKS = [
     Look(1440, 900, engineer=False),
 ]
 OPPOSITE = ("--angle", "100", "--depth-mm", "20")  # degrees; of where one presses in the first view
-BESIDE = ("--angle", "60", "--depth-mm", "20")
-_COLOUR = "getComputedStyle(document.querySelector('.told-push')).color"
 
 
 def test_who_comes_presses_and_leaves_is_read_by_one_who_watches(
@@ -46,37 +42,6 @@ def test_who_comes_presses_and_leaves_is_read_by_one_who_watches(
     ann.until(lambda: ann.text(".told-news") == "Bob has left.", "who has left")
     ann.until(lambda: ann.text(".told") == "", "the news to go")
     assert bob.text(".told") == ""
-
-
-def test_what_one_feels_is_said_of_who_causes_it(visitors: Open, room: Room) -> None:
-    ann = visitors(NEW)
-    ann.visit(room.address)
-    ann.take_part("Ann")
-    ann.press()
-    alone = ann.steady_force()
-    assert ann.text(".told-push") == ""
-    with room.hand("Bob", *OPPOSITE):
-        one = re.compile(r"^Bob pushes you: [\d.]+ N$")
-        ann.until(lambda: one.match(ann.text(".told-push")) is not None, "who pushes")
-        # In the colour of that one's card.
-        red, green, blue = rgb(ann, ".card:not(.own) .swatch")[0]
-        assert ann.page.evaluate(_COLOUR) == f"rgb({red}, {green}, {blue})"
-        assert ann.force > alone
-        with room.hand("Cyd", *BESIDE):
-            two = re.compile(r"^(Bob and Cyd|Cyd and Bob) push you: [\d.]+ N$")
-            ann.until(lambda: two.match(ann.text(".told-push")) is not None, "both")
-    ann.until(lambda: ann.text(".told-push") == "", "nobody to push")
-
-
-def test_a_time_of_before_has_nothing_of_now(visitors: Open, room: Room) -> None:
-    ann = visitors(NEW)
-    ann.visit(room.address)
-    ann.take_part("Ann")
-    ann.press()
-    with room.hand("Bob", *OPPOSITE):
-        ann.until(lambda: ann.text(".told-push").startswith("Bob pushes"), "who pushes")
-        ann.page.keyboard.press("b")
-        ann.until(lambda: ann.text(".told") == "", "a time of before")
 
 
 @pytest.mark.parametrize("look", LOOKS, ids=str)

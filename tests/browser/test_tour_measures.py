@@ -8,7 +8,7 @@ from functools import partial
 
 import pytest
 
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.test_sizes import OUT
 from tests.browser.visitor import PHONE, Look, Visitor
@@ -17,16 +17,7 @@ pytestmark = pytest.mark.live
 
 SWINGS, RESTS = 0.5, 0.02  # N
 WIDE = Look(1024, 720)
-OCEAN = 0.24  # s there and back, web/src/tour/steps.ts
 WAITING = ".tour-word + .tour-word"  # the first is on what was left out
-# Keeps all that the tour says of the own force.
-CLAIMS = """() => {
-  window.claims = [];
-  const claim = document.querySelector(".tour-claim");
-  const note = () => { if (!claim.hidden) window.claims.push(claim.textContent); };
-  const what = { childList: true, characterData: true, attributes: true };
-  new MutationObserver(note).observe(claim, what);
-}"""
 STEPS = ["welcome", "press", "feel", "sheet", "ocean", "paper", "coupled", "soft", "ours", "yours"]
 
 
@@ -101,63 +92,3 @@ def picture(visitor: Visitor, step: str) -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     width = visitor.page.evaluate("innerWidth")
     visitor.page.screenshot(path=OUT / f"tour-{width}-{step}.png", caret="initial")
-
-
-def test_the_tour_says_otherwise_where_somebody_moves(visitors: Open, room: Room) -> None:
-    ann = visitors(WIDE)
-    ann.visit(room.address)
-    with room.hand("native", "--angle", "0", "--rhythm-s", "2"):
-        ann.until(lambda: ann.force_of("native") > 0.5, "the native hand to press")
-        ann.page.click(".tour-button")
-        ann.page.locator(".tour-foot button", has_text="Pause").click()
-        card = ann.page.locator(".tour")
-        for step in STEPS[:4]:
-            ann.until(lambda: card.get_attribute("data-step") == step, step)  # noqa: B023
-            ann.page.click(".tour-foot .primary")
-        ann.until(lambda: measured(ann, "swing") > SWINGS, "the others' rhythm to be felt")
-        ann.until(lambda: "somebody moves" in ann.text(".tour-claim"), "the claim to say so")
-        # Where somebody is, no partner comes.
-        assert {"native"} == {
-            name
-            for name in ann.page.locator(".card[data-user] .card-name").all_inner_texts()
-            if "(you)" not in name
-        }
-    ann.page.keyboard.press("Escape")
-
-
-def test_on_a_plain_server_the_page_delays_itself_and_the_tour_judges_no_force_that_it_moved(
-    visitors: Open, serve: Serve
-) -> None:
-    room = serve()  # lets no page add delay, nor choose a gain
-    ann = visitors(WIDE)
-    ann.visit(room.address)
-    ann.take_part("ann")
-    ann.page.click(".tour-button")
-    ann.page.locator(".tour-foot button", has_text="Pause").click()
-    ann.page.evaluate(CLAIMS)
-    card = ann.page.locator(".tour")
-    steps = [step for step in STEPS if step not in ("paper", "coupled")]
-    for n, step in enumerate(steps, start=1):
-        ann.until(lambda: card.get_attribute("data-step") == step, step)  # noqa: B023
-        ann.until(lambda: ann.text(".tour-count") == f"{n} of 8", "its number")  # noqa: B023
-        if step == "ocean":
-            # Of the visitor's hand and of the partner's, as the server measures them.
-            far = room.until(
-                lambda users: len(users) == 2 and all(u.loop_delay > OCEAN for u in users.values()),
-                "both hands to be far away",
-            )
-            assert all(user.loop_delay < 3.0 * OCEAN for user in far.values())
-        if step in ("ocean", "soft", "ours"):
-            ann.until(lambda: ann.text(WAITING) == "", f"what {step} is to show")
-        if step in ("ocean", "ours"):
-            ann.until(lambda: "than a finger feels" in ann.text(".tour-claim"), "the claim")
-        ann.page.click(".tour-foot .primary")
-    claims: list[str] = ann.page.evaluate("window.claims")
-    assert any("than a finger feels" in words for words in claims)
-    # Laws, depth and delay have moved the force, and nobody else has.
-    assert [words for words in claims if "has not settled" in words] == []
-    # Who touched before the tour still does, as near as before.
-    room.until(
-        lambda users: len(users) == 1 and all(u.loop_delay < OCEAN for u in users.values()),
-        "the hand to be near again",
-    )

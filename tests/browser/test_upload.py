@@ -9,14 +9,12 @@ import pytest
 
 from tests.browser.conftest import Open, Serve
 from tests.browser.visitor import DESKTOP, PHONE, Look, Visitor
-from tests.uploads.sound import SOUND
 from tests.uploads.test_worker import block_vtu
 
 pytestmark = pytest.mark.live
 
 OUT = Path(__file__).parents[2] / "out" / "browser"
 TABLET = Look(820, 1180)
-OPENER = '[aria-label="An object of your own"]'
 BESIDE = 0.71  # of the picture's width, where the middle of a block of 10 cm is beside a hand
 _DROP = """([name, content]) => {
   const bytes = Uint8Array.from(atob(content), (c) => c.charCodeAt(0));
@@ -191,34 +189,3 @@ def test_all_of_it_goes_by_keys_and_is_said_to_those_who_do_not_see(
     assert ann.text(".upload-soft") != before
     ann.page.keyboard.press("Escape")
     ann.until(lambda: not ann.page.locator(".upload").is_visible(), "the dialog to be closed")
-
-
-def test_a_compressed_scan_is_taken_and_shown(visitors: Open, serve: Serve) -> None:
-    ann = visitors()
-    ann.visit(serve("--allow-upload").address)
-    drop(ann, "liver.nii.gz", SOUND[".nii.gz"]())
-    ann.until(lambda: shown(ann) or ann.text(".upload-words") != "", "an answer")
-    assert "triangles" in ann.text(".upload-findings"), ann.text(".upload-words")
-
-
-def test_a_file_that_is_none_is_one_sentence_and_nobody_else_notices(
-    visitors: Open, serve: Serve
-) -> None:
-    room = serve("--allow-upload")
-    with room.hand("steady", "--angle", "180"):
-        ann = visitors()
-        ann.visit(room.address)
-        drop(ann, "evil.glb", b"glTF" + b"\xff" * 200)
-        ann.until(lambda: "Evil.glb: " in ann.text(".upload-words"), "the sentence")
-        assert "Traceback" not in ann.text(".upload-words")
-        ann.page.locator(".upload .dialog-close").click()
-        assert len(room.users()) == 1
-        assert ann.watches()
-
-
-def test_where_no_file_may_come_there_is_no_way_in(visitors: Open, serve: Serve) -> None:
-    ann = visitors()
-    ann.visit(serve().address)
-    assert not ann.page.locator(OPENER).first.is_visible()
-    drop(ann, "my block.vtu", block_vtu())
-    assert not ann.page.locator(".upload").is_visible()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import http.client
 import os
 import sys
 from collections.abc import AsyncGenerator
@@ -14,7 +13,6 @@ from typing import Any
 
 import pytest
 
-from cohaptic.cli.app import main
 from cohaptic.clock import SystemClock
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Error, Welcome, encode_control
@@ -161,39 +159,3 @@ def test_bans_and_used_tokens_outlive_a_killed_room_and_a_server(tmp_path: Path)
             assert await comes(url, used) == CloseCode.UNAUTHENTICATED.value
 
     asyncio.run(go())
-
-
-def test_behind_a_proxy_the_list_of_rooms_counts_each_with_its_own_address() -> None:
-    async def go() -> None:
-        # The front and the rooms have to mean the same address.
-        access = AccessTable(trust_proxy=("127.0.0.0/8",), open=True)
-        few = {"connections": "0.01:2"}
-        async with served(access, "main", limits=few) as supervisor:
-            url = await supervisor.start()
-            sources = ("192.0.2.1:80", "192.0.2.1:81", '"192.0.2.1:82"', "192.0.2.2:80")
-            found = [await asyncio.to_thread(status, url, source) for source in sources]
-            assert found == [200, 200, 429, 200]
-            while supervisor.gate.sources.open:
-                await asyncio.sleep(0.02)
-
-    asyncio.run(go())
-
-
-def status(url: str, source: str) -> int:
-    """Of the list, for one whom a proxy brings."""
-    connection = http.client.HTTPConnection(url.removeprefix("ws://"), timeout=PATIENCE)
-    with contextlib.closing(connection):
-        connection.request("GET", "/rooms", headers={"X-Forwarded-For": source})
-        return connection.getresponse().status
-
-
-def test_keys_that_the_environment_names_are_not_passed_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "rooms.toml"
-    path.write_text("port = 0\n[rooms.main]\nbody = 'balloon'\n")
-    monkeypatch.setenv("COHAPTIC_KEYS", str(tmp_path / "keys"))
-    with pytest.raises(SystemExit) as end:
-        main(["serve", "--config", str(path)])
-    assert end.value.code == 2
-    assert "access.keys is missing while the environment variable" in capsys.readouterr().err

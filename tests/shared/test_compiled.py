@@ -83,12 +83,6 @@ def test_a_kernel_that_cannot_be_compiled_is_plain_and_named(root: Path) -> None
     assert used_in(root)["kernels"] == "compiled"
 
 
-@pytest.mark.parametrize("source", ["total.py", "total.pxd"])
-def test_so_is_a_kernel_that_uses_another_which_has_changed(root: Path, source: str) -> None:
-    change(root / "server/cohaptic_server" / source)
-    assert used_in(root)["plain"] == KERNELS
-
-
 @pytest.mark.parametrize(
     "source", ["shared/cohaptic/vec.py", "client/cohaptic_client/tip.py"]
 )  # fmt: skip
@@ -136,14 +130,6 @@ def test_the_demo_starts_when_what_it_needs_is_compiled(root: Path) -> None:
     assert used_in(root)["kernels"] == "compiled"
 
 
-def test_the_environment_can_ask_for_plain_python(root: Path) -> None:
-    found = used_in(root, COHAPTIC_PLAIN="1")
-    assert sorted(found["plain"]) == ALL
-    assert found["kernels"] == found["loop"] == "plain Python: COHAPTIC_PLAIN is set"
-    assert found["why_plain"] == ["COHAPTIC_PLAIN is set"] * 2
-    assert used_in(root, COHAPTIC_PLAIN="0")["plain"] == []
-
-
 @pytest.mark.parametrize(
     "text",
     [None, "", "{", "[]", "{}", '{"groups": []}', '{"groups": {}}', '{"groups": {"kernels": [1]}}',
@@ -162,17 +148,6 @@ def test_without_a_manifest_that_can_be_read_everything_is_plain(
     assert found["kernels"].startswith("plain Python: ")
     assert "compiled modules" in found["kernels"]
     assert found["why_plain"][0]
-
-
-@pytest.mark.parametrize("module", ["cohaptic_server.total", "cohaptic_loop__mypyc"])
-def test_an_extension_that_is_damaged_or_gone_is_not_used(root: Path, module: str) -> None:
-    path = extension(root, module)
-    path.write_bytes(path.read_bytes()[:-1])
-    group = "loop" if "loop" in module else "kernels"
-    found = used_in(root)
-    assert "is missing or damaged" in found[group]
-    path.unlink()
-    assert used_in(root)["plain"] == found["plain"] != []
 
 
 @pytest.mark.parametrize(
@@ -218,21 +193,3 @@ def test_no_constant_of_the_loop_is_one_that_mypyc_cannot_read() -> None:
                 first = ast.unparse(line.value.elts[0])
                 is_float = "." in first and first.strip("-").replace(".", "").isdigit()
                 assert not (is_float and "Final" in ast.unparse(line.annotation)), (path, first)
-
-
-def test_a_declaration_without_a_module_is_a_source_of_the_kernels_that_use_it(
-    tmp_path: Path,
-) -> None:
-    """It is no kernel itself; when it changes, they are compiled again."""
-    folder = tmp_path / "server/cohaptic_server"
-    folder.mkdir(parents=True)
-    (tmp_path / "pyproject.toml").write_text("[tool.cohaptic.compile]\nfirst = []\nloop = []\n")
-    (folder / "sums.py").write_text("def total(x): ...\n")
-    (folder / "sums.pxd").write_text("cimport cohaptic_server.calls as calls\n")
-    (folder / "calls.pxd").write_text("cdef inline int one() noexcept nogil:\n    return 1\n")
-    _, _, kernel = units(tmp_path)
-    assert kernel.modules == ("cohaptic_server.sums",)
-    assert "cohaptic_server.calls" not in kernel.uses
-    before = kernel.sources["cohaptic_server/calls.pxd"]
-    (folder / "calls.pxd").write_text("cdef inline int one() noexcept nogil:\n    return 2\n")
-    assert units(tmp_path)[2].sources["cohaptic_server/calls.pxd"] != before

@@ -12,12 +12,12 @@ import pytest
 
 from cohaptic import extensions
 from cohaptic.cli.app import build_app
-from cohaptic.errors import DeviceError, SettingError
-from cohaptic.extensions import ExtensionError, added, load
+from cohaptic.errors import DeviceError
+from cohaptic.extensions import ExtensionError, load
 from cohaptic.simulated.hand import Hand
 from cohaptic.vec import ZERO
-from cohaptic_client.devices.catalogue import device_kind, names, open_device, search
-from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig, DeviceKind
+from cohaptic_client.devices.catalogue import device_kind, open_device, search
+from cohaptic_client.devices.kind import DeviceChoice, DeviceConfig
 from cohaptic_server.objects.catalogue import build_body
 
 DEVICES, BODIES = "cohaptic.devices", "cohaptic.bodies"
@@ -63,24 +63,12 @@ def only_gloves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cohaptic_client.devices.catalogue.names", lambda: ["glove", "simulated"])
 
 
-def test_a_device_of_a_package_is_known_by_its_name(package: Path) -> None:
-    adds(package, DEVICES, glove="KIND")
-    assert "glove" in names()
-    assert names() == ["simulated", *sorted(names()[1:])]
-    assert device_kind("glove").summary == "a glove"
-
-
 @pytest.mark.usefixtures("only_gloves")
 def test_it_is_looked_for(package: Path) -> None:
     adds(package, DEVICES, glove="KIND")
     found, missing = search()
     assert [each.choice for each in found] == ["glove"]
     assert missing == []
-
-
-def test_our_own_devices_are_nobody_elses(package: Path) -> None:
-    adds(package, DEVICES, simulated="KIND")
-    assert device_kind("simulated").name == "simulated"
 
 
 @pytest.mark.parametrize(
@@ -120,18 +108,6 @@ def test_a_body_that_is_none_is_refused(package: Path, what: str, why: str) -> N
     adds(package, BODIES, glove=what)
     with pytest.raises(ExtensionError, match=f"glove, which the package .* adds, .*{why}"):
         build_body("glove")
-
-
-def test_an_unknown_body_is_answered_with_those_that_packages_add(package: Path) -> None:
-    adds(package, BODIES, glove="no_body")
-    with pytest.raises(SettingError, match="one of: balloon, spring, glove, or a file"):
-        build_body("mitten")
-
-
-def test_entries_are_sorted_and_loaded_as_what_they_are(package: Path) -> None:
-    adds(package, "cohaptic.tests", b="KIND", a="INFO")
-    assert added("cohaptic.tests") == ["a", "b"]
-    assert load("cohaptic.tests", "b", DeviceKind).name == "glove"
 
 
 def claims(folder: Path, package: str, group: str, name: str, what: str) -> None:

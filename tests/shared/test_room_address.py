@@ -42,13 +42,6 @@ def test_names_that_would_need_quotes_are_none(name: str) -> None:
     assert not is_room_name(name)
 
 
-def test_what_contradicts_itself_is_refused() -> None:
-    with pytest.raises(SettingError, match="--room is b; it must be a, as the address"):
-        room_url("ws://a:1/r/a", "b")
-    with pytest.raises(SettingError, match="--room is 'B'"):
-        room_url("ws://a:1", "B")
-
-
 @given(
     NAMES,
     st.sampled_from(["/haptics", "/a/b.c", "/r2/x", "/R"]),
@@ -63,11 +56,6 @@ def test_a_room_below_a_path_is_found_with_that_path_and_without_it(
     assert base_path(f"{base}/") == base_path(base) == base
     # What only begins like it is not below it.
     assert below(f"{base}x{inner}", base) == f"{base}x{inner}"
-
-
-@given(st.text(max_size=40))
-def test_without_a_path_every_target_stays_as_it_is(target: str) -> None:
-    assert below(target, "") == target
 
 
 @pytest.mark.parametrize(

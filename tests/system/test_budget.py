@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,8 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cohaptic.clock import SystemClock
-from cohaptic_server.cli.progress_bar import INTERRUPTED
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.testing.blocks import block
 from tests.patience import PATIENCE
@@ -28,9 +25,6 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="it says no peak of memory"),
 ]
 
-LOOK = 0.005  # s between two looks, which leave the processor to what is looked at
-QUICK = 0.2  # s within which a signal comes into the work after a result
-CLOCK = SystemClock()
 SAID = re.compile(r"([\d.]+) GB of memory at the most \(([\d.]+) expected\)")
 
 
@@ -101,64 +95,3 @@ def test_no_more_memory_is_taken_than_was_said_before(name: str, tmp_path: Path)
 
 def entries(store: Path) -> list[str]:
     return sorted(path.name for path in store.glob("*.arrays")) if store.is_dir() else []
-
-
-def wait_for(process: subprocess.Popen[str], count: int, store: Path) -> float:
-    """Until so many results are stored, or for none it fills; when it was last not so far."""
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    before = CLOCK.now()
-    end = before + 120.0
-    while True:
-        now, stored = CLOCK.now(), len(entries(store))
-        fills = not children.exists() or children.read_text() != ""
-        if stored >= count and (stored or fills):
-            return before
-        assert process.poll() is None, process.communicate()
-        assert now < end
-        before = now
-        CLOCK.sleep_until(CLOCK.now() + LOOK)
-
-
-def stopped(
-    file: Path, options: list[str], number: signal.Signals, finished: int, folder: Path
-) -> tuple[subprocess.Popen[str], Path, list[str]]:
-    """A preparation that got a signal after so many results; its store, and what it held then.
-
-    Whoever stands still between a look and the signal is too late, and stops another one.
-    """
-    for turn in range(20):
-        store = folder / f"store {turn}"
-        process = started(file, *options, store=store)
-        seen = wait_for(process, finished, store)
-        kept = entries(store)
-        process.send_signal(number)
-        if CLOCK.now() - seen < QUICK and len(kept) == finished:
-            return process, store, kept
-        process.kill()
-        process.communicate()
-    raise AssertionError("no signal came in time")
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-@pytest.mark.parametrize("finished", [0, 1, 2])
-def test_the_next_start_goes_on_after_what_was_finished(
-    number: signal.Signals, finished: int, tmp_path: Path
-) -> None:
-    """Stopped while it is filled, with the tetrahedra stored, and with the factor stored."""
-    file, options = ball(tmp_path)
-    process, store, kept = stopped(file, options, number, finished, tmp_path)
-    out, err = process.communicate(timeout=PATIENCE)
-    if number == signal.SIGINT:
-        assert (process.returncode, out, err.strip()) == (130, "", INTERRUPTED)
-    else:
-        assert process.returncode == -signal.SIGKILL
-    again = started(file, *options, store=store)
-    out, err = again.communicate(timeout=5 * PATIENCE)
-    assert again.returncode == 0, err
-    assert "tetrahedra" in out
-    left = entries(store)
-    assert len(left) == 2  # tetrahedra, and what makes a solid of them
-    if finished:
-        assert len(set(kept) & set(left)) == 1  # the tetrahedra; a factor alone is not kept
-    # A factor that was stored is not made again: nothing was expected of it.
-    assert ("expected" in out) == (finished < 2)

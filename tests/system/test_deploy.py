@@ -96,19 +96,6 @@ def test_the_containers_fit_each_other_and_the_files_beside_them() -> None:
     assert {n for n, s in services.items() if "profiles" in s} == {"prometheus", "grafana"}
 
 
-# A `tmpfs` has them in Docker and in podman alike; Docker alone has uid and gid.
-OPTIONS_OF_BOTH = {"mode", "size", "rw", "ro", "noexec", "nosuid", "nodev"}
-
-
-def test_every_engine_knows_the_options_of_the_file_systems_in_memory() -> None:
-    services = yaml.safe_load((DEPLOY.parent / "docker-compose.yml").read_text())["services"]
-    mounts = [mount for service in services.values() for mount in service.get("tmpfs", ())]
-    assert mounts
-    for mount in mounts:
-        options = filter(None, mount.partition(":")[2].split(","))
-        assert {option.partition("=")[0] for option in options} <= OPTIONS_OF_BOTH, mount
-
-
 def test_nobody_but_the_proxy_is_given_the_address_that_the_server_believes() -> None:
     compose = yaml.safe_load((DEPLOY.parent / "docker-compose.yml").read_text())
     (pool,) = compose["networks"]["inside"]["ipam"]["config"]
@@ -136,17 +123,6 @@ def understood(arguments: list[str]) -> None:
     command = group if arguments[0] not in getattr(group, "commands", ()) else None
     command = command or group.commands[arguments[0]]
     command.make_context(arguments[0], list(arguments[1:]))
-
-
-def test_the_default_command_and_the_unit_are_command_lines_of_the_program() -> None:
-    lines = (DEPLOY / "Dockerfile").read_text()
-    (command,) = re.findall(r"^CMD (\[.*\])$", lines, re.M)
-    understood(json.loads(command))
-    unit = (DEPLOY / "cohaptic.service").read_text()
-    (start,) = re.findall(r"^ExecStart=\S+ (.*)$", unit, re.M)
-    understood(start.split())
-    with pytest.raises(Exception, match="No such option"):
-        understood(["serve", "--no-such-option"])
 
 
 PROMTOOL, ANALYZE = shutil.which("promtool"), shutil.which("systemd-analyze")

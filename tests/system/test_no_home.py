@@ -59,18 +59,3 @@ def test_it_is_served_without_a_cache_and_told_so_once(
     assert said.count("nothing is stored, the next start takes as long: " + NO_HOME) == 1
     assert "Traceback" not in said
     assert [path.name for path in tmp_path.iterdir()] == ["ball.stl"]
-
-
-def test_a_preparation_that_nothing_can_keep_is_no_success(
-    stranger: list[str], environment: dict[str, str], tmp_path: Path
-) -> None:
-    done = subprocess.run(
-        [*stranger, "body", "prepare", "ball.stl", *HELD],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert done.stderr.endswith(f"what was prepared cannot be kept: {NO_HOME}\n")

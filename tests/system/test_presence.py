@@ -135,31 +135,6 @@ def test_a_hand_that_touches_raises_the_lag_in_the_tick_of_its_first_force(
     assert min(lags(session, 0.5)) > LONG
 
 
-@pytest.mark.parametrize("frequency", [2.0, 5.0])
-def test_the_lag_does_not_fall_between_two_taps(small_balloon: Balloon, frequency: float) -> None:
-    session = two_who_press(small_balloon)
-    user = third(session, 0.01, approach_at=1.0, rhythm=Rhythm(1.0 / frequency))
-    session.run(2.0)
-    first = len(user.force)
-    found = lags(session, 1.5)
-    assert min(user.force[first:]) == 0.0 < max(user.force[first:])
-    assert min(found) > 0.98 * max(found) > LONG
-
-
-def test_the_lag_falls_again_when_a_hand_has_let_go(small_balloon: Balloon) -> None:
-    session = two_who_press(small_balloon)
-    third(session, 0.01, approach_at=0.0, rhythm=Rhythm(8.0))
-    session.run(3.5)  # the rhythm presses in its second half, and lets go in its first
-    assert session.room.world.room.lag < SHORT
-    session.run(4.0)
-    assert session.room.world.room.lag > LONG
-    found = lags(session, 4.4)
-    # It is still there while the body carries the force, and then falls without a step.
-    assert found[600] > LONG
-    assert found[-1] < SHORT
-    assert np.diff(found).min() > -0.01
-
-
 def test_heavy_hands_without_damping_come_to_rest_after_a_late_touch(
     small_balloon: Balloon,
 ) -> None:

@@ -10,7 +10,6 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +24,6 @@ from cohaptic_client.loop.arrival import PATIENCE as PATIENCE_OF_LOOP
 from cohaptic_client.loop.passivity import MAX_DAMPING
 from cohaptic_client.loop.safety import EXTERNAL_RATE, SAFETY_FADE_RATE, SafetyLimits
 from cohaptic_server.numeric import Floats
-from cohaptic_server.testing.blocks import block
 from cohaptic_tools.demo.analysis import STEP, Recording
 from cohaptic_tools.demo.processes import Stage
 from cohaptic_tools.demo.scene import PRESS_DEPTH, Scene
@@ -99,26 +97,6 @@ def test_the_demo_shows_two_users_who_feel_each_other(tmp_path: Path) -> None:
     # Who presses has nothing to wait for, and nothing is felt before it can have arrived.
     assert left["felt_delay_ms"] is None
     assert right["felt_delay_ms"] >= 60.0
-
-
-@pytest.mark.night
-def test_the_demo_shows_a_finger_that_another_drags_along(tmp_path: Path) -> None:
-    result = tmp_path / "out.json"
-    options = ["--friction", "0.8", "--duration", "15", "--delay-ms", "20", "--json", str(result)]
-    done = subprocess.run(
-        [sys.executable, "-m", "cohaptic", "demo", *options],
-        capture_output=True,
-        text=True,
-        timeout=3 * PATIENCE,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "drag felt" in done.stdout
-    demo = json.loads(result.read_text())
-    for user in demo["users"]:
-        assert user["rest"] == "rests"
-        assert user["force_error"] <= 0.05
-        assert user["truth_from_others_n"] > 0.5
-    assert demo["users"][1]["felt_delay_ms"] >= 40.0
 
 
 def test_a_killed_client_jolts_nobody_and_can_be_replaced(tmp_path: Path) -> None:
@@ -224,27 +202,3 @@ def stood_still(t: Floats, start: float, end: float, period: float) -> float:
 
 def scene_delay() -> float:
     return Scene(link=LinkSettings(0.02)).link.delay
-
-
-def test_two_users_feel_each_other_on_an_object_from_a_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]'")
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-    mesh, path, result = block((0.06, 0.06, 0.14), (5, 5, 10)), tmp_path / "a.vtk", tmp_path / "o"
-    meshio.Mesh(mesh.vertices, [("tetra", mesh.tets)]).write(path)
-    options = ["--body", str(path), "--order", "1", "--contact-radius", "0.015"]
-    options += ["--duration", "12", "--delay-ms", "30", "--json", str(result)]
-    done = subprocess.run(
-        [sys.executable, "-m", "cohaptic", "demo", *options],
-        capture_output=True,
-        text=True,
-        timeout=3 * PATIENCE,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "C_ij/C_ii" in done.stdout
-    demo = json.loads(result.read_text())
-    for user in demo["users"]:
-        assert user["stable"] is True
-        assert user["force_error"] <= 0.05
-        assert abs(user["truth_from_others_n"]) > 0.1

@@ -98,27 +98,6 @@ def test_a_killed_client_loses_a_second_at_most(tmp_path: Path, url: str, seed: 
     assert list(folder.iterdir()) == [path]
 
 
-def test_two_stations_do_not_meet_on_one_name(tmp_path: Path, url: str) -> None:
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    path, part = folder / "ann.npz", folder / "ann.npz.part"
-    first = touch(url, "ann", path)
-    until(lambda: seconds(part) > 0.2)
-    for options in ([], ["--overwrite"]):
-        words = ended(touch(url, "bob", path, *options))
-        assert "a file to which no other program is recording" in words
-    busy = command("recording", "--finish", str(part))
-    assert (busy.returncode, "a program is still recording to it" in busy.stderr) == (2, True)
-    before = seconds(part)
-    until(lambda: seconds(part) > before)
-    first.wait()
-    assert "recorded to" in first.words()
-    found = read_recording(path)
-    assert found.outline.header.name == "ann"
-    assert found.outline.clocks[-1].error > 0.0
-    assert list(folder.iterdir()) == [path]
-
-
 def test_without_its_folder_the_recording_ends_and_the_hand_goes_on(
     tmp_path: Path, url: str
 ) -> None:
@@ -137,10 +116,3 @@ def test_without_its_folder_the_recording_ends_and_the_hand_goes_on(
     kept = Path(hand.words().partition("are kept in ")[2].partition(";")[0])
     assert seconds(kept) >= before
     kept.unlink()
-
-
-def test_a_visit_that_recorded_nothing_has_a_status(tmp_path: Path, url: str) -> None:
-    path = tmp_path / "x.npz"
-    done = command("touch", url, "--duration", "0.001", "--record", str(path))
-    assert done.returncode == 2
-    assert "nothing was recorded" in done.stderr or "the object was never there" in done.stderr

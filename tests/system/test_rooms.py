@@ -10,7 +10,6 @@ import socket
 import subprocess
 import sys
 import threading
-import urllib.request
 from collections.abc import Callable, Generator
 from pathlib import Path
 
@@ -179,30 +178,6 @@ def test_the_first_signal_lets_the_rooms_end_in_order(rooms: Rooms) -> None:
     assert "main left: the server stops" in rooms.log.read_text()
     until(lambda: "the server stops" in (rooms.folder / "main.log").read_text())
     hand.wait()
-
-
-def test_rooms_and_pages_are_found_under_their_paths(rooms: Rooms) -> None:
-    base = rooms.url.replace("ws", "http", 1)
-    with urllib.request.urlopen(f"{base}/rooms", timeout=PATIENCE) as answer:
-        assert [room["name"] for room in json.load(answer)["rooms"]] == ["main", "other"]
-    with urllib.request.urlopen(f"{base}/r/other", timeout=PATIENCE) as answer:
-        assert answer.url == f"{base}/r/other/"  # relative addresses begin here
-        assert answer.status == 200
-
-
-def test_a_hangup_ends_nobody(rooms: Rooms) -> None:
-    hand = rooms.touch("main")
-    until(lambda: state(hand)[1] > 0.5)
-    # From a terminal that closes it comes to all of them.
-    for pid in (rooms.process.pid, rooms.pids("main")[-1]):
-        os.kill(pid, signal.SIGHUP)
-    told = hand.line
-    until(lambda: hand.line != told)
-    base = rooms.url.replace("ws", "http", 1)
-    with urllib.request.urlopen(f"{base}/rooms", timeout=PATIENCE) as answer:
-        assert [room["users"] for room in json.load(answer)["rooms"]] == [1, 0]
-    hand.wait()
-    assert len(rooms.pids("main")) == len(rooms.pids("other")) == 1
 
 
 @pytest.mark.parametrize(

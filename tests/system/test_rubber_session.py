@@ -99,20 +99,6 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
 
 
 @pytest.mark.slow
-def test_two_users_at_80_ms_feel_the_reference(rubber: RubberBalloon) -> None:
-    hands = [HandScript(math.pi + math.pi * i, depth=0.02, approach_at=1.2) for i in range(2)]
-    session = VirtualSession(rubber)
-    for i, script in enumerate(hands):
-        session.join(f"user{i}", script, delay=0.08, seed=i)
-    session.run(5.5)
-    expected = solve(rubber, resting(rubber, hands))
-    for i, user in enumerate(session.users.values()):
-        assert user.force[-1] == pytest.approx(expected.force[i], rel=0.02)
-        assert np.ptp(user.force[-300:]) < 0.05
-        assert user.force[-1] > 2.0
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (2.0, 0.15)])
 def test_three_deep_hands_settle_at_the_reference(damping: float, sway: float) -> None:
     """Contacts do not throw each other to and fro on a body that softens.

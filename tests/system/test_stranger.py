@@ -19,7 +19,6 @@ from cohaptic_server.http.routes import has_page, load_page
 from tests.browser.chromium import FLAGS, NAMES
 from tests.browser.visitor import Visitor
 from tests.give_up import give_up
-from tests.patience import PATIENCE
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.system.namespaces import Namespace, two_namespaces
 
@@ -110,31 +109,3 @@ def test_a_guest_from_another_network_touches_is_kicked_and_comes_back_refused(
             server.wait(20.0)
             server.stdout.close()
         assert "Traceback" not in (tmp_path / "server.log").read_text()
-
-
-def test_the_servers_loopback_is_not_the_guests(tmp_path: Path) -> None:
-    """What the test above shows is no luck of a shared loopback."""
-    del tmp_path
-    with two_namespaces() as (home, away):
-        listening = subprocess.Popen(
-            home.command(
-                sys.executable, "-c",
-                "import socket; s = socket.create_server(('127.0.0.1', 0));"
-                "import sys; print(s.getsockname()[1], flush=True); sys.stdin.read()",
-            ),
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        assert listening.stdout is not None
-        assert listening.stdin is not None
-        port = int(listening.stdout.readline())
-        tried = subprocess.run(
-            away.command(
-                sys.executable, "-c",
-                f"import socket; socket.create_connection(('127.0.0.1', {port}), 5)",
-            ),
-            capture_output=True, text=True, check=False, timeout=PATIENCE,
-        )  # fmt: skip
-        listening.stdin.close()
-        listening.wait(10.0)
-        listening.stdout.close()
-    assert "ConnectionRefusedError" in tried.stderr

@@ -45,18 +45,6 @@ def test_a_hand_touches_the_side_that_it_came_to(wall: Solid, depth: float) -> N
     assert found.force[0] == pytest.approx(expected, rel=0.02)
 
 
-def test_without_a_word_of_where_it_came_from_the_far_side_is_nearer(wall: Solid) -> None:
-    """The premise: 3 mm deep in 4 mm."""
-    found = solve(wall, [RestingHand((0.0, -0.5 * THICKNESS + 0.003, 0.06), 400.0)])
-    assert found.place[0, 1] == pytest.approx(0.5 * THICKNESS, abs=1e-6)
-
-
-def test_a_wall_is_pressed_until_it_is_felt(wall: Solid, placement: Placement) -> None:
-    assert placement.depth > THICKNESS
-    scene = Scene(2, places=placement.places, depth=placement.depth)
-    assert reference(scene, wall, pressed=True).force[0] > 2.0 * LEAST
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.0, 0.08, 0.25])
 def test_a_session_finds_the_forces_of_the_reference(

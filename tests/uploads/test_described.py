@@ -6,21 +6,11 @@ from typing import Any
 import pytest
 from hypothesis import given
 
-from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_uploads.described import from_fields, to_fields
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.pipe import PipeEnded
 from tests.server.objects.given_options import GIVEN
-
-MATERIAL = SolidSettings(6e3, 0.3, order=1)
-
-
-def test_an_object_comes_back_as_it_was() -> None:
-    source = ObjectFile(
-        uploads_folder() / "a.stl", "z < 5%", 0.001, 0.07, True, MATERIAL, simplify=4000, shell=0.01
-    )
-    assert from_fields(to_fields(source)) == source
 
 
 @given(GIVEN)
@@ -47,13 +37,6 @@ def test_any_options_come_back_but_those_that_nobody_chooses_here(options: dict[
 def test_nonsense_is_no_object(change: dict[str, Any]) -> None:
     with pytest.raises(PipeEnded, match="no object"):
         from_fields(to_fields(ObjectFile(uploads_folder() / "a.stl", "z < 5%")) | change)
-
-
-def test_an_option_that_is_missing_is_no_default() -> None:
-    fields = to_fields(ObjectFile(uploads_folder() / "a.stl", "z < 5%"))
-    del fields["shell"]
-    with pytest.raises(PipeEnded, match="shell"):
-        from_fields(fields)
 
 
 def test_a_file_elsewhere_cannot_be_named() -> None:

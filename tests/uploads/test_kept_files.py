@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
@@ -34,16 +33,6 @@ def test_whatever_a_file_is_called_it_leads_nowhere(name: str) -> None:
 )
 def test_names_become_plain(name: str, plain: str, kind: str) -> None:
     assert (plain_name(name), kind_of(name)) == (plain, kind)
-
-
-def test_the_oldest_go_first(tmp_path: Path) -> None:
-    paths: list[Path] = []
-    for k in range(12):
-        paths.append(keep(f"{k}".encode(), f"../x{k}.stl", ".stl", tmp_path / "mark"))
-        os.utime(paths[-1], (k, k))
-    assert {path.parent for path in paths} == {uploads_folder()}
-    keep(b"last", "last.stl", ".stl", tmp_path / "mark")
-    assert [path.is_file() for path in paths] == [False] * 5 + [True] * 7
 
 
 @pytest.mark.parametrize("kind", KINDS)

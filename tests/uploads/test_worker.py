@@ -15,18 +15,12 @@ import trimesh
 
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.upload_messages import Examined
-from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
-from cohaptic_server.objects.auto.softness import fitting_young
-from cohaptic_server.objects.build import build
-from cohaptic_server.objects.build_rubber import EDGES, build_affordable
-from cohaptic_server.objects.cost import Demand
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.touchable import YOUNG
 from cohaptic_uploads.described import from_fields
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.limits import UploadLimits
 from cohaptic_uploads.pipe import DATA, fields_of
-from cohaptic_uploads.process import Rubber, UploadFailed, WorkerProcess
+from cohaptic_uploads.process import UploadFailed, WorkerProcess
 from tests.uploads.hostile import HOSTILE
 
 pytestmark = pytest.mark.live
@@ -111,21 +105,6 @@ def test_a_file_that_needs_more_memory_than_there_is_ends_its_worker_alone() -> 
     assert "more memory than an upload may have" in said
 
 
-def test_a_softness_that_nobody_wished_is_one_with_which_a_press_is_felt() -> None:
-    worker = brought("cube.vtu", block_vtu())
-    try:
-        worker.receive()
-        worker.receive()
-        worker.send_wish(fix="z > 90%", young=None, poisson=0.45)
-        while (fields := fields_of(worker.receive()[1]))["event"] == "progress":
-            pass
-        source = from_fields(fields["source"])
-        assert source.material.young == fitting_young(build(source).solid, source.material.young)
-        assert source.material.young != YOUNG
-    finally:
-        worker.close()
-
-
 def test_a_sound_file_is_examined_and_prepared_as_it_was_wished() -> None:
     worker = brought("a cube/../of mine.vtu", block_vtu())
     try:
@@ -189,33 +168,6 @@ def test_a_size_that_cannot_be_touched_is_refused_and_another_is_taken(scale: fl
         assert source.scale == 0.5
     finally:
         worker.close()
-
-
-def test_where_solids_are_nonlinear_the_mesh_is_one_that_the_tick_affords() -> None:
-    rubber = Rubber(1.0 / 60.0, 0.5)
-    worker = WorkerProcess(LIMITS, "cube.stl", rubber)
-    try:
-        worker.send_piece(cube())
-        worker.send_piece(b"")
-        worker.receive()
-        worker.receive()
-        worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3)
-        source = from_fields(told(worker)["source"])
-    finally:
-        worker.close()
-    assert source.edge in EDGES
-    # The server reads what the worker has computed, and computes nothing of it again.
-    phases: list[str] = []
-    demand = Demand(hz=1.0 / rubber.period, nonlinear=True)
-    again, solid = build_affordable(
-        source,
-        demand=demand,
-        damping=rubber.damping,
-        progress=lambda phase, _: phases.append(phase),
-    )
-    assert again == source
-    assert set(phases) == {"tetrahedra"}
-    assert tick_seconds(len(solid.shape.nodes)) <= rubber.period
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="environments of processes are Linux's")

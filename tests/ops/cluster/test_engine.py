@@ -14,7 +14,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.testing.manual_clock import ManualClock
 from cohaptic_ops.cluster import engine
-from cohaptic_ops.cluster.addresses import at, is_here, own_address
+from cohaptic_ops.cluster.addresses import own_address
 from cohaptic_ops.cluster.engine import Engine, environment, start_command
 from cohaptic_ops.cluster.lines import Placed
 from tests.patience import PATIENCE
@@ -33,12 +33,6 @@ def test_the_head_is_on_the_machine_of_its_address_alone() -> None:
     other = start_command(HEAD, "10.0.0.2", leads=False)
     assert "--head" not in other
     assert f"--address={HEAD}" in other
-
-
-def test_without_the_extra_it_is_said_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine, "_program", lambda: Path("/nowhere/ray"))
-    with pytest.raises(SettingError, match=r"pip install 'cohaptic\[cluster\]'"):
-        Engine(HEAD, "10.0.0.1", SystemClock(), leads=True, watches=True)
 
 
 def test_news_of_one_room_are_added_and_a_whole_list_replaces_what_was_known(
@@ -78,26 +72,6 @@ def test_it_is_away_only_after_the_time_that_it_has_to_start(
     assert there.away
 
 
-def test_it_is_told_once_whether_it_answers(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(engine, "_program", lambda: Path(sys.executable))
-    caplog.set_level("INFO", "cohaptic.server")
-    clock = ManualClock()
-    there = Engine(HEAD, "10.0.0.1", clock, leads=True, watches=True)
-    for now, heard in ((1.0, False), (2.0, True), (3.0, True), (6.5, False), (7.0, True)):
-        clock.sleep_until(now)
-        if heard:
-            there.hear(Placed().model_dump_json().encode())
-        there.tell()
-    clock.sleep_until(26.0)
-    there.tell()
-    there.tell()
-    told = [record.message.partition(";")[0] for record in caplog.records]
-    answers, silent = (f"the engine at {HEAD} {word}" for word in ("answers", "does not answer"))
-    assert told == [answers, silent]
-
-
 def test_all_machines_use_rays_token_where_there_is_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,23 +82,6 @@ def test_all_machines_use_rays_token_where_there_is_one(
     (tmp_path / ".ray/auth_token").write_text("x")
     assert environment({})["RAY_AUTH_MODE"] == "token"
     assert environment({"RAY_AUTH_MODE": "disabled"})["RAY_AUTH_MODE"] == "disabled"
-
-
-def test_rooms_are_served_without_anything_of_the_engine() -> None:
-    assert {"cohaptic_ops.rooms_cli", "ray"} & set(sys.modules) <= {"cohaptic_ops.rooms_cli"}
-
-
-@pytest.mark.parametrize(
-    ("name", "here"),
-    [("10.0.0.2", True), ("10.0.0.3", False), ("no.such.name.invalid", False)],
-)
-def test_a_machine_knows_its_own_address(name: str, *, here: bool) -> None:
-    assert is_here(name, "10.0.0.2") is here
-
-
-def test_an_address_has_brackets_where_it_needs_them() -> None:
-    assert at("10.0.0.2", 8764) == "10.0.0.2:8764"
-    assert at("fd00::2", 8764) == "[fd00::2]:8764"
 
 
 @pytest.mark.live

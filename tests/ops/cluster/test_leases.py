@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from random import Random
 
@@ -301,16 +301,3 @@ def test_a_witness_grants_only_rooms_of_the_configuration() -> None:
     granted, refused = witness.grant("p", "a", {"other": 1, ROOM: 1}, 3.0)
     assert (granted, refused) == ({ROOM: 1}, {"other": 0})
     assert witness.owner("other", 3.0) is None
-
-
-def test_who_has_freed_a_room_leaves_it_to_others_at_once() -> None:
-    witness = Witness([ROOM], TERM, 0.0)
-    asked: Mapping[str, int] = {ROOM: 1}
-    witness.grant("p", "a", asked, 3.0)
-    witness.free("q", {ROOM: 1})  # not its own
-    owner = witness.owner(ROOM, 3.1)
-    assert owner is not None
-    assert owner.owner == "p"
-    witness.free("p", {ROOM: 1})
-    assert witness.owner(ROOM, 3.1) is None
-    assert witness.grant("q", "b", {ROOM: 2}, 3.1) == ({ROOM: 2}, {})

@@ -15,7 +15,7 @@ import pytest
 from cohaptic.clock import SystemClock
 from cohaptic_ops.cluster.addresses import at
 from cohaptic_ops.cluster.engine import Engine
-from cohaptic_ops.cluster.lines import Ask, Command, Pass
+from cohaptic_ops.cluster.lines import Command, Pass
 from cohaptic_ops.cluster.node import Here, Node
 from cohaptic_ops.cluster.passing import pass_on
 from cohaptic_ops.cluster.places import Places
@@ -207,34 +207,6 @@ def test_much_that_nobody_reads_waits_with_its_writer_and_comes_whole() -> None:
     asyncio.run(main())
 
 
-def test_a_room_that_nobody_owns_gets_a_place_when_somebody_comes() -> None:
-    async def main() -> None:
-        async with _cluster(()) as there:
-            await there.until(lambda: any(node.owns("*") for node in there.nodes.values()))
-            assert there.engine.placed == {}
-            with await _visit(there.nodes[HOSTS[2]], ROOMS[3]) as visitor:
-                assert await _echoed(visitor, b"who is there?") == b"who is there?"
-            assert list(there.engine.placed) == [ROOMS[3]]
-
-    asyncio.run(main())
-
-
-def test_rooms_of_a_node_that_leaves_are_elsewhere_at_once() -> None:
-    async def main() -> None:
-        async with _cluster() as there:
-            await there.until(lambda: all(there.owners(room) for room in ROOMS))
-            there.engine.lose(HOSTS[0])
-            await there.nodes[HOSTS[0]].stop()
-            # Nobody has to wait for the end of its leases.
-            told = there.nodes[HOSTS[1]].answer(Ask(owner="test", address="", finds=ROOMS))
-            address = there.nodes[HOSTS[0]].address
-            assert all(place.address != address for place in told.found.values())
-            others = there.servers[HOSTS[1]].hosts, there.servers[HOSTS[2]].hosts
-            await there.until(lambda: len(others[0]) == len(others[1]) == 3)
-
-    asyncio.run(main())
-
-
 def test_a_room_that_rests_stays_away_until_somebody_comes() -> None:
     async def main() -> None:
         async with _cluster(()) as there:
@@ -247,32 +219,6 @@ def test_a_room_that_rests_stays_away_until_somebody_comes() -> None:
             there.nodes[owner].release(ROOMS[3])
             await there.until(lambda: ROOMS[3] not in there.engine.placed)
             assert all(server.hosts == [] for server in there.servers.values())
-
-    asyncio.run(main())
-
-
-def test_a_node_that_leaves_takes_no_room_though_the_engine_places_it_there() -> None:
-    async def main() -> None:
-        async with _cluster(()) as there:
-            await there.nodes[HOSTS[0]].leave()
-            there.engine.there[:] = [HOSTS[0]]
-            node = there.nodes[HOSTS[1]]
-            assert await node.find(ROOMS[0]) is None
-            assert there.engine.placed == {ROOMS[0]: HOSTS[0]}
-            assert there.owners(ROOMS[0]) == []
-
-    asyncio.run(main())
-
-
-def test_a_decider_that_does_not_reach_the_engine_lets_another_decide() -> None:
-    async def main() -> None:
-        async with _cluster(()) as there:
-            await there.until(lambda: any(node.owns("*") for node in there.nodes.values()))
-            decider = next(host for host, node in there.nodes.items() if node.owns("*"))
-            there.nodes[decider].engine = cast(Engine, _Placing([], reached=False))
-            await there.until(
-                lambda: any(node.owns("*") for host, node in there.nodes.items() if host != decider)
-            )
 
     asyncio.run(main())
 

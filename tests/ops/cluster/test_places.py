@@ -28,23 +28,6 @@ def test_a_room_that_always_runs_is_placed_and_another_when_somebody_asks() -> N
     assert told == [Command(place="rare", cores=0.25)]
 
 
-def test_a_command_is_given_time_to_take_effect() -> None:
-    there = places()
-    assert there.commands({}, NOBODY, 0.0)
-    assert there.commands({}, NOBODY, 1.0) == []
-    assert there.commands({}, NOBODY, 2.5)
-
-
-def test_a_room_that_rests_is_removed_from_the_engine_and_one_that_is_owned_stays() -> None:
-    there = places()
-    there.want("rare", 0.0)
-    placed = {"always": "10.0.0.1", "rare": "10.0.0.2"}
-    owned = NODE | {"always": "10.0.0.1:8764"}
-    assert there.commands(placed, owned, 60.0) == []
-    del owned["rare"]
-    assert there.commands(placed, owned, 61.0) == [Command(remove="rare")]
-
-
 def test_a_room_where_no_server_runs_is_placed_anew_and_sooner_where_it_has_no_machine() -> None:
     for machine, seconds in (("10.0.0.2", 9.0), ("", 2.0)):
         there = places()
@@ -110,22 +93,3 @@ def test_rooms_are_shared_out_as_evenly_as_they_fit(
     # Where a room has got no machine, none has enough left.
     for room in vacant - shares.keys():
         assert all(count < round(10 * cores[room]) for count in left.values())
-
-
-def test_rooms_of_one_size_differ_by_one_at_most() -> None:
-    rooms = dict.fromkeys((f"room{k}" for k in range(7)), 0.25)
-    shares = list(share_out(rooms, dict.fromkeys("abc", 2.0), NOBODY, rooms).values())
-    assert sorted(shares.count(machine) for machine in "abc") == [2, 2, 3]
-
-
-def test_the_engine_is_set_right_about_a_room_that_another_machine_owns_for_long() -> None:
-    there = places()
-    # The other one waits for a machine, and is where it is.
-    placed = {"rare": "10.0.0.9", "always": ""}
-    owned = NODE | {"always": "10.0.0.1:8764"}
-    assert there.commands(placed, owned, 0.0) == []
-    assert there.commands(placed, owned, 5.0) == []  # it may be on its way
-    assert there.commands(placed, owned, 8.5) == [Command(remove="rare")]
-    del placed["rare"]
-    told = there.commands(placed, owned, 9.0)
-    assert told == [Command(place="rare", cores=0.25, at="10.0.0.2")]

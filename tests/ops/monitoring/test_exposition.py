@@ -11,7 +11,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from cohaptic_ops.monitoring.exposition import exposition
 from cohaptic_ops.monitoring.known import STALE, Known
 from cohaptic_ops.monitoring.metrics import RoomHealth
-from tests.ops.monitoring.some import cluster, health, room, ticking, times, user
+from tests.ops.monitoring.some import health, room, ticking, times, user
 
 Samples = dict[tuple[str, tuple[tuple[str, str], ...]], float]
 
@@ -71,33 +71,8 @@ def test_all_rooms_are_told_and_one_that_is_silent_tells_its_health_only() -> No
     assert ("cohaptic_ticks_total", (("room", "other"),)) not in got
 
 
-def test_before_the_first_line_the_server_is_not_up() -> None:
-    assert read(Known()) == {
-        ("cohaptic_server_up", ()): 0,
-        ("cohaptic_server_ready", ()): 0,
-    }
-
-
 @given(st.lists(st.text(min_size=1, max_size=40), min_size=1, max_size=16, unique=True))
 def test_names_of_strangers_are_no_labels_however_many_come(names: list[str]) -> None:
     line = room(users=tuple(user(seat, name) for seat, name in enumerate(names, 1)))
     seats = room(users=tuple(user(seat, "x") for seat in range(1, len(names) + 1)))
     assert exposition(ticking(line), 1.0) == exposition(ticking(seats), 1.0)
-
-
-def test_a_delay_that_was_not_measured_is_no_number() -> None:
-    got = read(ticking(room(users=(user(delay=None),))))
-    assert not any(name == "cohaptic_user_delay_seconds" for name, _ in got)
-
-
-def test_a_machine_of_a_cluster_has_gauges_and_another_has_none_of_them() -> None:
-    known = ticking(room())
-    assert b"cohaptic_cluster" not in exposition(known, 1.0)
-    known.take(health(cluster=cluster(2)), 1.0)
-    text = exposition(known, 1.0)
-    for line in (
-        b"cohaptic_cluster_witnesses 3.0", b"cohaptic_cluster_witnesses_answering 2.0",
-        b"cohaptic_cluster_rooms_owned 4.0", b"cohaptic_cluster_connections_passed 12.0",
-        b"cohaptic_cluster_engine_reached 1.0", b"cohaptic_cluster_decides 1.0",
-    ):  # fmt: skip
-        assert line + b"\n" in text

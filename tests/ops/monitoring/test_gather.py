@@ -62,24 +62,3 @@ def test_it_tells_whose_loop_the_lag_is_for(small_balloon: Balloon) -> None:
     session.run(4.0)
     told = Gatherer(server).gather()
     assert {user.name: user.sets_lag for user in told.users if user.sets_lag} == {"slow": "delay"}
-
-
-def test_it_tells_whether_clients_use_models_and_who_forbids_them(small_balloon: Balloon) -> None:
-    server, session = CohapticServer(small_balloon, ServerSettings()), VirtualSession(small_balloon)
-    session.room = server.room
-    gatherer = Gatherer(server)
-    session.join("old", HandScript(0.0, depth=0.008, approach_at=0.2))
-    session.run(1.0)
-    alone = gatherer.gather()
-    assert (alone.models, alone.models_off) == (None, "")
-    for name, angle in (("left", 1.5), ("right", math.pi)):
-        session.join(name, HandScript(angle, depth=0.008, approach_at=0.2), models=True)
-    session.run(1.5)
-    beside = gatherer.gather()
-    assert (beside.models, beside.models_off) == (0.0, "hand")
-    assert [user.name for user in beside.users if user.forbids_models] == ["old"]
-    session.drop("old")
-    session.run(4.0)
-    after = gatherer.gather()
-    assert (after.models, after.models_off) == (1.0, "")
-    assert not any(user.forbids_models for user in after.users)

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from cohaptic_ops.monitoring.known import STALE, Known
-from cohaptic_ops.monitoring.lines import ServerLine
 from cohaptic_ops.monitoring.metrics import RoomHealth
-from tests.ops.monitoring.some import cluster, health, room, ticking
+from tests.ops.monitoring.some import health, room, ticking
 
 OPEN = RoomHealth(name="main", state="open")
-OTHER = RoomHealth(name="other", state="open")
-
-
-def test_a_server_that_has_said_nothing_is_neither_alive_nor_ready() -> None:
-    known = Known()
-    assert known.why_not_alive(0.0)
-    assert known.why_not_ready(0.0)
 
 
 def test_a_room_is_ready_once_its_ticks_are_seen_to_move() -> None:
@@ -30,24 +21,6 @@ def test_a_room_is_ready_once_its_ticks_are_seen_to_move() -> None:
     assert known.why_not_ready(1.0)
     known.take(room(ticks=6), 2.0)
     assert known.why_not_ready(2.0) == []
-
-
-def test_a_server_that_reports_and_does_not_tick_is_alive_and_not_ready() -> None:
-    known = ticking()
-    now = 1.0
-    while now < 2.0 * STALE:
-        now += 0.5
-        known.take(health(), now)
-        known.take(room(), now)
-    assert known.why_not_alive(now) == []
-    assert known.why_not_ready(now) == ["room main: does not tick"]
-
-
-def test_who_says_nothing_any_more_is_not_alive_and_how_long_is_told() -> None:
-    known = ticking()
-    assert known.why_not_alive(1.0 + STALE) == []
-    assert known.why_not_alive(1.1 + STALE) == [f"the server has said nothing for {STALE + 0.1} s"]
-    assert known.why_not_ready(1.1 + STALE) == known.why_not_alive(1.1 + STALE)
 
 
 def test_a_server_that_drains_is_alive_and_not_ready_though_it_ticks() -> None:
@@ -67,21 +40,6 @@ def test_one_broken_room_keeps_nobody_from_the_others_and_is_told() -> None:
     assert known.why_not_ready(1.0, "other") == ["broken: no triangle"]
     assert known.why_not_ready(1.0, "main") == []
     assert known.why_not_ready(1.0, "nowhere") == ["no such room"]
-
-
-@pytest.mark.parametrize(("restarts", "ready"), [(0, False), (1, True)])
-def test_only_the_first_start_of_a_room_is_waited_for(restarts: int, ready: bool) -> None:
-    known = ticking(room("main"), room("other"))
-    starting = RoomHealth(name="other", state="starting", restarts=restarts)
-    known.take(health(OPEN, starting), 1.0)
-    assert (known.why_not_ready(1.0) == []) is ready
-
-
-def test_with_no_room_that_ticks_a_server_is_not_ready() -> None:
-    known = ticking(room("main"), room("other"))
-    broken = [RoomHealth(name=name, state="broken", restarts=1) for name in ("main", "other")]
-    known.take(health(*broken), 1.0)
-    assert len(known.why_not_ready(1.0)) == 2
 
 
 def test_fewer_ticks_are_a_new_process_which_has_to_show_that_it_ticks() -> None:
@@ -131,13 +89,3 @@ class ServersLaws(RuleBasedStateMachine):
 
 
 TestServers = ServersLaws.TestCase
-
-
-def test_a_machine_that_most_witnesses_do_not_answer_is_not_ready_and_one_without_rooms_is() -> (
-    None
-):
-    known = Known()
-    for answering, why in ((3, []), (2, []), (1, ["1 of 3 witnesses answer"])):
-        told = health(cluster=cluster(answering)).health.model_copy(update={"rooms": ()})
-        known.take(ServerLine(health=told), 1.0)
-        assert known.why_not_ready(1.0) == why

@@ -38,12 +38,6 @@ def test_a_line_is_one_object_in_ascii_whatever_a_stranger_says(
     assert datetime.fromisoformat(told["time"]).tzinfo is not None
 
 
-def test_the_room_that_a_line_names_goes_before_that_of_the_process() -> None:
-    told = json.loads(JsonLines().format(record("x", room="liver")))
-    assert told["room"] == "liver"
-    assert "room" not in json.loads(JsonLines().format(record("x")))
-
-
 def test_a_traceback_is_within_its_line() -> None:
     try:
         raise ValueError("wrong")

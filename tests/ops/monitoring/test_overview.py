@@ -12,8 +12,8 @@ from rich.console import Console
 
 from cohaptic_ops.monitoring.admin_process import status
 from cohaptic_ops.monitoring.known import Known
-from cohaptic_ops.monitoring.metrics import RoomHealth, TimeCounts
-from cohaptic_ops.monitoring.overview import Status, overview, quantile, since_then
+from cohaptic_ops.monitoring.metrics import RoomHealth
+from cohaptic_ops.monitoring.overview import Status, overview, since_then
 from tests.ops.monitoring.some import cluster, health, room, ticking, times, user
 
 
@@ -61,25 +61,6 @@ def test_what_a_stranger_wrote_is_one_printable_line(name: str, problem: str) ->
     assert all(line.isprintable() for line in drawn(of(known), 200))
 
 
-def test_a_sentence_tells_for_whom_the_lag_is() -> None:
-    def told(lag: float, *by: str | None) -> list[str]:
-        users = tuple(user(i, f"user{i}", sets_lag=why) for i, why in enumerate(by, start=1))
-        lines = drawn(of(ticking(room(users=users, lag=lag))), 120)
-        return [line for line in lines if "lag of" in line]
-
-    assert told(0.24, None, "damping") == [
-        "main: lag of 240 ms, since the device of user2 may damp least"
-    ]
-    assert told(0.5, "delay", None, "delay") == [
-        "main: lag of 500 ms, since the loops of user1 and user3 are slowest"
-    ]
-    assert told(0.24, *["damping"] * 6) == [
-        "main: lag of 240 ms, since the devices of user1, user2, user3 and 3 more may damp least"
-    ]
-    assert told(0.03, None, None) == []
-    assert told(0.001, "damping") == []
-
-
 PRESSED = "pressed by a law or a device that has none"
 
 
@@ -105,19 +86,6 @@ def test_a_sentence_tells_why_there_are_no_models(off: str, by: str, why: str) -
     assert lines == ([f"main: models of the hands answer to 50 %, since {why}"] if why else [])
 
 
-def test_a_sentence_tells_whose_link_wavers_and_what_that_costs() -> None:
-    def told(*wavers: float) -> list[str]:
-        users = tuple(user(i, f"user{i}", wavers=w) for i, w in enumerate(wavers, start=1))
-        return [line for line in drawn(of(ticking(room(users=users))), 120) if "waver" in line]
-
-    assert told(0.004, 0.0121) == [
-        "main: the link of user2 wavers; what comes of it is felt up to 12 ms later"
-    ]
-    both = "main: the links of user1 and user2 waver; what comes of it is felt up to 50 ms later"
-    assert told(0.02, 0.05) == [both]
-    assert told(0.004) == []
-
-
 def test_brackets_in_a_name_are_brackets() -> None:
     text = "\n".join(drawn(of(ticking(room(users=(user(name="[red]ada[/]"),)))), 80))
     assert "[red]ada[/]" in text
@@ -131,23 +99,6 @@ def test_what_is_counted_is_counted_since_the_earlier_reading() -> None:
     assert "4.0" in row
     # Of a process that was started again nothing is taken off.
     assert since_then(before.rooms[0].metrics, told.rooms[0].metrics) == before.rooms[0].metrics
-
-
-def test_a_quantile_lies_in_the_bucket_of_its_value() -> None:
-    counted = times(*[0.0024] * 99, 0.08)
-    half = quantile(counted, 0.5)
-    assert half is not None
-    assert 0.002 <= half <= 0.003
-    last = quantile(counted, 1.0)
-    assert last is not None
-    assert 0.05 <= last <= 0.1
-    assert quantile(times(), 0.5) is None
-    assert quantile(times(7.0), 0.5) == 0.25  # no better is known
-    assert TimeCounts.model_validate(counted.model_dump()) == counted
-
-
-def test_why_a_server_is_not_ready_is_told() -> None:
-    assert "has not said anything" in drawn(of(Known()), 80)[0]
 
 
 @pytest.mark.parametrize("width", [80, 120])

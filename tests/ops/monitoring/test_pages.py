@@ -30,13 +30,6 @@ def test_health_and_readiness_differ_while_the_server_drains() -> None:
     assert json.loads(body)["reasons"] == ["the server is draining"]
 
 
-def test_one_room_may_be_asked_for() -> None:
-    known = ticking()
-    assert get(known, "/readyz?room=main")[0] == 200
-    assert get(known, "/readyz?room=elsewhere")[0] == 404
-    assert get(known, "/readyz?room=")[0] == 404
-
-
 def test_the_state_is_what_the_terminal_view_reads() -> None:
     known = ticking(room(users=(user(name="a\x1b[2J"),), margin=None))
     status, body = get(known, "/status")
@@ -46,11 +39,6 @@ def test_the_state_is_what_the_terminal_view_reads() -> None:
     assert told.rooms[0].metrics is not None
     assert told.rooms[0].metrics.users[0].name == "a\x1b[2J"
     assert b"\x1b" not in body  # escaped
-
-
-def test_before_anything_is_known_the_state_is_that() -> None:
-    told = Status.model_validate_json(get(Known(), "/status")[1])
-    assert (told.alive, told.ready, told.rooms) == (False, False, ())
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "\x1b[2J"])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-import os
 import sys
 from collections.abc import Sequence
 
@@ -53,16 +51,3 @@ def slow(_settings: ServerSettings) -> Body:
 
 def torn(_settings: ServerSettings) -> Body:
     raise BodyError("the mesh is torn")
-
-
-IMPORTED_BY = os.getpid()
-
-
-def forked_whole(settings: ServerSettings) -> Body:
-    """A small one; BodyError where this process had to import this module by itself, or to copy it.
-
-    What a garbage collection does not look at stays in memory that processes share.
-    """
-    if os.getpid() == IMPORTED_BY or gc.get_freeze_count() < 10_000:
-        raise BodyError(f"imported here, and {gc.get_freeze_count()} objects are kept")
-    return small(settings)

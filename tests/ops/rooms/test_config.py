@@ -66,34 +66,6 @@ def test_rooms_have_each_their_body_law_limits_rate_and_capacity(tmp_path: Path)
     assert dict(config.rooms["liver"].object)["young"] == ["3e3", "tumour=60e3"]
 
 
-HELD = "[rooms.main]\nbody = 'liver.stl'\n[rooms.main.object]\nfix_mesh = '{}'\n"
-
-
-@pytest.mark.parametrize("rest", ["", ":mm", ":LPS:cm"])
-def test_a_second_surface_is_looked_for_by_its_name_without_unit_and_axes(
-    tmp_path: Path, rest: str
-) -> None:
-    (tmp_path / "bone.stl").touch()
-    config = load_config(written(tmp_path, HELD.format(f"bone.stl{rest}")))
-    assert dict(config.rooms["main"].object)["fix_mesh"] == tmp_path / f"bone.stl{rest}"
-
-
-@pytest.mark.parametrize(
-    ("name", "told"),
-    [
-        ("none.stl:mm", r"none\.stl:mm; it must be a file that exists"),
-        ("bone.stl:km", r"bone\.stl:km; it must be FILE.*: 'km' is neither"),
-        ("bone.stl:mm:cm", r"bone\.stl:mm:cm; it must be FILE.*, each once at most"),
-    ],
-)
-def test_a_second_surface_that_cannot_be_meant_is_told_at_once(
-    tmp_path: Path, name: str, told: str
-) -> None:
-    (tmp_path / "bone.stl").touch()
-    with pytest.raises(ConfigError, match=rf"rooms\.main\.object\.fix_mesh is .*{told}"):
-        load_config(written(tmp_path, HELD.format(name)))
-
-
 def test_the_environment_goes_before_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -120,17 +92,6 @@ def test_a_file_is_read_as_an_editor_of_another_system_has_saved_it(
     path.write_bytes(TWO.replace("\n", "\r\n").encode(encoding))
     saved = load_config(path).model_dump()
     assert saved == load_config(written(tmp_path, TWO)).model_dump()
-
-
-def test_home_is_home_in_every_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    home = tmp_path / "home"
-    home.mkdir()
-    monkeypatch.setenv("HOME", str(home))
-    (home / "mine.stl").touch()
-    text = "[access]\nkeys = '~/keys'\n[rooms.main]\nbody = '~/mine.stl'\n"
-    config = load_config(written(tmp_path, text))
-    assert config.access.keys == home / "keys"
-    assert config.rooms["main"].body == str(home / "mine.stl")
 
 
 def test_what_an_orchestrator_tells_of_a_service_of_our_name_is_passed_over(
@@ -194,12 +155,6 @@ def test_every_error_names_its_key(tmp_path: Path, line: str, key: str) -> None:
     assert any(problem.startswith(key) for problem in found), found
 
 
-def test_all_errors_are_told_at_once(tmp_path: Path) -> None:
-    text = "port = -1\n[rooms.a]\nbody = 'balloon'\nrate = 1\n[rooms.b]\nx = 1"
-    keys = {problem.split(" ")[0] for problem in problems(tmp_path, text)}
-    assert keys == {"port", "rooms.a.rate", "rooms.b.body", "rooms.b.x"}
-
-
 @pytest.mark.parametrize(
     ("name", "value", "told"),
     [
@@ -214,11 +169,6 @@ def test_a_variable_of_the_environment_at_fault_is_named(
 ) -> None:
     monkeypatch.setenv(PREFIX + name, value)
     assert told in "\n".join(problems(tmp_path, TWO))
-
-
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"none\.toml: cannot be read: No such file"):
-        load_config(tmp_path / "none.toml")
 
 
 @given(
@@ -262,13 +212,6 @@ def test_a_table_makes_the_object_that_the_options_of_a_command_make(
 ) -> None:
     table, path = ObjectTable.model_validate(options), Path("a.stl")
     assert object_options(table).of(path) == ObjectFile.of(path, options)
-
-
-def test_a_modulus_is_a_number_or_a_list_with_those_of_parts() -> None:
-    table = ObjectTable.model_validate({"young": 3e3, "poisson": ["0.3", "tumour=0.4"]})
-    found = object_options(table).of(Path("a.stl"))
-    assert (found.material.young, found.material.nu) == (3e3, 0.3)
-    assert found.parts.nu == (("tumour", 0.4),)
 
 
 def test_the_address_or_network_of_a_proxy_is_one_however_it_is_written(tmp_path: Path) -> None:

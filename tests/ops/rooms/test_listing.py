@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import CloseCode
 from cohaptic.room_address import room_path
-from cohaptic_ops.rooms.listing import POLICY, RoomState, answer, room_of, turned_away, why_not
+from cohaptic_ops.rooms.listing import POLICY, RoomState, answer, room_of, turned_away
 from cohaptic_server.http.routes import Request
 
 ROOMS = [
@@ -58,16 +58,6 @@ def test_who_comes_before_its_room_is_open_is_told_to_come_again(target: str, li
     assert listed or "liver" not in why
 
 
-@pytest.mark.parametrize("target", ["/r/none", "/rooms", "/r/"])
-def test_who_asks_for_no_room_need_not_come_again(target: str) -> None:
-    for listed in (True, False):
-        code, why = turned_away(target, ROOMS, listed=listed)
-        assert code is CloseCode.NO_ROOM
-        assert ("liver" in why) is listed
-    # Where there is no room of the address `/`.
-    assert turned_away("/", ROOMS[1:])[0] is CloseCode.NO_ROOM
-
-
 def test_a_room_whose_name_nobody_may_know_is_not_named_to_who_did_not_name_it() -> None:
     secret = [RoomState("secret", "", "starting", 0, 16, 0, 100)]
     assert "secret" not in turned_away("/", secret, listed=False)[1]
@@ -107,14 +97,3 @@ def test_the_page_links_every_room_offers_to_watch_a_full_one_and_quotes_titles(
     assert "<b>" not in body
     assert dict(found.headers)["Content-Security-Policy"] == POLICY
     assert "script" not in POLICY
-
-
-def test_what_cannot_be_had_says_why() -> None:
-    assert get("/r/none") == (404, "there is no such room; see /rooms\n")
-    assert get("/r/torn")[0] == 503
-    assert "torn is broken" in get("/r/torn/")[1]
-    assert get("/none")[0] == 404
-    assert get("/rooms", "POST")[0] == 405
-    assert why_not("none", ROOMS) == ""
-    # One room that cannot be opened is no reason to restart the others.
-    assert get("/healthz") == (200, "ok\ntorn: broken\n")

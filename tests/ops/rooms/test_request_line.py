@@ -25,13 +25,6 @@ def test_every_part_of_a_request_line_waits_for_the_rest(
     assert target_of(line[: data.draw(st.integers(0, len(line) - 1))]) is None
 
 
-@given(st.binary(max_size=MOST + 10), st.binary(max_size=100))
-def test_what_is_decided_once_stays_so_whatever_follows(seen: bytes, more: bytes) -> None:
-    decided = target_of(seen)
-    if decided is not None:
-        assert target_of(seen + more) == decided
-
-
 @given(st.binary(min_size=MOST))
 def test_nothing_waits_beyond_the_longest_line(seen: bytes) -> None:
     assert target_of(seen) is not None

@@ -118,17 +118,6 @@ def test_a_room_that_was_told_to_hold_fewer_is_believed_once_it_has_read_that() 
     assert pool.share("ab") == {"a": 3}
 
 
-def test_a_room_without_a_process_holds_no_seats() -> None:
-    pool = SeatPool(4, {"a": 4, "b": 4})
-    assert pool.share("a") == {"a": 4}
-    assert pool.free == 0
-    assert pool.share("ab") == {"a": 2}  # the other one gets them once this one has let go
-    pool.report("a", 2, 0, 2)
-    assert pool.share("ab") == {"b": 2}
-    pool.lose("b")
-    assert pool.share("a") == {"a": 4}
-
-
 def test_the_last_seat_is_for_an_empty_room_and_not_for_a_second_visitor() -> None:
     """With the first room before all others the empty one lost its only seat to it."""
     pool = SeatPool(2, {"a": 2, "b": 2})

@@ -230,19 +230,6 @@ def test_what_is_full_broken_or_not_there_is_said_and_costs_the_others_nothing()
     asyncio.run(main())
 
 
-def test_the_room_at_the_bare_address_says_that_it_is_not_open() -> None:
-    async def main() -> None:
-        async with served({"main": torn, "other": small}) as house:
-            for url in (house.url, house.at("main")):
-                code, reason = await refused(url)
-                assert (code, reason[:23]) == (
-                    CloseCode.SERVER_STOPS.value,
-                    "the room main is broken",
-                )
-
-    asyncio.run(main())
-
-
 async def refused(url: str) -> tuple[int, str]:
     async with visit(url) as client:
         with contextlib.suppress(ConnectionClosed):
@@ -319,20 +306,6 @@ def has_ended(keeper: keeping.Keeper, times: int) -> bool:
     return keeper.restarts.count == times
 
 
-def test_a_room_on_demand_that_cannot_be_opened_is_tried_again_by_the_next_who_comes() -> None:
-    async def main() -> None:
-        async with served({"main": small, "torn": torn}, {"torn": ON_DEMAND}) as house:
-            torn_one = house.supervisor.keepers["torn"]
-            for tries in (1, 2):
-                with contextlib.suppress(OSError, InvalidHandshake):
-                    await refused(house.at("torn"))
-                await house.until(partial(has_ended, torn_one, tries))
-                await asyncio.sleep(1.0)  # twice as long as the pause
-                assert (torn_one.restarts.count, torn_one.state) == (tries, "broken")
-
-    asyncio.run(main())
-
-
 def test_a_server_without_files_for_a_room_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     pairs, pair = iter([True, True]), handing_pair
 
@@ -349,20 +322,6 @@ def test_a_server_without_files_for_a_room_goes_on(monkeypatch: pytest.MonkeyPat
                 assert next(pairs, None) is None
 
     asyncio.run(main())
-
-
-def test_a_room_on_demand_counts_as_ready_and_is_told_as_idle() -> None:
-    async def run() -> None:
-        async with served({"main": small}, {"main": ON_DEMAND}, admin={"port": 0}) as house:
-            admin = house.supervisor.admin
-            assert admin is not None
-            told = await status_once(admin.url, lambda told: bool(told["ready"]))
-            assert [room["state"] for room in told["rooms"]] == ["idle"]
-            assert (await ask(f"{admin.url}/readyz?room=main"))[0] == 200
-            async with visitors(house, "main"):
-                await status_once(admin.url, lambda told: bool(told["rooms"][0]["ticking"]))
-
-    asyncio.run(run())
 
 
 def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:

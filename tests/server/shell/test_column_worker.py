@@ -4,7 +4,6 @@ import logging
 import os
 import threading
 from collections.abc import Callable
-from functools import partial
 from multiprocessing import active_children
 from pathlib import Path
 
@@ -97,10 +96,6 @@ def pumped(worker: ColumnWorker, body: Solid, until: Callable[[], bool]) -> bool
     return until()
 
 
-def _was_said(caplog: pytest.LogCaptureFixture, words: str) -> bool:
-    return words in caplog.text
-
-
 def test_a_process_that_was_killed_is_started_again_and_pages_get_what_they_asked_for(
     stored: tuple[Path, Callable[[], Solid]],
     caplog: pytest.LogCaptureFixture,
@@ -128,30 +123,6 @@ def test_a_process_that_was_killed_is_started_again_and_pages_get_what_they_aske
     assert len(said) == 2
     assert "ended by signal 9; it is started again in 0.05 s (1 of 5)" in said[0]
     assert "is back" in said[1]
-
-
-def test_one_that_ends_again_and_again_is_given_up_in_the_end_and_the_solid_goes_on(
-    stored: tuple[Path, Callable[[], Solid]],
-    caplog: pytest.LogCaptureFixture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(column_worker, "_PAUSE", 0.01)
-    monkeypatch.setattr(column_worker, "_TRIES", 2)
-    body = stored[1]()
-    worker = ColumnWorker(body)
-    worker.start()
-    try:
-        for count in (1, 2):
-            end_process()
-            assert pumped(worker, body, partial(_was_said, caplog, f"({count} of 2)"))
-            assert pumped(worker, body, lambda: any(c.name == "columns" for c in active_children()))
-        end_process()
-        assert pumped(worker, body, lambda: "start the server again" in caplog.text)
-        with pytest.raises(Unsolved):
-            worker.green_block(3)
-    finally:
-        worker.stop()
-    assert not any(child.name == "columns" for child in active_children())
 
 
 def test_a_server_reads_no_factor_and_its_worker_solves_with_it(

@@ -12,7 +12,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
-from cohaptic.errors import CloseCode, SettingError
+from cohaptic.errors import CloseCode
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic_server.shell.endpoint import Endpoint
 from cohaptic_server.shell.wire import Wire
@@ -140,33 +140,3 @@ def test_a_fault_of_the_route_is_in_the_log_and_ends_its_connection(
     assert offering.during(says(offering.url, "raise", NEAR)) == "1011"
     assert "near.test of 127.0.0.1 has failed: RuntimeError('a fault of the route')" in caplog.text
     assert offering.during(says(offering.url, "a", NEAR)) == "a"
-
-
-def test_who_serves_a_connection_that_has_closed_is_ended_after_a_while(offering: Stage) -> None:
-    async def leave() -> None:
-        async with come(offering.url, IDLE) as ws:
-            await ws.send("2")
-            await ws.recv()
-            assert 2 not in ended
-        while 2 not in ended:
-            await asyncio.sleep(0.01)
-
-    offering.during(asyncio.wait_for(leave(), PATIENCE))
-
-
-def test_a_client_that_leaves_is_no_fault(
-    offering: Stage, caplog: pytest.LogCaptureFixture
-) -> None:
-    for kind in (NEAR, GROUP):
-        assert offering.during(says(offering.url, "a", kind)) == "a"
-    # The handler of the first has ended by the time that another has been served.
-    assert offering.during(says(offering.url, "a", NEAR)) == "a"
-    assert "has failed" not in caplog.text
-    assert offering.during(says(offering.url, "raise", GROUP)) == "1011"
-    assert "group.test of 127.0.0.1 has failed: ExceptionGroup" in caplog.text
-
-
-def test_a_name_of_hands_or_of_another_endpoint_is_refused(offering: Stage) -> None:
-    for name in (NEAR, SUBPROTOCOL, "", "a b", "a,b"):
-        with pytest.raises(SettingError, match="subprotocol is"):
-            offering.server.add_endpoint(name, Endpoint(echo, longest=1))

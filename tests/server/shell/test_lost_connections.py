@@ -10,7 +10,6 @@ from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Error, Welcome, encode_control
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.spring import Spring
 from tests.patience import PATIENCE
 from tests.server.peers import hello
 from tests.server.shell.stage import Client, serving, visit
@@ -61,23 +60,5 @@ def test_who_answers_no_ping_keeps_name_and_seat(
                     await asyncio.sleep(0.01)
             await keeps_both(served.url, "ann")
             client.ws.transport.abort()
-
-    asyncio.run(happen())
-
-
-def test_who_touches_keeps_its_name_and_seat_when_the_object_changes(
-    small_balloon: Balloon,
-) -> None:
-    async def happen() -> None:
-        async with serving(small_balloon, max_users=1) as served:
-            async with visit(served.url) as client:
-                assert await comes(client, "ann", "a") == 0
-                served.server.clock.origin += 10.0
-                await client.play(2)
-                changed, end = await asyncio.gather(
-                    served.server.exchange(Spring, lambda _: None), client.end()
-                )
-                assert (changed, end[0]) == (None, CloseCode.OBJECT_CHANGED.value)
-            await keeps_both(served.url, "ann")
 
     asyncio.run(happen())

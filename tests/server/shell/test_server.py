@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cohaptic.control.law import Law
-from cohaptic.errors import CloseCode, SettingError
+from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import (
     Bye,
     FixedGains,
@@ -19,20 +19,17 @@ from cohaptic.protocol.messages import (
     SetLaw,
     UserJoined,
     UserLeft,
-    Welcome,
     encode_control,
 )
-from cohaptic.protocol.patch import Geometry, Patch
-from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.life import HELLO_TIMEOUT
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.seats.names import REPLACE_AFTER
-from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.server import CLOSE_TIMEOUT, CohapticServer
+from cohaptic_server.shell.server import CLOSE_TIMEOUT
 from tests.patience import PATIENCE
-from tests.server.peers import hello, hello_text
+from tests.server.peers import hello_text
 from tests.server.shell.stage import SIMULATION_HZ, Client, Stage, names, serving, visit
 
 pytestmark = pytest.mark.live
@@ -237,56 +234,6 @@ def test_a_user_whom_no_patch_can_reach_stays_and_is_reported_once(
     assert back.tick >= left_out > 20
     (once,) = [record.getMessage() for record in caplog.records]
     assert once.startswith("silent gets no patch: sample_wait is 1100000.")
-
-
-def test_an_address_that_cannot_be_had_is_refused_with_a_way_out(small_balloon: Balloon) -> None:
-    """192.0.2.1 is kept for documentation (RFC 5737): no machine has it."""
-
-    async def start(host: str, port: int) -> None:
-        await CohapticServer(small_balloon, ServerSettings(host=host, port=port)).start()
-
-    with pytest.raises(SettingError, match=r"address is 192\.0\.2\.1:0 .*; it must be one of this"):
-        asyncio.run(start("192.0.2.1", 0))
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with pytest.raises(SettingError, match=f"port is {port}, which is in use on 127.0.0.1"):
-            asyncio.run(start("127.0.0.1", port))
-
-
-def test_who_asks_for_mesh_patches_gets_the_rest_mesh_before_them(stage: Stage) -> None:
-    async def happening() -> tuple[RestMesh, list[Patch]]:
-        async with visit(stage.url) as client:
-            asked = hello("mesh").model_copy(update={"geometry": "mesh"})
-            await client.ws.send(encode_control(asked))
-            assert isinstance(await client.hear(), Welcome)
-            frame = await client.ws.recv(decode=False)
-            return RestMesh.decode(frame), await client.play(3)
-
-    mesh, patches = stage.during(happening())
-    assert len(mesh.vertices) == len(stage.server.room.body.mesh.vertices)
-    for patch in patches:
-        assert patch.geometry is Geometry.MESH
-        assert patch.neighbourhood is not None
-        assert max(patch.neighbourhood.indices, default=0) < len(mesh.vertices)
-
-
-def test_a_law_is_changed_on_the_wire_and_the_patches_say_so(stage: Stage) -> None:
-    async def change() -> list[Patch]:
-        async with visit(stage.url) as client:
-            await client.join(next(names))
-            before = await client.play(2)
-            await client.ws.send(encode_control(SetLaw(law=Law.PI)))
-            after = await client.play(30)
-            await client.ws.send(encode_control(Bye()))
-            return before + after
-
-    patches = stage.during(change())
-    laws = [patch.law for patch in patches]
-    assert laws[0] is Law.PREDICTIVE
-    assert laws[-1] is Law.PI
-    assert laws == sorted(laws, key=lambda law: law is Law.PI)
-    assert patches[-1].integral_gain > 0.0
-    assert patches[-1].k_h < patches[0].k_h
 
 
 def test_gains_of_ones_own_are_refused_unless_the_server_allows_them(stage: Stage) -> None:

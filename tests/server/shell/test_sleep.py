@@ -7,12 +7,10 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Bye, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import Watch
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.life import HELLO_TIMEOUT
 from tests.patience import PATIENCE
 from tests.server.shell.stage import Served, serving, visit
 
@@ -61,12 +59,6 @@ def during(body: Balloon, work: Callable[[Watched], Awaitable[None]]) -> None:
     asyncio.run(play())
 
 
-def test_with_nobody_there_the_numbers_of_ticks_go_on_and_none_is_made(
-    small_balloon: Balloon,
-) -> None:
-    during(small_balloon, Watched.sleeps_on)
-
-
 def test_a_hand_wakes_it_and_it_sleeps_again_when_the_object_rests(small_balloon: Balloon) -> None:
     async def come(room: Watched) -> None:
         await room.sleeps_on()
@@ -95,17 +87,6 @@ def test_who_watches_wakes_it_and_sees_tick_after_tick(small_balloon: Balloon) -
             made = room.made
             while room.made < made + 10:
                 await asyncio.sleep(0.01)
-        await room.falls_asleep()
-
-    during(small_balloon, come)
-
-
-def test_who_comes_to_a_room_that_sleeps_and_says_nothing_is_let_go(small_balloon: Balloon) -> None:
-    async def come(room: Watched) -> None:
-        async with visit(room.served.url) as silent:
-            room.server.clock.origin += HELLO_TIMEOUT
-            code, reason, _ = await silent.end()
-            assert (code, "hello" in reason) == (CloseCode.HELLO_TIMEOUT.value, True)
         await room.falls_asleep()
 
     during(small_balloon, come)

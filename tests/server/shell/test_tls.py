@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import ServerLost, SettingError
+from cohaptic.errors import ServerLost
 from cohaptic.protocol.messages import Welcome
 from cohaptic.runtime.transport import unsent_of
 from cohaptic.simulated.delay_line import LinkSettings
@@ -252,13 +252,6 @@ def test_tls_where_there_is_none_and_none_where_there_is_are_told(
             await opened(served.url, write_authority(tmp_path))
 
     asyncio.run(run())
-
-
-def test_a_file_without_certificates_is_a_sentence(tmp_path: Path) -> None:
-    (tmp_path / "empty.pem").write_text("")
-    for name in ("empty.pem", "none.pem"):
-        with pytest.raises(SettingError, match="--ca-file"):
-            asyncio.run(opened("wss://127.0.0.1:1", tmp_path / name))
 
 
 def test_an_old_client_of_tls_is_refused_and_nobody_else_notices(

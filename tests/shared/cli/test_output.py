@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
@@ -13,17 +12,6 @@ def refusal(path: Path, suffix: str = "") -> str:
     with pytest.raises(SettingError) as caught:
         new_output("--json", path, suffix)
     return str(caught.value)
-
-
-def test_what_can_be_written_passes_and_nothing_is_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    new_output("--json", None)
-    new_output("--json", tmp_path / "new.json")
-    new_output("--out", tmp_path / "new.PNG", ".png")
-    monkeypatch.chdir(tmp_path)
-    new_output("--json", Path("new.json"))
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_cannot_be_written_is_told_with_what_is_wrong(tmp_path: Path) -> None:
@@ -48,19 +36,3 @@ def test_a_file_that_exists_is_refused_unless_the_user_wishes_otherwise(tmp_path
     assert path.read_text(encoding="utf-8") == "\N{GREEK SMALL LETTER NU}\n"
     with pytest.raises(OutputError, match="was not replaced"):
         Output(path).write(b"new")
-
-
-def test_a_device_or_a_pipe_holds_nothing_and_is_never_refused(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "pipe", Path(os.devnull)):
-        assert new_output("--json", path) == Output(path)
-
-
-@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write all")
-def test_what_may_not_be_written_to_is_told(tmp_path: Path) -> None:
-    (tmp_path / "mine.json").touch(mode=0o400)
-    with pytest.raises(SettingError, match="that may be written to"):
-        new_output("--json", tmp_path / "mine.json", overwrite=True)
-    tmp_path.chmod(0o500)
-    assert "that may be written to" in refusal(tmp_path / "new.json")
-    tmp_path.chmod(0o700)

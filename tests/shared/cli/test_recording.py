@@ -5,11 +5,8 @@ from pathlib import Path
 import pytest
 
 from cohaptic.cli.app import main
-from cohaptic.cli.recording import lines
 from cohaptic.errors import OutputError
-from cohaptic.recording.journal import Clocks, Damage, Header
-from cohaptic.recording.outline import Gap, Outline
-from cohaptic.status.row import COLUMNS
+from cohaptic.recording.journal import Clocks
 from tests.shared.recording.rows import recorder, rows
 
 
@@ -70,18 +67,3 @@ def test_what_cannot_be_finished_is_a_sentence(
     assert words in told
     assert (tmp_path / "text.npz.part").read_text() == "not a recording"
     assert [path.name for path in tmp_path.iterdir()] == ["text.npz.part"]
-
-
-def test_a_wall_clock_that_was_set_and_what_is_missing_are_said() -> None:
-    header = Header("ann", COLUMNS, 1000.0)
-    clocks = [Clocks(100.0, 1.5e9), Clocks(200.0, 1.5e9 + 7.5)]
-    gaps = [Gap(110.0 + k, 110.5 + k) for k in range(7)]
-    outline = Outline(header, 10, 100.0, 200.0, gaps, clocks, [Damage(12, cut_short=True)])
-    told = lines(outline)
-    assert told[0] == "ann: 100.0 s, with 7 gaps (3.50 s in all)"
-    assert "the wall clock was set by +7.5 s meanwhile" in told
-    assert "gap of 0.500 s, 10.000 s after the start" in told
-    assert told[-2:] == [
-        "and 2 gaps more",
-        "12 bytes at its end are no whole block, and were left out",
-    ]

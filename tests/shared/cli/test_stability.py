@@ -2,8 +2,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from typing import Any
 
 import pytest
@@ -47,24 +45,6 @@ def test_figure_9_and_the_effect_of_delay_on_it() -> None:
     assert far["closed_condition"] is None
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.05, 0.013])
-def test_the_area_is_a_polygon_round_the_stable_gains(delay: float) -> None:
-    answer = ask("--law", "pi", "--k-o", 300, "--sim-period", 0.05, "--delay", delay, "--area")
-    corners = answer["area"]
-    assert corners[0] == corners[-1]
-    assert len(corners) > 20
-    top = max(i for _, i in corners)
-    if delay == 0.0:
-        assert top == pytest.approx(4.0 * 300 / 0.05, rel=0.05)
-    else:
-        assert 0.0 < top < 3.0 * 300 / 0.05
-
-
-def test_predictive_is_stable_alone_at_any_delay() -> None:
-    answer = ask("--law", "predictive", "--k-o", 250, "--k-h", 250, "--delay", 0.5)
-    assert (answer["stable"], answer["spectral_radius"]) == (True, 0.0)
-
-
 def test_several_contacts() -> None:
     answer = ask(
         "--law", "proportional", "--compliance", "[[1, 0.3], [0.3, 1]]", "--k-h", "[0.9, 0.9]"
@@ -73,17 +53,6 @@ def test_several_contacts() -> None:
     assert answer["rho_any_delay"] == pytest.approx(1.17)
     assert answer["stable_any_delay"] is False
     assert answer["safe_k_h"] == pytest.approx([0.9 / 1.3] * 2)
-
-
-def test_several_contacts_with_an_integral_have_no_bound_for_any_delay() -> None:
-    """An integral is stable for the delays it was chosen for; --delay says which."""
-    room = ["--law", "pi", "--compliance", "[[0.004, 0.001], [0.001, 0.004]]", "--k-h", "60"]
-    slow = ask(*room, "--integral-gain", 500)
-    assert slow["rho_no_delay"] < 1.0
-    assert (slow["rho_any_delay"], slow["stable_any_delay"]) == (None, False)
-    assert ask(*room, "--integral-gain", 50_000)["rho_no_delay"] > 1.0
-    near, far = (ask(*room, "--delay", d)["safe_integral_gain"] for d in (0.0, 0.5))
-    assert 0.0 < far[0] < near[0]
 
 
 CLOSE = "[[0.004, 0.0032, 0.0032], [0.0032, 0.004, 0.0032], [0.0032, 0.0032, 0.004]]"
@@ -127,25 +96,6 @@ def test_rubbish_is_named(arguments: list[str], words: str) -> None:
     with pytest.raises(SettingError) as caught:
         CliRunner().invoke(APP, arguments, catch_exceptions=False)
     assert words in str(caught.value)
-
-
-def test_on_the_command_line_trouble_is_one_sentence() -> None:
-    run = [sys.executable, "-m", "cohaptic", "stability", "--delay", "-1"]
-    done = subprocess.run(run, capture_output=True, text=True)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "delay is -1" in done.stderr
-
-
-def test_for_a_person_it_is_a_table() -> None:
-    shown = CliRunner().invoke(APP, ["--law", "proportional", "--k-h", "300"]).stdout
-    assert "stable" in shown
-    assert "NO" in shown
-
-
-def test_a_file_that_cannot_be_written_is_told_before_the_work() -> None:
-    with pytest.raises(SettingError, match=r"--json is no/such/x.json; it must be a file in a"):
-        stability(json_to="no/such/x.json")
 
 
 C = "[[0.005, 0.002], [0.002, 0.004]]"

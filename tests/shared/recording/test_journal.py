@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import io
-import math
 import struct
 import zlib
 
@@ -63,12 +62,6 @@ def journals(draw: st.DrawFn) -> list[Entry]:
 @settings(max_examples=FEW)
 def test_what_was_written_is_read(journal: list[Entry]) -> None:
     assert read(b"".join(map(encoded, journal))) == journal
-
-
-def test_a_clock_that_nobody_knows_stays_unknown() -> None:
-    (found,) = read(clocks_block(Clocks(1.0, 2.0)))
-    assert isinstance(found, Clocks)
-    assert math.isnan(found.to_server)
 
 
 @given(journals(), st.data())
@@ -157,10 +150,3 @@ def test_a_file_of_nothing_but_promises_is_read_in_bounded_time() -> None:
     head = struct.pack("<4scII", MARK, b"R", 2 * MOST, 0)
     lies = head * 100_000 + bytes(2 * MOST)
     assert read(lies) == [Damage(len(lies), cut_short=False)]
-
-
-def test_a_mark_across_two_reads_is_found() -> None:
-    good = rows_block(RowBlock((0.0, 0.0, 0.0), rows(0, 1)))
-    for size in range(64 * 1024 - 4, 64 * 1024 + 4):
-        assert read(bytes(size) + good)[1:] == read(good)
-    assert len(rows(0, 1)) == ROW.size

@@ -12,13 +12,13 @@ from cohaptic.errors import OutputError, SettingError
 from cohaptic.recording.archive import finish, read_outline, read_recording
 from cohaptic.recording.journal import Clocks, RowBlock, rows_block
 from cohaptic.recording.part import Part, part_of
-from cohaptic.recording.recorder import WAITING, NothingRecorded
+from cohaptic.recording.recorder import WAITING
 from cohaptic.status.row import COLUMNS, Row
 from cohaptic.vec import ZERO
 from tests.client.devices.until import until
 from tests.examples_of_laws import examples
 from tests.patience import PATIENCE
-from tests.shared.recording.rows import PERIOD, recorder, row, rows
+from tests.shared.recording.rows import recorder, row, rows
 from tests.small_disk import fill, small_disk
 
 
@@ -73,23 +73,6 @@ def test_a_gap_is_said_and_stands_in_the_file(tmp_path: Path) -> None:
     assert made.finish().endswith("0.5 s, with a gap (0.50 s in all)")
     with np.load(tmp_path / "x.npz") as file:
         assert file["gaps"] == pytest.approx(np.array([[row(9).t, row(510).t]]))
-
-
-def test_who_was_never_there_leaves_nothing_and_touches_nothing(tmp_path: Path) -> None:
-    (tmp_path / "x.npz").write_bytes(b"an earlier one")
-    made = recorder(tmp_path / "x.npz", overwrite=True)
-    with pytest.raises(NothingRecorded, match=r"x\.npz: nothing was recorded"):
-        made.finish()
-    assert [path.name for path in tmp_path.iterdir()] == ["x.npz"]
-    assert (tmp_path / "x.npz").read_bytes() == b"an earlier one"
-
-
-def test_rows_without_an_object_are_kept_and_told(tmp_path: Path) -> None:
-    made = recorder(tmp_path / "x.npz")
-    made.keep(bytes(8 * len(COLUMNS)))  # the tick is 0
-    with pytest.raises(OutputError, match="the object was never there; recorded to"):
-        made.finish()
-    assert len(read_recording(tmp_path / "x.npz").rows) == 1
 
 
 def test_a_file_that_appeared_meanwhile_is_not_replaced(tmp_path: Path) -> None:
@@ -180,32 +163,6 @@ def test_a_folder_that_was_removed_is_told_at_once_and_costs_no_row(tmp_path: Pa
     rescued.unlink()
 
 
-def test_a_part_that_was_removed_after_the_last_row_costs_none(tmp_path: Path) -> None:
-    told: list[str] = []
-    made = recorder(tmp_path / "x.npz", told)
-    made.keep(rows(0, 10))
-    with made._changed:  # pyright: ignore[reportPrivateUsage]
-        made._closing = True  # pyright: ignore[reportPrivateUsage]
-        made._changed.notify()  # pyright: ignore[reportPrivateUsage]
-    made._thread.join()  # pyright: ignore[reportPrivateUsage]
-    (tmp_path / "x.npz.part").unlink()
-    with pytest.raises(OutputError, match="are kept in"):
-        made.finish()
-    rescued = Path(told[0].rpartition(" ")[2])
-    assert len(read_recording(rescued).rows) == 10
-    rescued.unlink()
-
-
-def test_a_disk_without_room_for_both_keeps_the_part(tmp_path: Path) -> None:
-    made = recorder(tmp_path / "x.npz")
-    made.keep(rows(0, 10))
-    (tmp_path / "x.npz").mkdir()  # as any error of the last step
-    with pytest.raises(OutputError, match=r"later turn it into a \.npz by"):
-        made.finish()
-    assert len(read_recording(tmp_path / "x.npz.part").rows) == 10
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["x.npz", "x.npz.part"]
-
-
 def test_what_the_disk_cannot_take_is_a_gap(tmp_path: Path) -> None:
     told: list[str] = []
     made = recorder(tmp_path / "x.npz", told)
@@ -217,13 +174,6 @@ def test_what_the_disk_cannot_take_is_a_gap(tmp_path: Path) -> None:
     assert told == [f"the disk is too slow for the recording {tmp_path}/x.npz: it will have a gap"]
     made.finish()
     assert len(read_recording(tmp_path / "x.npz").rows) == WAITING // len(block) * 1000
-
-
-@pytest.mark.parametrize("name", ["no/x.npz", "x.npz/x.npz"])
-def test_a_place_where_nothing_can_be_made_is_a_sentence(tmp_path: Path, name: str) -> None:
-    (tmp_path / "x.npz").touch()
-    with pytest.raises(SettingError, match="a file that can be written"):
-        recorder(tmp_path / name)
 
 
 def test_nothing_in_the_way_of_a_part_is_followed(tmp_path: Path) -> None:
@@ -290,10 +240,6 @@ def test_a_full_disk_costs_what_did_not_fit_and_no_older_file(tmp_path: Path, ro
             assert len(read_recording(path).rows) == len(found.rows)
 
 
-def test_a_row_is_a_period() -> None:
-    assert row(1).t - row(0).t == pytest.approx(PERIOD)
-
-
 def until_written(path: Path, count: int) -> None:
     until(lambda: read_outline(part_of(path)).count == count, PATIENCE)
 
@@ -332,11 +278,3 @@ def test_rows_that_another_program_has_destroyed_are_said(tmp_path: Path) -> Non
         made.finish()
     assert len(read_recording(tmp_path / "x.npz").rows) == 20
     assert part.exists()
-
-
-def test_a_name_may_be_as_long_as_the_system_allows(tmp_path: Path) -> None:
-    path = tmp_path / ("ä" * 123 + ".npz")  # 250 bytes; its part has 255
-    made = recorder(path)
-    made.keep(rows(0, 3))
-    made.finish()
-    assert [found.name for found in tmp_path.iterdir()] == [path.name]

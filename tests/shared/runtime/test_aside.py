@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 import threading
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.runtime.aside import Aside, aside
+from cohaptic.runtime.aside import Aside
 from tests.patience import PATIENCE
 
 pytestmark = [
@@ -114,18 +113,6 @@ def test_where_the_reader_is_gone_for_good_nothing_waits_and_all_is_counted(
     for _ in range(10):
         out.write(LINE)
     assert (out.drain(0.0), out.left_out) == (True, 11)
-
-
-def test_what_cannot_be_encoded_is_written_all_the_same(pipe: tuple[int, int]) -> None:
-    reads, writes = pipe
-    out = Aside(writes, "ascii")
-    out.write("\u202e\ud800\n")
-    assert read_until(reads, b"\n") == b"\\u202e\\ud800\n"
-
-
-def test_a_stream_that_is_no_file_is_written_to_as_it_is() -> None:
-    stream = io.StringIO()
-    assert aside(stream) is stream
 
 
 def test_a_disk_that_is_full_for_a_moment_costs_what_was_said_in_it_alone(tmp_path: Path) -> None:

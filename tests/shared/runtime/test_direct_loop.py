@@ -75,27 +75,6 @@ def test_what_comes_is_read_and_a_task_that_it_wakes_runs() -> None:
     assert play(work) == []
 
 
-def test_the_direct_path_is_taken() -> None:
-    """Else this file would test asyncio."""
-
-    async def work(loop: DirectLoop) -> None:
-        taken: list[bytes] = []
-
-        def take(data: bytes) -> None:
-            taken.append(data)
-            done.set()
-
-        done = asyncio.Event()
-        reader, transport, peer = await connected(loop, lambda _: take)
-        peer.send(b"direct")
-        await done.wait()
-        assert (taken, reader.got) == ([b"direct"], [])
-        transport.close()
-        peer.close()
-
-    assert play(work) == []
-
-
 @pytest.mark.parametrize("behind", [b"", b"last words"])
 def test_the_end_of_the_stream_is_the_transports(behind: bytes) -> None:
     async def work(loop: DirectLoop) -> None:
@@ -193,32 +172,6 @@ def test_the_timer_goes_off_once_not_before_its_time_beside_asyncios_own() -> No
         assert len(went) == 5
         assert all(at >= 0.01 * (k + 1) for k, at in enumerate(went))
         assert all(at >= 0.015 * (k + 1) - 1e-3 for k, at in enumerate(theirs))
-
-    assert play(work) == []
-
-
-def test_a_task_that_the_timer_wakes_runs_though_nothing_else_comes() -> None:
-    async def work(loop: DirectLoop) -> None:
-        done = loop.create_future()
-        loop.set_direct_timer(loop.time() + 0.001, lambda: done.set_result(None))
-        await done
-        woken = asyncio.Event()
-        loop.set_direct_timer(loop.time(), lambda: cast(None, loop.call_later(0.001, woken.set)))
-        await woken.wait()
-
-    assert play(work) == []
-
-
-def test_a_timer_that_is_cancelled_or_replaced_does_not_go_off() -> None:
-    async def work(loop: DirectLoop) -> None:
-        went: list[str] = []
-        loop.set_direct_timer(loop.time() + 0.001, lambda: went.append("cancelled"))
-        loop.cancel_direct_timer()
-        await asyncio.sleep(0.005)
-        loop.set_direct_timer(loop.time() + 0.001, lambda: went.append("replaced"))
-        loop.set_direct_timer(loop.time() + 0.002, lambda: went.append("new"))
-        await asyncio.sleep(0.01)
-        assert went == ["new"]
 
     assert play(work) == []
 

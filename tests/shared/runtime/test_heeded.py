@@ -139,14 +139,6 @@ def test_a_command_that_says_that_it_works(
     assert command.ended_by(number) == status
 
 
-def test_a_demonstration_that_has_begun(start: Start) -> None:
-    command = start("demo", "--no-browser", "--duration", "600")
-    command.says("page http")
-    # Without a terminal it does not say that everybody has come; before, there is no recording.
-    assert command.ended_by(signal.SIGINT) in (0, 2)
-    assert b"Traceback" not in command.said
-
-
 @pytest.mark.parametrize(
     ("what", "number"), [("prepare", signal.SIGINT), ("inspect", signal.SIGTERM)]
 )
@@ -156,13 +148,6 @@ def test_a_preparation(start: Start, what: str, number: signal.Signals) -> None:
     command.says("its feet are held")  # the long part comes then
     assert command.ended_by(number) == INTERRUPTED
     command.says("interrupted; what was finished is kept")
-
-
-def test_an_experiment(start: Start, tmp_path: Path) -> None:
-    pytest.importorskip("numba", reason="pip install 'cohaptic[experiments]'")
-    command = start("experiment", "hands", "--out", str(tmp_path / "out"))
-    command.until((tmp_path / "out").is_dir)
-    assert command.ended_by(signal.SIGINT) == INTERRUPTED
 
 
 @both
@@ -213,17 +198,3 @@ def test_sigterm_does_what_sigint_means_by_then_and_a_meaning_of_the_block_stays
     finally:
         for number, handler in before:
             signal.signal(number, handler)
-
-
-def test_a_thread_changes_nothing() -> None:
-    before = signal.getsignal(signal.SIGTERM)
-    seen: list[object] = []
-
-    def work() -> None:
-        with signals_heeded():
-            seen.append(signal.getsignal(signal.SIGTERM))
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert seen == [before]

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import threading
 from pathlib import Path
 from typing import BinaryIO
@@ -94,26 +93,3 @@ def test_a_pipe_is_written_through_and_stays_one(tmp_path: Path) -> None:
     reader.join()
     assert heard == [b"new"]
     assert pipe.is_fifo()
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has it")
-def test_a_device_stays_a_device() -> None:
-    write(Path("/dev/null"))
-    with pytest.raises(OutputError, match="No space left"):
-        write(Path("/dev/full"))
-    assert all(Path(f"/dev/{name}").is_char_device() for name in ("null", "full"))
-
-
-def test_the_file_of_a_redirection_is_a_stream_and_a_file_in_memory_is_none() -> None:
-    assert is_stream(Path("/dev/stdout"))
-    assert is_stream(Path("/dev/fd/63"))
-    assert not is_stream(Path("/dev/shm/x.json"))
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such names")
-@pytest.mark.parametrize("name", [b"Sch\xe4del.png", b"a" * 255, "ä".encode() * 127])
-def test_a_name_may_be_any_that_the_system_takes(tmp_path: Path, name: bytes) -> None:
-    path = tmp_path / os.fsdecode(name)
-    write_new(path, lambda file: file.write(b"all"), overwrite=False)
-    assert path.read_bytes() == b"all"
-    assert list(tmp_path.iterdir()) == [path]

@@ -69,26 +69,10 @@ def test_of_two_owners_one_is_enough(tmp_path: Path) -> None:
     assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 1
 
 
-def test_what_has_another_name_or_is_no_file_stays(tmp_path: Path) -> None:
-    other, victim = made(tmp_path, "theirs-1.shm"), made(tmp_path, "victim")
-    (tmp_path / "ours-link.shm").symlink_to(victim)
-    (tmp_path / "ours-folder.shm").mkdir()
-    os.mkfifo(tmp_path / "ours-pipe.shm")
-    assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 0
-    assert remove_leftovers(tmp_path / "nowhere", "ours-", ".shm", later()) == 0
-    assert other.exists()
-    assert victim.exists()
-
-
 def test_another_users_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = made(tmp_path, "ours-1.shm")
     monkeypatch.setattr(os, "getuid", lambda: path.stat().st_uid + 1)
     assert remove_leftovers(tmp_path, "ours-", ".shm", later()) == 0
-
-
-def test_one_that_is_being_made_stays(tmp_path: Path) -> None:
-    made(tmp_path, "ours-1.shm")
-    assert remove_leftovers(tmp_path, "ours-", ".shm", later(0.0)) == 0
 
 
 def test_one_that_cannot_be_removed_keeps_no_other(

@@ -38,11 +38,6 @@ def test_a_signal_does_after_the_block_what_it_would_have_done_within(number: in
     assert said[-2:] == ["handled", "handled"]
 
 
-def test_an_error_in_the_block_is_not_lost(number: int) -> None:
-    with pytest.raises(ValueError, match="unplugged"), signals_put_off():
-        raise ValueError("unplugged")
-
-
 def test_what_was_ignored_is_ignored_afterwards(number: int) -> None:
     signal.signal(number, signal.SIG_IGN)
     with signals_put_off():

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
 from cohaptic.simulated.delay_line import LinkSettings
-from cohaptic.simulated.networks import NETWORKS, in_words, read_network, words_for
+from cohaptic.simulated.networks import NETWORKS, read_network, words_for
 
 links = st.builds(
     LinkSettings,
@@ -35,16 +35,6 @@ def test_a_name_is_a_network_and_words_after_it_replace_its_own(name: str) -> No
     assert (other.delay, other.loss, other.tail) == (0.03, 0.01, link.tail)
     assert read_network(f"LOSS = 1, Delay=30 ,{name.upper()}") == other
     assert NETWORKS[name].source
-
-
-def test_no_words_are_a_link_that_takes_no_time() -> None:
-    assert read_network("").at_once
-    assert words_for(LinkSettings()) == ""
-
-
-def test_a_person_reads_a_delay_alone_as_such() -> None:
-    assert in_words(LinkSettings(0.08)) == "80 ms each way"
-    assert in_words(LinkSettings(0.08, 0.04)) == "each way delay=80,jitter=40"
 
 
 @pytest.mark.parametrize(

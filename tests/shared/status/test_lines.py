@@ -22,17 +22,6 @@ def test_a_line_has_force_depth_and_stiffness_while_the_hand_touches() -> None:
     assert status_line(fault) == "ann: fault, force off: too fast"
 
 
-def test_a_summary_says_how_long_how_hard_and_how_well() -> None:
-    summary = Summary(10.0)
-    for now in (11.0, 12.0, 13.0):
-        summary.read(TOUCHING, now)
-    summary.read(TouchStatus(name="ann", state="free"), 14.0)
-    assert summary.line(15.0) == (
-        "ann: touched for 2 of 5 s, at most 2.43 N shown; round trip 3 ms; loop 1000 Hz,"
-        " 2 periods left out"
-    )
-
-
 @given(st.lists(st.booleans(), max_size=40))
 def test_nobody_touches_for_longer_than_it_was_there(touches: list[bool]) -> None:
     summary = Summary(0.0)

@@ -7,9 +7,7 @@ from rich.console import Console
 
 from cohaptic.status.report import AS_STIFF, TouchStatus
 from cohaptic.status.table import (
-    LEAST_LAG,
     LEAST_WAVERS,
-    bar,
     status_notes,
     status_table,
     status_view,
@@ -21,7 +19,6 @@ WELL = TouchStatus(
     clock_offset=0.0012, clock_error=0.08, loop_hz=999.6, loop_late_p99=2.4e-4,
 )  # fmt: skip
 SOFT = WELL.model_copy(update={"name": "bob", "k_o": 5000.0, "k_h": 2000.0})
-LATE = WELL.model_copy(update={"lag": 0.16})
 
 
 def shown(*users: TouchStatus, width: int) -> str:
@@ -50,21 +47,6 @@ def test_nothing_is_cut_off_at_any_width(
     assert max(map(len, text.splitlines())) <= width
     for always in (name, state, f"{force:.2f} N"):
         assert always in text
-
-
-@pytest.mark.parametrize(
-    ("width", "there", "not_there"),
-    [
-        (80, ["of others", "-1.20 N", "depth", "12.3 mm", "K_o", "251 N/m"], ["loop", "clock"]),
-        (100, ["round trip", "161 ±3 ms", "depth", "K_o"], ["late p99", "clock"]),
-        (120, ["round trip", "loop", "1000 Hz"], ["clock"]),
-        (160, ["depth", "12.3 mm", "clock", "+1 ±80 ms", "late p99", "240 us"], []),
-    ],
-)
-def test_a_wider_terminal_shows_more(width: int, there: list[str], not_there: list[str]) -> None:
-    text = shown(WELL, width=width)
-    assert all(words in text for words in there)
-    assert not any(words in text for words in not_there)
 
 
 @given(st.integers(20, 220))
@@ -99,20 +81,6 @@ def test_a_device_softer_than_the_object_is_told_at_every_width(width: int) -> N
         assert text.count("2,000 of 5,000 N/m") == 2
 
 
-@pytest.mark.parametrize("width", [80, 100, 120, 160])
-def test_an_object_that_takes_its_time_is_told_once_at_every_width(width: int) -> None:
-    text = shown(LATE, LATE.model_copy(update={"name": "bob"}), width=width)
-    assert text.count("the object answers the others in 0.16 s") == 1
-    assert "answers" not in shown(WELL, width=width)
-
-
-@given(st.floats(0.0, 60.0))
-def test_a_lag_is_told_from_where_it_shows(lag: float) -> None:
-    told = status_notes([WELL.model_copy(update={"lag": lag})])
-    assert bool(told) == (lag >= LEAST_LAG)
-    assert " 0.00 s" not in "".join(told)
-
-
 @given(st.floats(0.0, 1.0))
 def test_what_a_wavering_link_costs_is_told_from_where_it_is_more_than_scheduling(
     wavers: float,
@@ -130,23 +98,6 @@ def test_only_a_hand_that_should_feel_the_object_is_told_that_it_does_not(
     softer = law == "predictive" and 0.0 < renders < AS_STIFF * k_o
     assert user.soft == softer
     assert bool(status_notes([user])) == softer
-
-
-def test_the_force_along_the_surface_is_shown_where_there_is_friction() -> None:
-    rough = WELL.model_copy(update={"along": 0.63})
-    assert "0.63 N" in shown(rough, WELL, width=80)
-    assert "along" not in shown(WELL, width=160)
-
-
-def test_a_long_name_is_shortened() -> None:
-    assert "right_with_…" in shown(WELL.model_copy(update={"name": "right_with_more"}), width=80)
-
-
-@given(st.floats(0.0, 100.0), st.floats(0.0, 100.0))
-def test_a_bar_grows_with_its_force(a: float, b: float) -> None:
-    assert len(bar(a)) == len(bar(b))
-    assert bar(min(a, b)).count("█") <= bar(max(a, b)).count("█")
-    assert set(bar(0.0)) == {"·"}
 
 
 def test_a_force_above_the_limit_of_a_hand_and_a_fault_are_told() -> None:

@@ -17,12 +17,7 @@ from cohaptic.protocol.upload_messages import (
     Refused,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid
-from cohaptic_server.routes import Serving
-from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_uploads.limits import UploadLimits
-from cohaptic_uploads.upload_desk import take_uploads
-from tests.server.shell.stage import names, serving, visit
 from tests.uploads.desk.stage_of_uploads import (
     after_progress,
     begin,
@@ -89,26 +84,5 @@ def test_who_chooses_wrong_too_often_has_to_come_again(
                 assert "what is held does not fit" in await refusal(ws)
             while desk.busy:
                 await asyncio.sleep(0.01)
-
-    runner.run(happen())
-
-
-def test_a_nonlinear_server_gets_a_nonlinear_object(
-    runner: asyncio.Runner, small_balloon: Balloon
-) -> None:
-    async def happen() -> None:
-        async with serving(small_balloon, allow_upload=True) as served:
-            take_uploads(Serving(served.server, ServedBody(small_balloon), nonlinear=True))
-            async with bring(served.url) as ws:
-                await begin(ws, block_vtu(2), "block.vtu")
-                assert isinstance(await said(ws), Examined)
-                await ws.send(encode_control(PrepareObject(fix="z < 15%", young=6e3)))
-                answer = await after_progress(ws)
-            assert isinstance(answer, Prepared)
-            assert answer.command.endswith("--nonlinear")
-            assert isinstance(served.server.room.body, RubberSolid)
-            async with visit(served.url) as after:
-                await after.join(next(names))
-                await after.play(3)
 
     runner.run(happen())

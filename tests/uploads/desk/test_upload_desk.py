@@ -15,7 +15,6 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from cohaptic.errors import CloseCode, CohapticError
 from cohaptic.protocol.messages import Error, encode_control
 from cohaptic.protocol.upload_messages import (
-    SUBPROTOCOL,
     BeginUpload,
     Examined,
     Prepared,
@@ -24,10 +23,8 @@ from cohaptic.protocol.upload_messages import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
-from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.limits import UploadLimits
-from cohaptic_uploads.upload_desk import UploadDesk
 from tests.patience import PATIENCE
 from tests.server.shell.stage import names, serving, visit
 from tests.uploads.desk.stage_of_uploads import (
@@ -184,17 +181,6 @@ def test_a_worker_that_dies_is_one_sentence(runner: asyncio.Runner, small_balloo
     runner.run(happen())
 
 
-def test_time_that_is_over_is_one_sentence(runner: asyncio.Runner, small_balloon: Balloon) -> None:
-    async def happen() -> None:
-        limits = UploadLimits(examine=0.1)
-        async with desk_of(small_balloon, limits) as (served, _), bring(served.url) as ws:
-            await begin(ws, cube())
-            why = "reading it takes longer than 0.1 s, the limit of an upload"
-            assert await refusal(ws) == why
-
-    runner.run(happen())
-
-
 @pytest.mark.parametrize(
     ("messages", "why"),
     [
@@ -260,23 +246,5 @@ def test_a_server_that_does_not_allow_it_takes_none(
             with pytest.raises(InvalidStatus, match="403"):
                 async with bring(served.url):
                     pass
-
-    runner.run(happen())
-
-
-def test_an_unopened_object_is_told_to_who_brought_it(
-    runner: asyncio.Runner, small_balloon: Balloon
-) -> None:
-    async def fails(source: ObjectFile) -> None:
-        raise CohapticError(f"{source.path}: it cannot be opened today")
-
-    async def happen() -> None:
-        async with serving(small_balloon, allow_upload=True) as served:
-            served.server.add_endpoint(SUBPROTOCOL, UploadDesk(fails).endpoint)
-            async with bring(served.url) as ws:
-                await begin(ws, block_vtu(), "block.vtu")
-                assert isinstance(await said(ws), Examined)
-                await ws.send(encode_control(PrepareObject(fix="z < 5%", young=6e3)))
-                assert await refusal(ws) == "block.vtu: it cannot be opened today"
 
     runner.run(happen())

@@ -24,12 +24,3 @@ def test_who_takes_too_much_goes_first_only_after_a_calm_of_its_own(shares: list
         if calm is not None and calm > CALM:
             assert precedence.first
             calm = None
-
-
-def test_a_change_is_said_once() -> None:
-    precedence = Precedence()
-    assert [precedence.see(share, now) for now, share in enumerate((0.1, 0.9, 0.9))] == [
-        False,
-        True,
-        False,
-    ]

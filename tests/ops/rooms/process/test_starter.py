@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cohaptic_ops.rooms.process.starter import can_fork
-from tests.ops.rooms.bodies import forked_whole, small
+from tests.ops.rooms.bodies import small
 from tests.ops.rooms.test_supervisor import Served, served
 
 pytestmark = [
@@ -87,14 +87,5 @@ def test_a_room_that_hangs_is_ended_though_the_process_that_forked_it_is_gone() 
             finally:
                 if not has_ended(b):
                     os.kill(b, signal.SIGKILL)
-
-    asyncio.run(play())
-
-
-def test_rooms_share_the_memory_of_what_they_are_made_by() -> None:
-    async def play() -> None:
-        async with served({"a": forked_whole}) as rooms:
-            (state,) = rooms.supervisor.states()
-            assert state.state == "open", rooms.supervisor.keepers["a"].problem
 
     asyncio.run(play())
